@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -24,8 +24,6 @@ from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.learners.ppo import Learner
 from hierroom.meta import LEARNED, make_meta
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.folder.run_folder import RunFolder
-from hierroom.runs.folder.trust import require_trust
 from hierroom.support.errors import InputError
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
@@ -39,151 +37,87 @@ def make_turns(
     seed: int,
     *,
     levels: LevelsName,
-    whole_interval: bool = False,
     autoreset: bool = True,
     measure_shortest: bool = False,
 ) -> Turns:
-    """The environments of a config, and the turns taken in them.
+    """Make the environments of a config, and the turns taken in them; see `Turns`.
 
-    Args:
-        config: what is trained.
-        num_envs: how many environments.
-        seed: of their first episodes.
-        levels: those to train on or those to evaluate on, whatever the config says.
-        whole_interval: whether a curriculum's graphs are all drawn from at once, as to evaluate it.
-        autoreset: as for `Turns`.
-        measure_shortest: likewise.
+    Whatever the config says, ``levels`` are those to train on, or those to evaluate on, of all stages of a curriculum.
     """
-    reward = config.resolved_method.controller.reward
-    env = replace(config.env, reward=reward, levels=levels)
+    method = config.resolved_method
+    stages = config.env.curriculum_stages if levels == "training" else 1
+    memories = _controller_features(config).memories  # what levels remember for the features of the agents that learn
+    if method.meta == LEARNED:
+        memories += Features(world_spec(config.env), config.agents.meta_features, META).memories
     return Turns(
-        replace(env, curriculum_stages=1) if whole_interval else env,
+        replace(config.env, reward=method.controller.reward, levels=levels, curriculum_stages=stages),
         num_envs,
         seed=seed,
         autoreset=autoreset,
         measure_shortest=measure_shortest,
         threads=config.threads,
-        memories=_memories(config),
+        memories=memories,
     )
 
 
-def _memories(config: TrainConfig) -> tuple[str, ...]:
-    """What levels must remember for the features of the agents that learn."""
-    own = controller_features(config).memories
-    if config.resolved_method.meta != LEARNED:
-        return own
-    return (*own, *Features(world_spec(config.env), config.agents.meta_features, META).memories)
-
-
 def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:
-    """The meta-controller and the controller of a config, untrained."""
+    """Make the meta-controller and the controller of a config, untrained."""
     pair, agents, ppo, num_envs = config.resolved_method, config.agents, config.ppo, config.num_envs
-    world = world_spec(config.env)
-    make_learner = partial(_make_learner, num_envs=num_envs, device=_checked(config.device), threads=config.threads)
-    features = controller_features(config)
+    world, device = world_spec(config.env), _checked(config.device)
+
+    def make_learner(
+        features: Features, n_actions: int, ppo: PPOConfig, seed: int, network: Callable[[AgentSpace, int], nn.Module]
+    ) -> Learner:
+        space = AgentSpace(features.cardinalities, n_actions)
+        return Learner(space, num_envs, ppo, seed=seed, device=device, threads=config.threads, network=network)
+
+    features = _controller_features(config)
     network = partial(make_network, agents.network, vectors=features.vectors)
-    learner = make_learner(features, world.n_actions, ppo, seed=config.seed, network=network)
+    learner = make_learner(features, world.n_actions, ppo, config.seed, network)
     curiosity = None
     if pair.controller.is_curious:
-        settings: dict[str, Any] = {"gamma": ppo.gamma, "seed": config.seed, "device": config.device}
+        settings: dict[str, Any] = {"gamma": ppo.gamma, "seed": config.seed, "device": device}
         curiosity = Curiosity(features, num_envs, agents.curiosity_weight, **settings)
     controller = PPOAgent(features, learner, network=agents.network, curiosity=curiosity)
     if pair.meta != LEARNED:
         return ScriptedAgent(make_meta(pair.meta, num_envs), is_training=True), controller
-    features, seed = Features(world, agents.meta_features, META), meta_seed(config.seed)
+    features = Features(world, agents.meta_features, META)
     network = GoalNetwork if features.are_by_goal else partial(make_network, "recurrent", vectors=features.vectors)
-    learner = make_learner(features, world.goals.n_choices, config.meta_ppo, seed=seed, network=network)
+    learner = make_learner(features, world.goals.n_choices, config.meta_ppo, meta_seed(config.seed), network)
     warm_up = WarmUp(agents.meta_start_success)
     return PPOAgent(features, learner, network=LEARNED, warm_up=warm_up), controller
 
 
-def controller_features(config: TrainConfig) -> Features:
-    """What the controller's network reads."""
-    sees_goal, named = config.resolved_method.controller.sees_goal, config.agents.features
-    features = Features(world_spec(config.env), named)
-    if sees_goal:
+def _controller_features(config: TrainConfig) -> Features:
+    features = Features(world_spec(config.env), config.agents.features)
+    if config.resolved_method.controller.sees_goal:
         return features
-    if named and not (names := features.subset(of_goal=False)):
-        raise InputError(
-            f"method {config.agents.method} does not see goals, so features must name more than {', '.join(named)}"
-        )
+    names = features.subset(of_goal=False)
+    if not names:
+        named = ", ".join(config.agents.features)
+        raise InputError(f"method {config.agents.method} does not see goals, so features must name more than {named}")
     return Features(features.world, names)
-
-
-def load_agents(
-    run: RunFolder, *, meta: Any = None, steps: int | None = None, trust: bool = False
-) -> tuple[TrainConfig, PPOAgent | ScriptedAgent, PPOAgent, int]:
-    """The agents that a run has trained, on the CPU wherever they were trained.
-
-    Args:
-        run: the run's folder.
-        meta: another meta-controller than the run's, as `make_meta` takes it; None for the run's own.
-        steps: which checkpoint, by its steps; None for the newest.
-        trust: whether to run the code that the run's config names besides what ships with hierroom.
-
-    Returns:
-        the run's config, the meta-controller, the controller, and the steps they were trained for.
-    """
-    config = run.config().changed(device="cpu")
-    require_trust(run.path, config if meta is None else config.changed(meta=None), trust=trust)
-    checkpoint = run.load_checkpoint(steps)
-    run.require_same_config(config, checkpoint, besides=() if meta is None else ("meta",))
-    misfit = f"the checkpoint of {run.path} does not fit its config.json"
-    meta_agent, controller = restore_agents(config, checkpoint["agents"], misfit, meta)
-    return config, meta_agent, controller, checkpoint["steps"]
-
-
-def restore_agents(
-    config: TrainConfig, states: Mapping[str, dict[str, Any]], misfit: str, meta: Any = None
-) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:
-    """The meta-controller and the controller of a config, with weights that were trained.
-
-    Args:
-        config: what was trained.
-        states: by the name of each agent, what its `state_dict` or `PPOAgent.weights` gave.
-        misfit: what is said where they do not fit the config, before what is wrong.
-        meta: another meta-controller, as for `load_agents`.
-    """
-    if meta is None:
-        meta_agent, controller = make_agents(config)
-    else:
-        _, controller = make_agents(config.changed(meta="none"))
-        meta_agent = ScriptedAgent(make_meta(meta))
-    try:
-        controller.take_weights(states.get(CONTROLLER, {}))
-        if isinstance(meta_agent, PPOAgent):
-            meta_agent.take_weights(states.get(META, {}))
-        elif meta is None and META in states:
-            meta_agent.load_state_dict(states[META])
-    except InputError as error:
-        raise InputError(f"{misfit}: {error}") from error
-    return meta_agent, controller
 
 
 def freeze(
     meta: PPOAgent | ScriptedAgent, controller: PPOAgent, num_envs: int, *, seed: int, is_greedy: bool = False
 ) -> Pair:
-    """What two agents have learned so far, as a pair that plays in a number of environments of its own.
+    """Return what two agents have learned so far, as a pair that plays in other environments.
 
-    Args:
-        meta: the meta-controller.
-        controller: the controller.
-        num_envs: how many environments.
-        seed: fixes the pair's actions.
-        is_greedy: whether the controller takes its most probable action instead of drawing one. A policy that escapes
-            whenever it draws can turn on the spot for ever when it is greedy. A learned meta-controller draws.
+    A greedy controller takes its most probable action instead of drawing one. A policy that escapes whenever it draws
+    can turn on the spot for ever when it is greedy. A learned meta-controller draws its goals.
     """
     meta_agent = meta.frozen(num_envs, seed=meta_seed(seed))
     return Pair({META: meta_agent, CONTROLLER: controller.frozen(num_envs, seed=seed, is_greedy=is_greedy)})
 
 
 def meta_seed(seed: int) -> int:
-    """A seed for what a meta-controller draws, so that the controller, who has the run's own, draws other numbers."""
+    """Return a seed for what a meta-controller draws: the controller has the run's own, and draws other numbers."""
     return _derived(seed, 1)
 
 
 def evaluation_seed(seed: int) -> int:
-    """A seed for evaluating while a run trains, so that it plays other levels than it learns from."""
+    """Return a seed for evaluating while a run trains, so that it plays other levels than it learns from."""
     return _derived(seed, 2)
 
 
@@ -191,23 +125,8 @@ def _derived(seed: int, purpose: int) -> int:
     return int(np.random.SeedSequence([seed, purpose]).generate_state(1)[0])
 
 
-def _make_learner(
-    features: Features,
-    n_actions: int,
-    ppo: PPOConfig,
-    *,
-    num_envs: int,
-    seed: int,
-    device: str,
-    threads: int,
-    network: Callable[[AgentSpace, int], nn.Module],
-) -> Learner:
-    space = AgentSpace(features.cardinalities, n_actions)
-    return Learner(space, num_envs, ppo, seed=seed, device=device, threads=threads, network=network)
-
-
 def _checked(device: str) -> str:
-    """The device, on which a number was written and read: some that torch names are not there, or hold nothing."""
+    """Write a number on the device and read it: torch names some that are not there, or keep nothing."""
     try:
         torch.ones(1, device=device).item()
     except Exception as error:  # each kind of device fails in its own way

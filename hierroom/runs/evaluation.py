@@ -1,4 +1,4 @@
-"""Evaluation of a player: success, length, and steps to each goal over some episodes, by goal graph and in all."""
+"""Evaluation of a player: success, length, and steps to each goal over some episodes, in all and by goal graph."""
 
 from __future__ import annotations
 
@@ -31,50 +31,28 @@ class GoalSteps(NamedTuple):
 
 @dataclass(frozen=True)
 class Score:
-    """How well a player did in some episodes.
-
-    Args:
-        episodes: number of episodes.
-        success_rate: fraction that reached the exit.
-        success_interval: its 95% confidence interval (Wilson 1927).
-        length: mean length in primitive steps.
-        length_over_shortest: mean length divided by mean shortest possible length, over the episodes that reached the
-            exit; NaN if none did.
-        mean_return: mean sum of the controller's rewards, undiscounted.
-        steps_to_goals: for each goal (key and door of room 1, 2, ...; exit) how many achieved it, and when.
-    """
+    """The results of a player over some episodes."""
 
     episodes: int
-    success_rate: float
-    success_interval: SuccessInterval
-    length: float
-    length_over_shortest: float
-    mean_return: float
-    steps_to_goals: dict[str, GoalSteps]
+    success_rate: float  # fraction that reached the exit
+    success_interval: SuccessInterval  # its 95% confidence interval (Wilson 1927)
+    length: float  # mean, in primitive steps
+    length_over_shortest: float  # mean length over mean shortest length, of the episodes that reached the exit; or NaN
+    mean_return: float  # mean sum of the controller's rewards, undiscounted
+    steps_to_goals: dict[str, GoalSteps]  # by goal: key and door of room 1, 2, ...; exit
 
 
 @dataclass(frozen=True)
 class Evaluation(Score):
-    """The results of a player over some episodes.
+    """The results of a player over some episodes, also for each goal graph that was played."""
 
-    Args:
-        graphs: the same numbers for each goal graph that was played, by its name, the easiest first.
-    """
-
-    graphs: dict[str, Score]
+    graphs: dict[str, Score]  # by name, the easiest first
 
 
 def evaluate(
     player: Player, turns: Turns, episodes: int, progress: Callable[[int], object] = lambda done: None
 ) -> Evaluation:
-    """Let a player play the first episodes of each environment.
-
-    Args:
-        player: the player.
-        turns: N fresh environments that measure shortest lengths.
-        episodes: how many in all.
-        progress: called with the number of episodes done so far.
-    """
+    """Let a player play the first episodes of each of some fresh environments, which measure shortest lengths."""
     facts, play, parts = EpisodeFacts(len(turns)), Play(turns, player, episodes, progress), []
     for step in play:
         if len(ended := facts.add(step, play.turns, play.envs, play.counted)):

@@ -8,17 +8,12 @@ from types import FrameType
 
 
 class Interrupt:
-    """A context in which a signal to stop only sets a flag, so that training can stop in a consistent state.
+    """A context in which a signal to stop only sets `is_requested`, so that training can stop in a consistent state.
 
-    The signals are Ctrl-C, SIGTERM, and SIGHUP, which says that the terminal was closed; where that one is ignored, as
-    after ``nohup``, it stays so. A second Ctrl-C raises KeyboardInterrupt. The others do not: a terminal that closes
-    and a batch system send them more than once. Signals arrive in the main thread alone, so elsewhere none is heard.
-
-    Args:
-        hears_ctrl_c: whether Ctrl-C is one of them; not in a process whose parent hears it and asks by SIGTERM.
-
-    Attributes:
-        is_requested: whether a signal has arrived.
+    The signals are Ctrl-C, SIGTERM, and SIGHUP of a closed terminal, unless it is ignored, as after ``nohup``. A second
+    Ctrl-C raises KeyboardInterrupt. The others do not: a terminal that closes and a batch system send them more than
+    once. Signals arrive in the main thread alone, so in others the context does nothing. A process whose parent hears
+    Ctrl-C and sends SIGTERM has ``hears_ctrl_c=False``.
     """
 
     def __init__(self, *, hears_ctrl_c: bool = True) -> None:

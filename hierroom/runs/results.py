@@ -1,4 +1,4 @@
-"""What is left of a run when it ends: summary, learning curve, a picture of an episode, and a table."""
+"""The results of a run at its end: summary, learning curve, a picture of an episode, and a table."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import shlex
 from typing import Any
 
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 
 from hierroom.agents.episode import Episode
 from hierroom.agents.playback import save_episodes
@@ -24,9 +24,9 @@ from hierroom.support.tables import print_table
 from hierroom.turns.records import META
 
 MANY_ILLEGAL = 0.1
-"""A meta-controller whose share of illegal goals is above that may not do what it is meant to."""
+"""A larger share of illegal goals suggests a mistake in the meta-controller."""
 N_PICTURED = 20
-"""Episodes that are played for the picture of one of them."""
+"""Episodes to choose the pictured one from."""
 
 
 def write_results(trainer: Trainer, folder: RunFolder, console: Console) -> None:
@@ -49,44 +49,40 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console) -> None
     name, other = ("escape", "failure") if episode.success else ("failure", "escape")
     save_episodes([episode], folder.path / f"{name}.gif")
     (folder.path / f"{other}.gif").unlink(missing_ok=True)  # of a run that has gone on since
-    none = "" if episode.success else f" (no escape in {N_PICTURED} episodes)"
-    failures = "" if episode.success else " --failures"
-    console.print(f"learning curve  {picture}", soft_wrap=True, markup=False)
-    console.print(f"{f'one {name}':<15} {folder.path / f'{name}.gif'}{none}", soft_wrap=True, markup=False)
-    console.print(f"watch it        python -m hierroom watch {quoted}{failures}", soft_wrap=True, markup=False)
-    console.print(f"evaluate it     python -m hierroom evaluate {quoted}", soft_wrap=True, markup=False)
+    none, failures = ("", "") if episode.success else (f" (no escape in {N_PICTURED} episodes)", " --failures")
+    for what, text in {
+        "learning curve": picture,
+        f"one {name}": f"{folder.path / f'{name}.gif'}{none}",
+        "watch it": f"python -m hierroom watch {quoted}{failures}",
+        "evaluate it": f"python -m hierroom evaluate {quoted}",
+    }.items():
+        console.print(f"{what:<15} {text}", soft_wrap=True, markup=False)
 
 
 def telling_episode(agent: TrainedAgent, seed: int, episodes: int = N_PICTURED) -> Episode:
-    """The first episode of some in which an agent escapes, or the first of all if it never does.
-
-    Args:
-        agent: who plays, in environments like those it was trained in.
-        seed: of the levels and the actions.
-        episodes: how many are tried.
-    """
+    """Return the first of some episodes in which an agent escapes, or the first of all if it never does."""
     played = list(rollout(agent, None, episodes, num_envs=episodes, seed=seed))
     return next((episode for episode in played if episode.success), played[0])
 
 
 def _table(config: TrainConfig, curve: LearningCurve | None, summary: dict[str, Any]) -> Table:
-    table = Table(show_header=False)
-    table.add_column("")
-    table.add_column("", justify="right")
+    rows = {}
     if curve is not None:
-        table.add_row(f"success, evaluated over {config.evaluation_episodes} episodes", f"{curve.success[-1]:.1%}")
-        table.add_row("episode length, evaluated", f"{curve.length[-1]:.1f}")
-    table.add_row(
-        f"success, last {min(WINDOW, summary['episodes'])} episodes of training", f"{summary['success_rate']:.1%}"
-    )
-    table.add_row("steps", f"{summary['steps']:,}")
+        rows[f"success, evaluated over {config.evaluation_episodes} episodes"] = f"{curve.success[-1]:.1%}"
+        rows["episode length, evaluated"] = f"{curve.length[-1]:.1f}"
+    n_last = min(WINDOW, summary["episodes"])
+    rows[f"success, last {n_last} episodes of training"] = f"{summary['success_rate']:.1%}"
+    rows["steps"] = f"{summary['steps']:,}"
     for milestone in MILESTONES if curve is not None else ():
-        crossing = summary[f"steps_to_{milestone}"]
-        table.add_row(f"steps to {milestone}% success, evaluated", "-" if crossing is None else f"{crossing:,.0f}")
+        steps = summary[f"steps_to_{milestone}"]
+        rows[f"steps to {milestone}% success, evaluated"] = "-" if steps is None else f"{steps:,.0f}"
     if "stage" in summary:
-        table.add_row("stage of the curriculum", f"{summary['stage']} of {summary['stages']}")
-    table.add_row("seconds of training", f"{summary['seconds']:.1f}")
-    table.add_row("seconds of compilation", f"{summary['compile_seconds']:.1f}")
-    table.add_row("steps per second", f"{summary['steps_per_second']:,.0f}")
-    table.add_row("memory of the rollout", f"{summary['rollout_bytes'] / 2**20:.1f} MiB")
+        rows["stage of the curriculum"] = f"{summary['stage']} of {summary['stages']}"
+    rows["seconds of training"] = f"{summary['seconds']:.1f}"
+    rows["seconds of compilation"] = f"{summary['compile_seconds']:.1f}"
+    rows["steps per second"] = f"{summary['steps_per_second']:,.0f}"
+    rows["memory of the rollout"] = f"{summary['rollout_bytes'] / 2**20:.1f} MiB"
+    table = Table("", Column(justify="right"), show_header=False)
+    for row in rows.items():
+        table.add_row(*row)
     return table

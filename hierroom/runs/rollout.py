@@ -26,28 +26,23 @@ def rollout(
     seed: int = 0,
     progress: Callable[[int], object] = lambda done: None,
 ) -> Iterator[Episode]:
-    """Let an agent play, and yield each episode with its subgoals, actions, rewards and end.
+    """Let an agent play, and yield each episode with its subgoals, actions, rewards and end, as it is asked for.
 
-    How many episodes each environment plays is fixed beforehand, and they are yielded in a fixed order: everyone's
-    first episode, then everyone's second. So neither all of them nor the first few are the short ones rather than the
-    long, as the first episodes to end would be. The seed and ``num_envs`` fix the levels and, for a trained agent or a
-    player that is named, the actions.
+    The number of episodes of each environment is fixed, and so is their order: the first of each environment, then the
+    second of each. The first episodes to end would be the short ones rather than the long. The seed and ``num_envs``
+    fix the levels and, for a trained agent or a named player, the actions.
 
     Args:
-        agent: what `hierroom.load` or `hierroom.train` gave, ``"random"``, ``"oracle"`` (a shortest way to the exit),
-            or a `Player`: anything with a method ``step(turns)``.
-        env: an `EnvConfig`, or an environment of hierroom, of any API, whose config is taken: the episodes are played
-            in fresh environments of it on the batch engine, and the environment itself is left as it is. None: as the
-            agent was trained in, or graph c for others. The reward of an `EnvConfig` that names none is the one the
-            agent was trained with; an environment always has its own. Where ``levels`` are not named, they are those
-            that training never uses.
+        agent: what `hierroom.load` or `hierroom.train` returned, ``"random"``, ``"oracle"`` (a shortest way to the
+            exit), or a `Player`: anything with a method ``step(turns)``.
+        env: an `EnvConfig`, or an environment of hierroom, of any API, which is not touched: fresh environments of its
+            config play on the batch engine. None: as in the agent's training, or graph c for others. The reward of an
+            `EnvConfig` that names none is that of the agent's training; an environment always has its own. Where
+            ``levels`` are not named, they are those that training never uses.
         episodes: how many.
-        num_envs: environments to play in side by side, at most as many as episodes.
+        num_envs: environments that play in parallel, at most as many as episodes.
         seed: of the environments and of the actions.
         progress: called with the number of episodes played so far.
-
-    Returns:
-        an iterator over exactly so many episodes, which are played as they are asked for.
     """
     for name, value in (("episodes", episodes), ("num_envs", num_envs)):
         if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 1:

@@ -7,11 +7,9 @@ import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
 
 import torch
 from rich.console import Console
-from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from hierroom.agents.scripted_agent import ScriptedAgent, unsaved_memory
@@ -23,26 +21,27 @@ from hierroom.runs.folder.provenance import record_session
 from hierroom.runs.folder.run_folder import RunFolder, claim_folder
 from hierroom.runs.folder.trust import named_code, trust_option
 from hierroom.runs.interrupt import Interrupt
-from hierroom.runs.logs.learning_curve import LearningCurve, evaluation_rows
+from hierroom.runs.logs.learning_curve import LearningCurve, evaluation_points, evaluation_rows
 from hierroom.runs.logs.logs import DEFAULT, NONE, Logs
 from hierroom.runs.logs.output import lasting_output, warn
+from hierroom.runs.logs.scalars import evaluation_scalars, metric_scalars
 from hierroom.runs.results import write_results
-from hierroom.runs.schedule import Schedule
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import DivergenceError, InputError
 from hierroom.support.files import to_json
 from hierroom.turns.records import META
 
+ROWS, CHECKPOINTS = 500, 10
+"""How often a run writes a row of ``metrics.csv``, besides that after the first update, and a checkpoint."""
+
 
 def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Trainer, RunFolder]:
-    """Create a new run; it is this process's alone until `run_session` returns.
+    """Create a new run, and lock it until `run_session` returns.
 
-    Args:
-        config: config of the run.
-        out: folder of the run, new or empty; None: a new folder in ``runs/``, called `run_name` of the config.
-        variant: what the plan of a sweep calls the run, by which runs can be compared; empty: nothing.
+    ``out`` is its folder, new or empty, by default a new folder in ``runs/``, called `run_name` of the config.
+    ``variant`` is the name of the run in the plan of a sweep, by which runs can be compared.
     """
-    TrainConfig.from_dict(json.loads(to_json(config.to_dict())))  # what cannot be read back is refused now
+    TrainConfig.from_dict(json.loads(to_json(config.to_dict())))  # refuse now what could not be read back
     trainer = Trainer(config)
     if named_code(config):
         _try_out(trainer)
@@ -57,11 +56,9 @@ def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Tra
 
 
 def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
-    """Continue a run from its newest checkpoint; it is this process's alone until `run_session` returns.
+    """Continue a run from its newest checkpoint, and lock it until `run_session` returns.
 
-    Args:
-        config: the run's config, possibly with more steps, another number of threads or another device.
-        path: folder of the run.
+    The config may have more steps, another number of threads and another device than that of the run.
     """
     folder = RunFolder.open(path)
     with ExitStack() as stack:
@@ -69,56 +66,51 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
         folder.tidy()
         is_untrained = folder.is_untrained
         trainer = Trainer(config, begins=is_untrained)
-        state = None if is_untrained else _load(trainer, folder)
-        has_other_steps = config.steps != folder.config().steps
-        if has_other_steps and trainer.steps >= config.steps:
+        state = None if is_untrained else folder.load_checkpoint()
+        if state is not None:
+            folder.require_same_config(config, state)
+            try:
+                trainer.load_state_dict(state)
+            except InputError as error:
+                raise InputError(f"the newest checkpoint of {path} does not fit its config.json: {error}") from error
+        if trainer.steps >= config.steps != folder.config().steps:
             taken = f"{folder.path} has taken {trainer.steps:,} steps"
             raise InputError(f"{taken}; --steps must be more, not {config.steps:,}")
         if state is not None:
             folder.keep_rows(state)
         folder.save_config(config)  # with the new number of steps, in case it is interrupted again
         _record(folder, config)
-        if is_untrained:
+        if state is None:
             folder.save_checkpoint(trainer.state_dict())
         stack.pop_all()
     return trainer, folder
 
 
 def run_session(trainer: Trainer, folder: RunFolder, log: Sequence[str] = DEFAULT) -> int:
-    """Train until the end or an interrupt and print the results; returns the exit code of the command.
-
-    Training does not depend on whether anybody reads what is printed.
-
-    Args:
-        trainer: what trains.
-        folder: of the run.
-        log: the loggers, as `logs.logger_names` gives them.
-    """
+    """Train until the end or an interrupt, print results even if nobody reads them, and return the exit code."""
     torch.set_num_threads(1)  # more threads gain nothing at these sizes
     with folder.lock, lasting_output():
         console = Console()
-        console.print(escape(f"{trainer.config.title}, into {folder.path}"), soft_wrap=True)
+
+        def say(line: str) -> None:
+            console.print(line, soft_wrap=True, markup=False)
+
+        say(f"{trainer.config.title}, into {folder.path}")
         for line in trainer.turns.world.stage_titles:
-            console.print(escape(line), soft_wrap=True)
+            say(line)
         meta = trainer.agents[META]
         if isinstance(meta, ScriptedAgent) and (unsaved := unsaved_memory(meta.meta)):
             name = trainer.config.resolved_method.meta
-            console.print(
+            say(
                 f"warning: the meta-controller {name} has {unsaved}, but not both state_dict and load_state_dict: what "
-                "it remembers is not saved, so resuming, evaluating and watching begin without it",
-                markup=False,
-                soft_wrap=True,
+                "it remembers is not saved, so resuming, evaluating and watching begin without it"
             )
         with Interrupt() as interrupt, _progress_bar(trainer, console) as report:
             train(trainer, folder, interrupt, report, log)
         if not trainer.is_done:
-            console.print("stopped and saved; go on with:")
-            console.print(
-                f"python -m hierroom train --resume {shlex.quote(str(folder.path))}{trust_option(trainer.config)}"
-                + (f" --log {','.join(log) or NONE}" if tuple(log) != DEFAULT else ""),
-                soft_wrap=True,
-                markup=False,
-            )
+            say("stopped and saved; go on with:")
+            again = f"python -m hierroom train --resume {shlex.quote(str(folder.path))}{trust_option(trainer.config)}"
+            say(again + (f" --log {','.join(log) or NONE}" if tuple(log) != DEFAULT else ""))
             return 130
         write_results(trainer, folder, console)
         return 0
@@ -133,19 +125,13 @@ def train(
 ) -> None:
     """Train until the end or an interrupt, with tables, loggers and checkpoints.
 
-    What is written before a checkpoint is what a run that goes on from it has behind it: the checkpoint is the last.
-
-    Args:
-        trainer: what trains.
-        folder: of the run.
-        interrupt: asks to stop.
-        report: called after each update with a few words on how training stands.
-        log: the loggers, as `logs.logger_names` gives them.
+    A checkpoint is written last, so that a run that is resumed from it never repeats rows. ``report`` is called after
+    each update with a few words on how training stands; ``log`` names loggers, see `logs.logger_names`.
 
     Raises:
         DivergenceError: if training diverges; the checkpoints are as they were.
     """
-    logs = Logs(folder.path, trainer.config, _last_kept(trainer), log)
+    logs = Logs(folder.path, trainer.config, trainer.steps or -1, log)  # -1: a run that begins has logged nothing
     try:
         _train(trainer, folder, interrupt, report, logs)
     finally:
@@ -155,17 +141,20 @@ def train(
 def _train(
     trainer: Trainer, folder: RunFolder, interrupt: Interrupt, report: Callable[[str], object], logs: Logs
 ) -> None:
-    config, n_stages = trainer.config, len(trainer.turns.world.stage_titles)
-    schedule = Schedule(config.steps, config.evaluations)
-    evaluated = ""
+    """Train; what is due depends on the steps alone, so that a resumed run keeps to it."""
+    total, evaluated = trainer.config.steps, ""
+    points = evaluation_points(total, trainer.config.evaluations)
 
     def evaluate() -> str:
         evaluation = trainer.evaluate()
         folder.evaluations.append(evaluation_rows(trainer.steps, trainer.seconds, evaluation))
-        logs.add_evaluation(trainer.steps, evaluation)
+        logs.add(evaluation_scalars(evaluation), trainer.steps)
         return f" (evaluated {evaluation.success_rate:.0%})"
 
-    if trainer.steps == 0 and schedule.is_evaluation_due(-1, 0):
+    def has_completed_part(n_parts: int, before: int) -> bool:
+        return before * n_parts // total < trainer.steps * n_parts // total
+
+    if trainer.steps == 0 and points:
         evaluated = evaluate()
     is_last = trainer.is_done
     while not is_last:
@@ -173,36 +162,35 @@ def _train(
         try:
             trainer.advance()
         except DivergenceError as error:
-            raise DivergenceError(f"{error}. {_way_back(folder)}") from error
+            raise DivergenceError(f"{error}. {_restart_advice(folder)}") from error
         is_last = trainer.is_done or interrupt.is_requested
         row = trainer.metrics()
-        report(_status(row, n_stages, evaluated))
+        report(_status(trainer, row, evaluated))
         folder.episodes.append(trainer.log.ended)
-        if schedule.is_row_due(before, trainer.steps):
+        if before == 0 or has_completed_part(ROWS, before):
             folder.metrics.append([row])
-            logs.add_metrics(row)
-        if schedule.is_evaluation_due(before, trainer.steps):
+            logs.add(metric_scalars(row), trainer.steps)
+        if any(before < point <= trainer.steps for point in points):
             evaluated = evaluate()
-            report(_status(row, n_stages, evaluated))
+            report(_status(trainer, row, evaluated))
         if trainer.is_done:
             logs.add_results(LearningCurve.of_rows(folder.evaluations.read()))
         logs.sync()
-        if schedule.is_checkpoint_due(before, trainer.steps):
+        if has_completed_part(CHECKPOINTS, before):
             folder.save_checkpoint(trainer.state_dict())
         elif is_last:
             folder.save_interrupted(trainer.state_dict())
 
 
-def _status(row: Mapping[str, float], n_stages: int, evaluated: str) -> str:
-    """What the progress bar says beside the steps."""
-    stage = f"stage {row['stage']:.0f} of {n_stages}, " if "stage" in row else ""
+def _status(trainer: Trainer, row: Mapping[str, float], evaluated: str) -> str:
+    stages = trainer.turns.world.stage_titles
+    stage = f"stage {row['stage']:.0f} of {len(stages)}, " if stages else ""
     length = "" if stage else f" length {row['episode_length']:.0f},"  # they fit into 80 columns
     return f"{row['steps_per_second']:,.0f} steps/s, {stage}success {row['success_rate']:.0%}{evaluated},{length}"
 
 
 @contextmanager
 def _progress_bar(trainer: Trainer, console: Console) -> Iterator[Callable[[str], None]]:
-    """A context with a progress bar, and what moves it on."""
     total = trainer.config.steps
     columns = (
         TextColumn("{task.percentage:3.0f}%"),
@@ -216,13 +204,8 @@ def _progress_bar(trainer: Trainer, console: Console) -> Iterator[Callable[[str]
         yield lambda status: bar.update(task, completed=min(trainer.steps, total), status=status)
 
 
-def _last_kept(trainer: Trainer) -> int:
-    """The steps of the last rows that a session keeps; -1: none, as the first checkpoint was written before any row."""
-    return trainer.steps or -1
-
-
-def _way_back(folder: RunFolder) -> str:
-    """What to do with a run that has diverged; resuming it as it is would repeat the same numbers."""
+def _restart_advice(folder: RunFolder) -> str:
+    """Say how to go on with a run that has diverged; resuming it unchanged would repeat the same numbers."""
     steps, path = folder.load_checkpoint()["steps"], shlex.quote(str(folder.path))
     begin_again = f"--config {path}/config.json" + (f" --warm-start {path}" if steps else "")
     begin_again += trust_option(folder.config())
@@ -240,17 +223,5 @@ def _try_out(trainer: Trainer) -> None:
 
 
 def _record(folder: RunFolder, config: TrainConfig, variant: str = "") -> None:
-    """Write what works on the run now, and say which of the user's own modules are not what they were."""
     for line in record_session(folder.path, config, variant):
         warn(line)
-
-
-def _load(trainer: Trainer, folder: RunFolder) -> dict[str, Any]:
-    """Load the newest checkpoint of a run into the trainer, and return it."""
-    state = folder.load_checkpoint()
-    folder.require_same_config(trainer.config, state)
-    try:
-        trainer.load_state_dict(state)
-    except InputError as error:
-        raise InputError(f"the newest checkpoint of {folder.path} does not fit its config.json: {error}") from error
-    return state

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -13,8 +14,8 @@ from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.agents.trained_goals import TrainedGoals
 from hierroom.goals import graph_specs
-from hierroom.meta import MetaController
-from hierroom.runs.assembly import freeze, load_agents, make_turns, meta_seed, restore_agents
+from hierroom.meta import MetaController, make_meta
+from hierroom.runs.assembly import freeze, make_agents, make_turns, meta_seed
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
 from hierroom.runs.folder.run_folder import RunFolder
@@ -28,27 +29,18 @@ from hierroom.worlds.env_config import EnvConfig
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TrainedAgent:
-    """A meta-controller and a controller that were trained together: what `load` and `hierroom.train` give.
+    """A meta-controller and a controller that were trained together: what `load` and `hierroom.train` return.
 
-    It plays and learns no more; `hierroom.rollout` lets it play.
-
-    Args:
-        config: what was trained.
-        meta: the meta-controller, or another one that was given in its place.
-        controller: the controller.
-        steps: primitive steps it was trained for.
-        is_greedy: whether the controller takes its most probable action instead of drawing one.
-        has_other_meta: whether the meta-controller was given in the place of the config's.
-        path: the folder of the run or the file of its weights, or None.
+    It plays, by `hierroom.rollout`, and learns no more.
     """
 
-    config: TrainConfig
-    meta: PPOAgent | ScriptedAgent
+    config: TrainConfig  # what was trained
+    meta: PPOAgent | ScriptedAgent  # the meta-controller, or another one that was given in its place
     controller: PPOAgent
-    steps: int
-    is_greedy: bool = False
-    has_other_meta: bool = False
-    path: Path | None = None
+    steps: int  # primitive steps it was trained for
+    is_greedy: bool = False  # whether the controller takes its most probable action instead of drawing one
+    has_other_meta: bool = False  # whether the meta-controller was given in the place of the config's
+    path: Path | None = None  # the folder of the run or the file of its weights
 
     def __repr__(self) -> str:
         meta = type(self.meta.meta).__name__ if isinstance(self.meta, ScriptedAgent) else "learned"
@@ -56,11 +48,11 @@ class TrainedAgent:
         return f"<TrainedAgent {run_name(self.config)}, {self.steps:,} steps, meta {meta}, {actions} actions{path}>"
 
     def env(self, **entries: Any) -> EnvConfig:
-        """What the environments it was trained in are made of, but for some entries.
+        """Return what the environments it was trained in are made of, with some entries changed.
 
         Args:
-            **entries: entries of the `EnvConfig` that are to be others, such as ``size`` or ``graph``, which comes
-                without the run's ``exclude``; without it, ``exclude`` names graphs to leave out besides.
+            **entries: entries of the `EnvConfig`, such as ``size`` or ``graph``, which comes without the run's
+                ``exclude``; without ``graph``, ``exclude`` names further graphs to leave out.
         """
         names = [entry.name for entry in fields(EnvConfig)]
         for name in sorted(entries.keys() - names - {*self.config.entries}):
@@ -73,52 +65,38 @@ class TrainedAgent:
         return replace(own, **{**entries, "exclude": (*besides, *graph_specs(entries.get("exclude", ())))})
 
     def turns(self, num_envs: int, *, seed: int = 0, env: EnvConfig | None = None, autoreset: bool = True) -> Turns:
-        """Environments it can play in, whose shortest lengths are measured.
+        """Return environments to play in, which measure the shortest lengths of their episodes; see `Turns`.
 
         Args:
             num_envs: how many.
             seed: of their first episodes.
-            env: what they are made of; None: as those it was trained in. Where its reward is None, it is the one it was
-                trained with; where its levels are None, they are those that training never uses.
+            env: None: as in training. Where its reward is None, it is that of training; where its levels are None, they
+                are those that training never uses.
             autoreset: whether an environment whose episode ends begins its next one in the same step.
         """
-        if env is not None and env.reward is None:
-            env = replace(env, reward=self.config.env.reward)
-        config = self.config if env is None else self.config.changed(env=env)
-        if config.env.drop_key != self.config.env.drop_key:
+        own = self.config.env
+        levels, env = (env and env.levels) or "evaluation", env or own
+        if env.drop_key != own.drop_key:
             raise InputError("a trained agent cannot be played with another drop_key")
-        levels = (env and env.levels) or "evaluation"
-        settings = {"whole_interval": True, "measure_shortest": True, "autoreset": autoreset}
-        return make_turns(config, num_envs, seed, levels=levels, **settings)
+        env = replace(env, reward=own.reward if env.reward is None else env.reward, curriculum_stages=1)
+        config = self.config.changed(env=env)
+        return make_turns(config, num_envs, seed, levels=levels, measure_shortest=True, autoreset=autoreset)
 
     def pair(self, num_envs: int, *, seed: int = 0) -> Pair:
-        """The agents as a `Player` in a number of environments; a new one for each use.
-
-        Args:
-            num_envs: how many environments.
-            seed: fixes the actions.
-        """
+        """Return the agents as a new `Player` in ``num_envs`` environments; the seed fixes their actions."""
         return freeze(self.meta, self.controller, num_envs, seed=seed, is_greedy=self.is_greedy)
 
     def meta_controller(self, num_envs: int = 1, *, seed: int = 0) -> MetaController:
-        """The meta-controller alone, which plays: for Gymnasium's environments, or another agent (`load`'s ``meta``).
+        """Return the meta-controller alone: for Gymnasium's environments, or another agent (`load`'s ``meta``).
 
-        Args:
-            num_envs: environments that it chooses goals in.
-            seed: fixes, together with the seeds of the environments, what it draws.
+        It chooses goals in ``num_envs`` environments; the seed and theirs fix what it draws.
         """
         if isinstance(self.meta, PPOAgent):
             return TrainedGoals(self.meta, num_envs, meta_seed(seed))
         return self.meta.frozen(num_envs, seed=meta_seed(seed)).meta
 
     def save(self, path: str | Path) -> None:
-        """Write the agents to one small file, which `load` reads anywhere: their config and their weights.
-
-        Whether it `is_greedy` is not saved: `load` says it anew.
-
-        Args:
-            path: the file, ``.safetensors``, which is replaced.
-        """
+        """Write config and weights to a small ``.safetensors`` file for `load`; whether it `is_greedy` is not saved."""
         file = Path(path)
         if self.has_other_meta:
             raise InputError(
@@ -140,7 +118,7 @@ class TrainedAgent:
 def load(
     run: str | Path, *, checkpoint: int | None = None, meta: Any = None, greedy: bool = False, trust: bool = False
 ) -> TrainedAgent:
-    """Load the agents that a run has trained, or that ship with hierroom.
+    """Load the agents that a run has trained, or that ship with hierroom, onto the CPU.
 
     Args:
         run: the run's folder; or a ``.safetensors`` file that `TrainedAgent.save` wrote; or the name of an agent that
@@ -151,30 +129,50 @@ def load(
             itself.
         greedy: whether the controller takes its most probable action instead of drawing one. A policy that escapes
             whenever it draws can turn on the spot for ever when it is greedy.
-        trust: whether to run what the folder's config names besides what ships with hierroom: a network, a reward or a
-            meta-controller of somebody's own, which is code. A ``meta`` that is given here needs no trust.
+        trust: whether to run code that the folder's config names and that does not ship with hierroom: a user-defined
+            network, reward or meta-controller. A ``meta`` that is given here needs no trust.
     """
     if not isinstance(run, (str, os.PathLike)):
         raise InputError(f"a run is named by its folder, a file or a shipped agent's name, not {shown(run)}")
-    file = weights_file(run)
-    if file is not None:
-        return _load_file(file, checkpoint, meta, greedy, trust)
-    if not Path(run).exists():
+    path, has_other_meta = weights_file(run), meta is not None
+
+    def trusted(config: TrainConfig) -> TrainConfig:
+        require_trust(Path(path or run), config.changed(meta=None) if has_other_meta else config, trust=trust)
+        return config.changed(device="cpu")
+
+    if path is not None:
+        if checkpoint is not None:
+            raise InputError(f"{path} holds one agent, and no checkpoints")
+        saved = SavedAgent.read(path)
+        config, misfit = trusted(saved.config), f"{path} does not fit its config"
+    elif Path(run).exists():
+        folder = RunFolder.open(run)
+        path, config = folder.path, trusted(folder.config())
+        state = folder.load_checkpoint(checkpoint)
+        folder.require_same_config(config, state, ignored=("meta",) if has_other_meta else ())
+        saved = SavedAgent(config, state["steps"], state["agents"])
+        misfit = f"the checkpoint of {path} does not fit its config.json"
+    else:
         raise InputError(f"there is no run {run}, and the agents that ship with hierroom are {', '.join(SHIPPED)}")
-    folder = RunFolder.open(run)
-    config, meta_agent, controller, steps = load_agents(folder, meta=meta, steps=checkpoint, trust=trust)
-    return TrainedAgent(
-        config, meta_agent, controller, steps, is_greedy=greedy, has_other_meta=meta is not None, path=folder.path
-    )
+    agents = _restore(config, saved.agents, meta, misfit)
+    return TrainedAgent(config, *agents, saved.steps, is_greedy=greedy, has_other_meta=has_other_meta, path=path)
 
 
-def _load_file(file: Path, checkpoint: int | None, meta: Any, greedy: bool, trust: bool) -> TrainedAgent:
-    if checkpoint is not None:
-        raise InputError(f"{file} holds one agent, and no checkpoints")
-    saved = SavedAgent.read(file)
-    config = saved.config.changed(device="cpu")
-    require_trust(file, config if meta is None else config.changed(meta=None), trust=trust)
-    meta_agent, controller = restore_agents(config, saved.agents, f"{file} does not fit its config", meta)
-    return TrainedAgent(
-        config, meta_agent, controller, saved.steps, is_greedy=greedy, has_other_meta=meta is not None, path=file
-    )
+def _restore(
+    config: TrainConfig, states: Mapping[str, dict[str, Any]], meta: Any, misfit: str
+) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:
+    """Make the agents of a config with trained weights, and another meta-controller if one is given."""
+    if meta is None:
+        meta_agent, controller = make_agents(config)
+    else:
+        _, controller = make_agents(config.changed(meta="none"))
+        meta_agent = ScriptedAgent(make_meta(meta))
+    try:
+        controller.take_weights(states.get(CONTROLLER, {}))
+        if isinstance(meta_agent, PPOAgent):
+            meta_agent.take_weights(states.get(META, {}))
+        elif meta is None and META in states:
+            meta_agent.load_state_dict(states[META])
+    except InputError as error:
+        raise InputError(f"{misfit}: {error}") from error
+    return meta_agent, controller

@@ -33,20 +33,7 @@ MAX_EVALUATION_ENVS = 100
 class Trainer:
     """Trains the agents of a config.
 
-    Args:
-        config: what to train.
-        begins: whether it begins, with the weights of a warm start if the config names one; False where a checkpoint
-            is to be loaded, which holds all weights.
-
-    Attributes:
-        agents: who acts and learns, by name, the meta-controller first.
-        controller: the second of them.
-        turns: the environments.
-        config: what is trained.
-        steps: primitive steps taken so far, over all environments.
-        seconds: seconds spent in `advance` so far, compilation left out.
-        compile_seconds: seconds that compilation took in it.
-        log: what the last episodes were like.
+    It ``begins`` with the weights of the config's warm start, if any; not where a checkpoint is loaded later.
     """
 
     def __init__(self, config: TrainConfig, *, begins: bool = True):
@@ -55,13 +42,13 @@ class Trainer:
         if config.stagger_clocks:
             self.turns.world.stagger_clocks()
         meta, controller = make_agents(config)
-        self.agents = {META: meta, CONTROLLER: controller}
+        self.agents = {META: meta, CONTROLLER: controller}  # the meta-controller acts first
         self.controller = controller
         if config.warm_start and begins:
             self._warm_start(config.warm_start)
         self.log = EpisodeLog(self.turns.world.goals, self.turns.world.clocks())
-        self.steps = 0
-        self.seconds = self.compile_seconds = 0.0
+        self.steps = 0  # primitive steps so far, over all environments
+        self.seconds = self.compile_seconds = 0.0  # spent in `advance` so far, without compilation and on it
         self._speed = float("nan")
 
     @property
@@ -79,7 +66,7 @@ class Trainer:
         started, compiled, steps = time.perf_counter(), clock.seconds, self.steps
         self.log.begin_update()
         while not self.controller.ready:
-            for name in self.agents:  # meta_0 first
+            for name in self.agents:
                 self._act(name)
             step = self.turns.advance()
             for agent in self.agents.values():
@@ -121,13 +108,12 @@ class Trainer:
     def fresh_turns(
         self, num_envs: int, seed: int, *, graph: GraphSpecs | None = None, autoreset: bool = True
     ) -> Turns:
-        """Other environments of the config, whose shortest lengths are measured; see `assembly.make_turns`."""
+        """Make other environments of the config, which measure shortest lengths; see `assembly.make_turns`."""
         config = self.config if graph is None else self.config.changed(graph=graph, exclude=())
-        settings: dict[str, Any] = {"whole_interval": True, "autoreset": autoreset, "measure_shortest": True}
-        return make_turns(config, num_envs, seed, levels="evaluation", **settings)
+        return make_turns(config, num_envs, seed, levels="evaluation", autoreset=autoreset, measure_shortest=True)
 
     def freeze(self, num_envs: int, *, seed: int, is_greedy: bool = False) -> Pair:
-        """What the agents have learned so far, as a pair that plays elsewhere; see `assembly.freeze`."""
+        """Return what the agents have learned so far, as a pair that plays elsewhere; see `assembly.freeze`."""
         return freeze(self.agents[META], self.controller, num_envs, seed=seed, is_greedy=is_greedy)
 
     def evaluate(
@@ -138,13 +124,9 @@ class Trainer:
         graph: GraphSpecs | None = None,
         is_greedy: bool = False,
     ) -> Evaluation:
-        """How well the agents do now, apart from training, on the same levels whenever this is asked.
+        """Evaluate the agents as they are now, always on the same levels; see `freeze`.
 
-        Args:
-            episodes: to play; None: as many as the config says.
-            meta: another meta-controller to pick the goals, as `make_meta` takes it; None: the run's own.
-            graph: other goal graphs to play on; None: those that are trained on.
-            is_greedy: as for `freeze`.
+        By default the number of episodes, the meta-controller and the goal graphs are those of the config.
         """
         episodes = self.config.evaluation_episodes if episodes is None else episodes
         num_envs, seed = min(MAX_EVALUATION_ENVS, episodes), evaluation_seed(self.config.seed)
@@ -153,7 +135,7 @@ class Trainer:
         return evaluate(player, self.fresh_turns(num_envs, seed, graph=graph), episodes)
 
     def metrics(self) -> dict[str, float]:
-        """One row of numbers on how training stands; the stage of a curriculum is counted from 1."""
+        """Return numbers on how training stands; the stage of a curriculum is counted from 1."""
         world, ledger = self.turns.world, self.turns.ledger
         illegal = float(ledger.illegal_goals.sum() / max(1, ledger.meta_turns.sum()))
         return {
@@ -162,9 +144,7 @@ class Trainer:
             "compile_seconds": self.compile_seconds,
             "steps_per_second": self._speed,
             "episodes": self.log.episodes,
-            "success_rate": self.log.success_rate,
-            "episode_length": self.log.episode_length,
-            "episode_return": self.log.episode_return,
+            **self.log.means,
             **self.log.reached,
             **({"meta_illegal_goals": illegal} if self.config.resolved_method.meta != "none" else {}),
             **({"stage": world.stage + 1} if world.stage_titles else {}),
@@ -173,23 +153,18 @@ class Trainer:
         }
 
     def summary(self) -> dict[str, Any]:
-        """What is left to be said at the end of training."""
-        world = self.turns.world
+        """Return the numbers of the end of training."""
+        row, world = self.metrics(), self.turns.world
+        names = ("success_rate", "episode_length", "episode_return", "episodes", "steps", "seconds", "compile_seconds")
         return {
-            "success_rate": self.log.success_rate,
-            "episode_length": self.log.episode_length,
-            "episode_return": self.log.episode_return,
-            "episodes": self.log.episodes,
-            "steps": self.steps,
-            "seconds": self.seconds,
-            "compile_seconds": self.compile_seconds,
+            **{name: row[name] for name in names},
             "steps_per_second": self.steps / self.seconds if self.seconds else 0.0,
             "rollout_bytes": self.controller.learner.n_rollout_bytes,
-            **({"stage": world.stage + 1, "stages": len(world.stage_titles)} if world.stage_titles else {}),
+            **({"stage": row["stage"], "stages": len(world.stage_titles)} if world.stage_titles else {}),
         }
 
     def state_dict(self) -> dict[str, Any]:
-        """Everything that decides what happens next, as tensors and plain types."""
+        """Return everything that decides what happens next, as tensors and plain types."""
         return {
             "config": to_json(self.config.to_dict()),
             "turns": {name: _as_tensors(array) for name, array in self.turns.get_state().items()},
@@ -231,7 +206,7 @@ def _as_array(saved: Any, like: np.ndarray, name: str) -> np.ndarray:
         return as_array(saved, f"turns.{name}")
     array = np.zeros_like(like)
     if not isinstance(saved, dict) or saved.keys() != {*like.dtype.names}:
-        Table(dict.fromkeys(like.dtype.names, Anything())).check(saved, name)  # says what is wrong
+        Table(dict.fromkeys(like.dtype.names, Schema())).check(saved, name)  # says what is wrong
     for field in like.dtype.names:
         value, kind = saved[field], like[field]
         given = value.numpy(force=True) if isinstance(value, torch.Tensor) and value.layout is torch.strided else value

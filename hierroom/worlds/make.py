@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from hierroom.goals.goal_set import GoalSet
 from hierroom.worlds.env_config import EnvConfig

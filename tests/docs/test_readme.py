@@ -11,6 +11,7 @@ from hierroom.complexity import analyze
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.lab.sweep.plan import read_plan
 from hierroom.learners.config import PPOConfig
+from hierroom.runs.config.config import OF_META
 from hierroom.runs.config.presets import PRESETS
 
 ROOT = Path(__file__).parents[2]
@@ -59,7 +60,7 @@ def test_each_run_of_the_ablation_changes_only_the_entry_in_its_name():
             kind = "features"
         else:
             assert value == "it is" or str(run.config.entries[kind]).lower() == value
-        assert changed - {"env", "agents", "ppo"} == {kind} - {"as"}
+        assert changed == {kind} - {"as"}
 
 
 def test_the_presets_are_documented_value_by_value():
@@ -86,9 +87,9 @@ def test_entries_of_only_some_methods_are_documented_value_by_value():
     documented = {
         entry: value.strip(" `") for entry, value in re.findall(r"^\| `(.*?)` \|(.*?)\|", section, re.MULTILINE)
     }
-    usual = vars(PRESETS["default"].ppo)
+    usual = {f"{OF_META}{name}": value for name, value in vars(PRESETS["default"].ppo).items()}
     for config in (preset for name, preset in PRESETS.items() if name != "algorithm1"):
-        of_meta = {f"meta_ppo.{n}": str(v) for n, v in vars(config.meta_ppo).items() if v != usual[n]}
+        of_meta = {n: str(v) for n, v in config.entries.items() if n.startswith(OF_META) and v != usual[n]}
         alone = {n: str(config.entries[n]) for n in ("meta_start_success", "novelty_bonus", "curiosity_weight")}
         assert documented == {**of_meta, **alone, "meta_features": ", ".join(config.agents.meta_features)}
 
@@ -97,7 +98,7 @@ def test_algorithm_1_differs_from_the_paper_s_preset_as_documented():
     section = PRESETS_PAGE.split("## Algorithm 1 to the letter")[1].split("\n## ")[0]
     rows = re.findall(r"^\| `(\w+)` \|(.*?)\|", section, re.MULTILINE)
     paper, ours = PRESETS["paper"].entries, PRESETS["algorithm1"].entries
-    changed = {n for n in ours if ours[n] != paper[n]} - {"preset", "env", "agents", "ppo"}
+    changed = {n for n in ours if ours[n] != paper[n]} - {"preset"}
     assert {entry: value.strip(" `") for entry, value in rows} == {
         name: ", ".join(ours[name]) if isinstance(ours[name], tuple) else str(ours[name]) for name in changed
     }
@@ -115,8 +116,7 @@ def test_entries_that_other_presets_change_are_documented_value_by_value():
     for preset in ("long", "large", "learned"):
         entries = PRESETS[preset].entries
         for name, usual in default.items():
-            is_part = name in ("env", "agents", "ppo")  # whose entries are there one by one
-            if not is_part and name != "preset" and entries[name] != usual:
+            if name != "preset" and entries[name] != usual:
                 changed[preset, name] = ", ".join(entries[name]) if name == "features" else str(entries[name])
     assert documented == changed
 

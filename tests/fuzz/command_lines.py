@@ -48,16 +48,9 @@ NUMBERS = (
     str(2**63),
     str(10**20),
 )
-_FLAT = [name for name in TrainConfig().entries if name not in ("env", "agents", "ppo", "meta_ppo", "env_index")]
+_FLAT = [name for name in TrainConfig().entries if name != "env_index"]
 OPTIONS: Mapping[str, Sequence[str]] = {
-    "train": [
-        *_FLAT,
-        "out",
-        "resume",
-        "config",
-        "trust_run",
-        *(f"meta_ppo.{name}" for name in vars(TrainConfig().ppo)),
-    ],
+    "train": [*_FLAT, "out", "resume", "config", "trust_run"],
     **{
         name: [*arguments.__dataclass_fields__]
         for name, arguments in {

@@ -17,7 +17,7 @@ from hierroom.runs.config.config import TrainConfig
 from .commands import MANY_DIGITS, SMALL_OPTIONS, TEXTS, end_of, report, wrong_end
 from .configs import VALUES, damaged
 
-NAMES = [name for name in TrainConfig().entries if name not in ("env", "agents", "ppo")]
+NAMES = [*TrainConfig().entries]
 
 
 def as_toml(value: Any) -> str:

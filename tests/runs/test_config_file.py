@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hierroom.goals import GoalGraph
 from hierroom.runs import session
 from hierroom.runs.config.config import META_PPO, TrainConfig
-from hierroom.runs.config.config_file import read_config
+from hierroom.runs.config.config_file import OF_ENVIRONMENTS, read_config
 from hierroom.runs.config.presets import PRESETS, find_preset
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError
@@ -74,18 +74,12 @@ def test_a_learned_meta_controller_implies_its_preset_wherever_it_is_named():
     assert read_config("own.toml") == TrainConfig().changed(meta="learned")
 
 
-OTHERS = ("env", "agents", "ppo", "meta_ppo", "env_index", "levels")
-PLAIN = [name for name in TrainConfig().entries if name not in OTHERS]
-
-
 @pytest.mark.parametrize("preset", PRESETS)
 def test_every_entry_can_stand_in_a_file(preset):
     """A file with every entry of a preset is that preset; JSON writes the values that it has as TOML does."""
     config = find_preset(preset)
-    entries = {name: "None" if config.entries[name] is None else config.entries[name] for name in PLAIN}
-    lines = [f"{name} = {json.dumps(value)}" for name, value in entries.items()]
-    of_meta = vars(config.meta_ppo).items()
-    lines += ["[meta_ppo]", *(f"{name} = {json.dumps('None' if one is None else one)}" for name, one in of_meta)]
+    entries = {name: one for name, one in config.entries.items() if name not in OF_ENVIRONMENTS}
+    lines = [f"{name} = {json.dumps('None' if one is None else one)}" for name, one in entries.items()]
     assert replace(read_config(written("\n".join(lines)), preset="paper"), preset=preset) == config
 
 

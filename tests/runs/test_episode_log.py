@@ -44,15 +44,15 @@ def test_success_length_and_return_are_those_of_the_window():
     log, turns = EpisodeLog(WORLD.goals, np.zeros(2, int)), places(2)
     for n in range(WINDOW - 1):
         log.add(ended(True), turns, n)
-    assert log.success_rate == 1
+    assert log.means["success_rate"] == 1
     log.add(ended(False), turns, 1000)
     assert log.episodes == WINDOW
-    assert log.success_rate == (WINDOW - 1) / WINDOW
+    assert log.means["success_rate"] == (WINDOW - 1) / WINDOW
     for n in range(300):
         log.add(ended(False, length=30), turns, 2000 + n)
-    assert log.success_rate == 199 / WINDOW
-    assert log.episode_length == (200 * 10 + 300 * 30) / WINDOW
-    assert log.episode_return == 0.5
+    assert log.means["success_rate"] == 199 / WINDOW
+    assert log.means["episode_length"] == (200 * 10 + 300 * 30) / WINDOW
+    assert log.means["episode_return"] == 0.5
 
 
 def equal(one: dict, other: dict) -> bool:
@@ -73,7 +73,7 @@ def test_a_step_that_ends_no_episode_adds_its_rewards_and_a_state_comes_back():
     assert {name: log.state_dict()[name] for name in ("episodes", "window")} == {
         name: before[name] for name in ("episodes", "window")
     }
-    assert log.success_rate == 2 / 3
+    assert log.means["success_rate"] == 2 / 3
     other.load_state_dict(before)
     assert equal(other.state_dict(), before)
     other.add(ended(True, True, True), turns, 7)

@@ -131,7 +131,7 @@ def test_what_train_says_to_go_on_with_says_that_it_is_to_be_trusted():
 
 def test_what_a_diverged_run_is_to_begin_again_with_is_trusted(run):
     run.save_config(SMALL.changed(meta="planted:Code"))
-    assert session._way_back(run).endswith("/config.json --trust-run and what is to change")
+    assert session._restart_advice(run).endswith("/config.json --trust-run and what is to change")
 
 
 def test_from_python_what_is_named_in_the_call_is_run(run):

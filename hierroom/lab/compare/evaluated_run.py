@@ -171,9 +171,6 @@ def entries_of(path: Path, config: TrainConfig) -> dict[str, Any]:
 
 
 def flat_entries(config: TrainConfig) -> dict[str, Any]:
-    """Return the entries of a config in plain types, flat; those of ``meta_ppo`` with its name in front."""
-    table = config.to_dict()
-    flat = table.pop("env") | {name: [*spec_names(getattr(config.env, name))] for name in ("graph", "exclude")}
-    flat |= table.pop("agents") | table.pop("ppo")
-    meta_ppo = {f"meta_ppo.{name}": value for name, value in table.pop("meta_ppo").items()}
-    return {name: value for name, value in (flat | table | meta_ppo).items() if name not in OF_ENVIRONMENTS}
+    """Return the entries of a config by their flat names, goal graphs by theirs."""
+    graphs = {name: [*spec_names(getattr(config.env, name))] for name in ("graph", "exclude")}
+    return {name: value for name, value in (config.entries | graphs).items() if name not in OF_ENVIRONMENTS}

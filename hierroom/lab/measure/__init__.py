@@ -111,7 +111,7 @@ def measure_named(
         turns, player = agent.turns(num_envs, seed=seed, env=agent.env(**entries)), agent.pair(num_envs, seed=seed)
         if drop_key and not turns.config.drop_key:
             raise InputError(f"the agent of {name} was trained without drop, so it cannot play with --drop")
-        if (n_graphs := len(turns.world.sampler.everything)) > 1:
+        if (n_graphs := len(turns.world.variants)) > 1:
             raise InputError(f"the agent of {name} was trained on {n_graphs} goal graphs; name one by --graph")
     with progress_bar() as bar:
         task = bar.add_task("playing", total=episodes)

@@ -17,7 +17,7 @@ from hierroom.lab.report.curves import Curves
 from hierroom.lab.report.difficulty import MEASURES
 from hierroom.lab.report.runs import ReportedRun
 from hierroom.meta import LEARNED
-from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.config import OF_META, TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.logs.learning_curve import LearningCurve
 from hierroom.support.files import to_json
@@ -58,7 +58,7 @@ def page_texts(
     """Return the texts of the page's tables."""
     has_meta = any(run.config.resolved_method.meta == LEARNED for run in runs)
     has_variant = any(run.entries["variant"] for run in runs)
-    names = [name for name in runs[0].entries if has_meta or not name.startswith("meta_ppo.")]
+    names = [name for name in runs[0].entries if has_meta or not name.startswith(OF_META)]
     names = [name for name in names if has_variant or name != "variant"]
     differing = [name for name in names if len({_text(run.entries.get(name)) for run in runs}) > 1]
     shown = [*(name for name in curves.by if name in differing and name != "graph"), "seed"]

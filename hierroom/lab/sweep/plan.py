@@ -6,7 +6,7 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from difflib import get_close_matches
 from itertools import product
 from pathlib import Path
@@ -105,11 +105,12 @@ class Plan:
 
     def _run(self, variant: str, entries: dict[str, Any], varied: Sequence[str]) -> PlannedRun:
         start = find_preset(entries.pop("preset", None) or implied_preset(entries.get("meta")))
-        learner = {name.partition(".")[2]: entries.pop(name) for name in [*entries] if name.startswith("meta_ppo.")}
         config = start.changed(**{"threads": 1, **entries})  # the processes are the parallel part
-        config = replace(config, meta_ppo=replace(config.meta_ppo, **learner))
-        own = config.entries | {f"meta_ppo.{name}": value for name, value in vars(config.meta_ppo).items()}
-        own |= {"meta": config.resolved_method.meta, "graph": spec_names(config.env.graph), "variant": variant}
+        own = config.entries | {
+            "meta": config.resolved_method.meta,
+            "graph": spec_names(config.env.graph),
+            "variant": variant,
+        }
         own[_PLANNED_STEPS] = own.pop("steps")
         texts = {name: _text(value) for name, value in own.items()}
         identity = {name: texts[name] for name in (*_IDENTITY, *varied)}

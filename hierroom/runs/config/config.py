@@ -1,6 +1,6 @@
 """What a training run is: every choice in one frozen record.
 
-It loads neither the world nor torch, so that a command can explain itself at once.
+It loads neither the world nor torch, so that a command explains itself without delay.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ RANGES: Mapping[str, tuple[int, int]] = {
     "num_envs": (1, 2**20),
     "threads": (1, 2**10),
 }
-"""The whole numbers of a run, each with its least and its most."""
+"""The whole numbers of a run, each with its smallest and its largest value."""
 
 
 @dataclass(frozen=True)
@@ -99,13 +99,13 @@ class TrainConfig:
             object.__setattr__(self, "warm_start", os.fspath(self.warm_start))
         if not isinstance(self.warm_start, str | None) or self.warm_start == "":
             raise InputError(f"warm_start must be a folder, a file or the name of an agent, not {self.warm_start!r}")
-        for name, kind in _PARTS.items():
+        for name, kind in PARTS.items():
             if not isinstance(part := getattr(self, name), kind):
                 raise InputError(f"{name} must be of type {kind.__name__}, not {shown(part)}")
 
     @property
     def resolved_method(self) -> Method:
-        """The agents: those of the method, or what was named in their place."""
+        """The agents: those of the method, or those named in their place."""
         return self.agents.resolved_method(self.env.reward)
 
     @property
@@ -118,38 +118,42 @@ class TrainConfig:
 
     @property
     def entries(self) -> dict[str, Any]:
-        """All entries flat, named as on the command line; those of ``meta_ppo`` stay together."""
-        return {**vars(self.env), **vars(self.agents), **vars(self.ppo), **vars(self)}
+        """All entries by their flat names, see `ENTRIES`; `changed` reads them back."""
+        return {name: getattr(getattr(self, part) if part else self, field) for name, (part, field) in ENTRIES.items()}
 
     def changed(self, **entries: Any) -> TrainConfig:
-        """The config with some entries changed, named as on the command line.
+        """Return the config with some entries changed.
 
         Args:
-            **entries: entries of the config itself, of ``env``, ``agents`` and ``ppo``, each by its own name.
+            **entries: by their flat names, see `ENTRIES`, or a whole part of the config, such as ``ppo``.
         """
         if entries.get("preset", self.preset) != self.preset:
             raise InputError(
                 f"a config begins with a preset: one that began with {self.preset} cannot be changed to "
                 f"{entries['preset']}; change the entries that are to be others"
             )
-        parts = {name: {entry.name for entry in fields(getattr(self, name))} for name in ("env", "agents", "ppo")}
-        own = {name: entries.pop(name) for name in {entry.name for entry in fields(self)} & entries.keys()}
-        config = replace(self, **own)
-        for part, names in parts.items():
-            within = {name: entries.pop(name) for name in names & entries.keys()}
-            config = replace(config, **{part: replace(getattr(config, part), **within)}) if within else config
-        for name in sorted(entries):
-            near = get_close_matches(name, config.entries, n=1)
+        changes: dict[str, dict[str, Any]] = {"": {name: entries.pop(name) for name in PARTS.keys() & entries.keys()}}
+        for name in sorted(entries.keys() - ENTRIES.keys()):
+            near = get_close_matches(name, [*ENTRIES, *PARTS], n=1)
             hint = f"; is it {near[0]}?" if near else ""
             raise InputError(f"the config of a training run has no {name}{hint}")
+        for name, value in entries.items():
+            part, field = ENTRIES[name]
+            changes.setdefault(part, {})[field] = value
+        config = replace(self, **changes.pop(""))
+        for part, within in changes.items():
+            try:
+                config = replace(config, **{part: replace(getattr(config, part), **within)})
+            except InputError as error:
+                raise InputError(f"{OF_META if part == META_PART else ''}{error}") from error
         return config
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain types, for JSON; goal graphs of one's own by their content, whatever becomes of their files."""
+        """Return plain types for JSON; user-defined goal graphs by their content, whatever becomes of their files."""
         named = {"reward": self.env.reward, "meta": self.agents.meta, "network": self.agents.network}
-        for what, given in named.items():
+        for name, given in named.items():
             if not isinstance(given, str | None):
-                raise InputError(f"a run names its {what}, like package.module:Class; it cannot hold {given!r}")
+                raise InputError(f"a run names its {name}, like package.module:Class; it cannot hold {given!r}")
         table = dataclasses.asdict(self)
         table["env"] |= {"graph": plain_specs(self.env.graph), "exclude": plain_specs(self.env.exclude)}
         return table
@@ -163,41 +167,46 @@ class TrainConfig:
                 for spec in specs if isinstance(specs, tuple) else (specs,):
                     if isinstance(spec, str) and not (spec in NAMED_GRAPHS or is_graph_set(spec)):
                         raise InputError(f"goal graphs stand in it by their content, or by a letter, not as {spec!r}")
-            parts = {name: part(**msgspec.structs.asdict(entries[name])) for name, part in _PARTS.items()}
+            parts = {name: part(**msgspec.structs.asdict(entries[name])) for name, part in PARTS.items()}
             return cls(**{**entries, **parts})
         except (InputError, msgspec.ValidationError) as error:
             raise InputError(f"this is not the config of a training run: {error}") from error
 
-    def differences(self, other: TrainConfig, besides: Collection[str] = ()) -> list[str]:
-        """A text for each entry in which another config differs, apart from those that a resumed run may have changed.
-
-        Args:
-            other: what it was.
-            besides: names of entries that are not looked at.
-        """
-
-        def flat(config: TrainConfig) -> dict[str, Any]:
-            meta_ppo = {f"{_META_PPO}.{name}": value for name, value in vars(config.meta_ppo).items()}
-            return {name: value for name, value in config.entries.items() if name not in _PARTS} | meta_ppo
-
-        ours, theirs = flat(self), flat(other)
-        ignored = CHANGED_WHEN_RESUMED.union(besides)
-        names = [name for name in ours if name not in ignored and ours[name] != theirs[name]]
-        return [f"{name} is {ours[name]!r} and was {theirs[name]!r}" for name in names]
+    def differences(self, other: TrainConfig, ignored: Collection[str] = ()) -> list[str]:
+        """Return a text for each entry in which another config differs; those a resumed run may change do not count."""
+        theirs, ignored = other.entries, CHANGED_WHEN_RESUMED.union(ignored)
+        changed = {name: one for name, one in self.entries.items() if name not in ignored and one != theirs[name]}
+        return [f"{name} is {one!r} and was {theirs[name]!r}" for name, one in changed.items()]
 
 
-_META_PPO = "meta_ppo"
-_PARTS: Mapping[str, type] = {"env": EnvConfig, "agents": AgentsConfig, "ppo": PPOConfig, _META_PPO: PPOConfig}
+META_PART = "meta_ppo"
+PARTS: Mapping[str, type] = {"env": EnvConfig, "agents": AgentsConfig, "ppo": PPOConfig, META_PART: PPOConfig}
+OF_META = f"{META_PART}."
+"""How the flat names of the entries of ``meta_ppo`` begin: they are those of ``ppo`` again."""
 CHANGED_WHEN_RESUMED = frozenset({"steps", "threads", "device", "warm_start"})
-"""Entries in which a resumed run may differ; of the run that it began as, its checkpoints hold the weights."""
+"""Entries in which a resumed run may differ; the weights of a warm start are in its checkpoints."""
+
+
+def _flat_entries() -> dict[str, tuple[str, str]]:
+    places = {}
+    for part, kind in PARTS.items():
+        places |= {f"{OF_META if part == META_PART else ''}{entry.name}": (part, entry.name) for entry in fields(kind)}
+    return places | {entry.name: ("", entry.name) for entry in fields(TrainConfig) if entry.name not in PARTS}
+
+
+ENTRIES: Mapping[str, tuple[str, str]] = _flat_entries()
+"""The part of the config (empty: the config itself) and the field of each entry, by its name on the command line.
+
+These names are flat, except those of ``meta_ppo``: ``gamma``, ``meta_ppo.gamma``, ``steps``.
+"""
 
 
 @cache
 def _file_type() -> type[msgspec.Struct]:
-    """What config.json holds: every entry, as defaults may be those of another version, and no other."""
+    """Return the type of config.json: every entry, as defaults may be those of another version, and no other."""
 
     def record(part: type, types: Mapping[str, Any]) -> type[msgspec.Struct]:
         return msgspec.defstruct(part.__name__, [*types.items()], forbid_unknown_fields=True)
 
-    parts = {name: record(part, entry_types(part)) for name, part in _PARTS.items()}
+    parts = {name: record(part, entry_types(part)) for name, part in PARTS.items()}
     return record(TrainConfig, {**entry_types(TrainConfig), **parts})

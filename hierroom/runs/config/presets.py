@@ -74,11 +74,8 @@ PRESETS: Mapping[str, TrainConfig] = {
         agents=replace(_PAPER.agents, meta="learned", meta_features=("view-ids",), meta_start_success=0.0),
     ),
 }
-"""default: the best config we know for any method. long: for five million steps; ends with the shortest episodes.
-large: for grids of 31 cells and more. learned: a learned meta-controller (after the paper's Algorithm 1). paper:
-section 3 of the paper, with customary values for what it does not specify. algorithm1: likewise for Algorithm 1, with a
-meta-controller that sees the view, learns from the start and waits until its goal is reached. docs/presets.md explains
-them value by value."""
+"""By name, see `TrainConfig`. The default is the best config we know for any method; paper and algorithm1 have
+customary values for what the paper does not specify. docs/presets.md explains all of them value by value."""
 
 
 def find_preset(name: str) -> TrainConfig:
@@ -89,5 +86,5 @@ def find_preset(name: str) -> TrainConfig:
 
 
 def implied_preset(meta: object) -> str:
-    """The preset that a run has unless another is named: a meta-controller that needs one has it under its own name."""
+    """Return the preset that a run with this meta-controller has unless it names another."""
     return "learned" if meta == "learned" else "default"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,35 +11,35 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.presets import find_preset, implied_preset
 
 MAX_LENGTH = 97
-"""Characters of a name, so that with -2, -3, ... behind it, it stays within 100."""
+"""Characters of a name: with -2, -3, ... added it stays within 100."""
 MAX_NAMED_GRAPHS = 4
-"""How many graphs or sets of them stand in a name; of the rest there is the number."""
+"""How many graphs or sets of them a name lists; it counts the rest."""
 _META_LENGTH, _GRAPH_LENGTH, _SEED_LENGTH = 20, 24, 18
-_TOLD_SEPARATELY = frozenset({"env", "agents", "ppo", "method", "meta", "graph", "exclude", "seed", "preset"})
-_NEVER_TOLD = frozenset({"threads", "device"})
+_SEPARATE = frozenset({"method", "meta", "graph", "exclude", "seed", "preset"})
+_NEVER_NAMED = frozenset({"threads", "device"})
 
 
 def run_name(config: TrainConfig) -> str:
-    """A short name for a run, fit for a folder on any system: letters, digits, ``-``, ``_`` and ``.``, at most 97.
+    """Return a short name for a run, fit for a folder on any system: letters, digits, ``-_.``, at most 97.
 
-    It tells method, meta-controller, goal graph and seed; the preset, unless it is the default or the meta-controller
-    implies it; and every other entry that differs from the preset, as far as there is room: their number and a digest
-    stand for those that found none. Of one's own classes it tells the name without the module. Threads and device are
-    left out, because a resumed run may have others; the number of steps is the one that the run began with.
-
-    Args:
-        config: of the run.
+    It names method, meta-controller, goal graph and seed; the preset, unless it is the default or the meta-controller
+    implies it; and every other entry that differs from the preset, as far as there is room: the number of those left
+    out and a digest stand for them. User-defined classes appear without their module. Threads and device are left out,
+    because a resumed run may have others; the number of steps is that of the run's beginning.
     """
     method, meta = config.agents.method, config.resolved_method.meta
+    graphs = [*_few(config.env.graph), *(f"no-{name}" for name in _few(config.env.exclude))]
     parts = (
         method,
         "" if meta == "none" else _shortened(_name_of(meta), _META_LENGTH),
-        _shortened(_graphs(config), _GRAPH_LENGTH),
+        _shortened("-".join(graphs), _GRAPH_LENGTH),
         _shortened(f"seed{config.seed}", _SEED_LENGTH),
         "" if config.preset == implied_preset(meta) else config.preset,
     )
     head = "-".join(_plain(part) for part in parts if part)
-    differences = [_plain(text) for text in _differences(config)]
+    usual, omitted = find_preset(config.preset).entries, _SEPARATE | _NEVER_NAMED
+    changed = {name: one for name, one in config.entries.items() if name not in omitted and one != usual[name]}
+    differences = [_plain(_text(name, one, usual[name])) for name, one in changed.items()]
     whole = "-".join([head, *differences])
     if len(whole) <= MAX_LENGTH:
         return whole
@@ -52,30 +51,10 @@ def run_name(config: TrainConfig) -> str:
     return f"{name}-and{n_left_out}-{digest}"
 
 
-def _graphs(config: TrainConfig) -> str:
-    """The goal graphs, as far as there is room, and those that are left out."""
-    return "-".join([*_few(config.env.graph), *(f"no-{name}" for name in _few(config.env.exclude))])
-
-
 def _few(specs: GraphSpecs) -> list[str]:
     names = [*spec_names(specs)]
     n_more = len(names) - MAX_NAMED_GRAPHS
     return [*names[:MAX_NAMED_GRAPHS], f"and-{n_more}-more"] if n_more > 0 else names
-
-
-def _differences(config: TrainConfig) -> Iterator[str]:
-    """Each entry that differs from the preset, and its value."""
-    preset = find_preset(config.preset)
-    usual = preset.entries
-    for name, value in config.entries.items():
-        if name in _TOLD_SEPARATELY | _NEVER_TOLD or value == usual[name]:
-            continue
-        if name == "meta_ppo":
-            usual_ppo = vars(preset.meta_ppo)
-            changed = [(entry, one) for entry, one in vars(value).items() if one != usual_ppo[entry]]
-            yield from (_text(f"meta_ppo.{entry}", one, usual_ppo[entry]) for entry, one in changed)
-        else:
-            yield _text(name, value, usual[name])
 
 
 def _text(name: str, value: Any, usual: Any) -> str:
@@ -91,7 +70,7 @@ def _text(name: str, value: Any, usual: Any) -> str:
 
 
 def _names(value: tuple[str, ...], usual: tuple[str, ...]) -> list[str]:
-    """What was left out of the usual names and added to them, or all names where they are fewer."""
+    """Return what was left out of the usual names and added to them, or all names where they are fewer."""
     left_out, added = [one for one in usual if one not in value], [one for one in value if one not in usual]
     changes = [*(["without", *left_out] if left_out else []), *(["with", *added] if added else [])]
     is_in_order = [one for one in value if one in usual] == [one for one in usual if one in value]
@@ -99,7 +78,7 @@ def _names(value: tuple[str, ...], usual: tuple[str, ...]) -> list[str]:
 
 
 def _name_of(spec: str) -> str:
-    """Of ``package.module:Class`` the class, of any other name all of it."""
+    """Return the class of ``package.module:Class``, and any other name whole."""
     return spec.rpartition(":")[2]
 
 
@@ -110,13 +89,13 @@ def _steps(steps: int) -> str:
 
 
 def _plain(text: str) -> str:
-    """The text in characters that every file system takes, without a dot at the end, which Windows drops."""
+    """Return the text in characters that every file system takes, without a dot at the end, which Windows drops."""
     plain = "".join(c if c.isascii() and (c.isalnum() or c in "-_.") else "-" for c in text)
     return f"{plain[:-1]}-" if plain.endswith(".") else plain
 
 
 def _shortened(text: str, length: int) -> str:
-    """The text, or its beginning and a digest, so that one long part leaves room for the others."""
+    """Return the text, or its beginning and a digest, so that one long part leaves room for the others."""
     if len(text) <= length:
         return text
     return f"{text[: length - 5]}-{hashlib.sha256(text.encode()).hexdigest()[:4]}"

@@ -14,13 +14,7 @@ _GRAPHS = str | dict | tuple[str | dict, ...]
 
 
 def entry_types(part: type) -> dict[str, Any]:
-    """Return the type that each entry of a part of a config has in a file, by the entry's name.
-
-    A file can only name a reward. Names out of a list are texts here: the dataclass refuses others with the whole list.
-
-    Args:
-        part: the part's dataclass.
-    """
+    """Return the type that each field of a config's dataclass has in a file; any name is a text, also of a reward."""
     types = {name: _in_file(kind) for name, kind in get_type_hints(part).items()}
     return types | {name: _GRAPHS for name in ("graph", "exclude") if name in types}
 
@@ -37,12 +31,9 @@ def _in_file(kind: Any) -> Any:
 
 
 def typed_value(name: str, kind: Any, value: Any) -> Any:
-    """Return the value that a file holds for an entry as one of its type: lists as tuples, 1e6 for 1000000, 1 for 1.0.
+    """Return the value that a file holds for an entry as one of its type from `entry_types`.
 
-    Args:
-        name: of the entry, for the message.
-        kind: its type, from `entry_types`.
-        value: what the file holds; TOML has no none, so there it is the text ``"None"``.
+    Lists become tuples, 1e6 becomes 1000000, 1 becomes 1.0, and the text ``"None"`` none, which TOML does not have.
     """
     if value == "None" and NoneType in get_args(kind):
         return None

@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 from hierroom.meta import LEARNED, META_CONTROLLERS
-from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.config import ENTRIES, OF_META, TrainConfig
 from hierroom.runs.config.presets import find_preset
 from hierroom.turns.rewards import REWARDS
 
 
 def entries_without_effect(config: TrainConfig) -> tuple[str, ...]:
-    """The entries that have no effect on what the config trains, whatever their values.
-
-    Args:
-        config: of a run.
-
-    Returns:
-        names, those of the meta-controller's learner as ``meta_ppo.gamma``.
-    """
+    """Return the entries that have no effect on what the config trains, whatever their values."""
     method = config.resolved_method
     is_learned, controller = method.meta == LEARNED, method.controller
     reads_goals = controller.sees_goal or controller.reward not in REWARDS or controller.reward == "intrinsic"
@@ -25,7 +18,7 @@ def entries_without_effect(config: TrainConfig) -> tuple[str, ...]:
         "meta": reads_goals or not has_scripted or method.meta == "none",
         "subgoal_horizon": reads_goals or not has_scripted,
         "goal_mask": reads_goals or not has_scripted,
-        **{f"meta_ppo.{name}": is_learned for name in vars(config.meta_ppo)},
+        **{name: is_learned for name in ENTRIES if name.startswith(OF_META)},
         "meta_start_success": is_learned,
         "meta_features": is_learned,
         "novelty_bonus": controller.reward == "novelty",
@@ -35,19 +28,16 @@ def entries_without_effect(config: TrainConfig) -> tuple[str, ...]:
 
 
 def unread_entries(config: TrainConfig) -> tuple[str, ...]:
-    """Those of them that are not as in the config's preset."""
-    own, usual = (
-        {**one.entries, **{f"meta_ppo.{name}": value for name, value in vars(one.meta_ppo).items()}}
-        for one in (config, find_preset(config.preset))
-    )
+    """Return the entries without effect that are not as in the config's preset."""
+    own, usual = config.entries, find_preset(config.preset).entries
     return tuple(name for name in entries_without_effect(config) if own[name] != usual[name])
 
 
 def unread_note(config: TrainConfig) -> str | None:
-    """A line on the entries that have no effect; None where there is none."""
+    """Return a line on the changed entries that have no effect; None where there is none."""
     names, method = unread_entries(config), config.resolved_method
     if not names:
         return None
     reward = method.controller.reward if isinstance(method.controller.reward, str) else "of one's own"
-    told = f"{config.agents.method} with meta-controller {method.meta} and reward {reward}"
-    return f"{', '.join(names)} {'have' if len(names) > 1 else 'has'} no effect on {told}"
+    agents = f"{config.agents.method} with meta-controller {method.meta} and reward {reward}"
+    return f"{', '.join(names)} {'have' if len(names) > 1 else 'has'} no effect on {agents}"

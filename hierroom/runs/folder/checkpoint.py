@@ -1,7 +1,7 @@
-"""A checkpoint as bytes: what torch writes, and behind it a line with the SHA-256 digest of all of it.
+"""A checkpoint as bytes: what torch writes, and after it a line with the SHA-256 digest of all of it.
 
-The digest stands in the same file, so that no crash can part the two. Without it, damage would go unnoticed: torch does
-not look at the checksums of its own format.
+The digest is in the same file, so that no crash can part the two. Without it damage would go unnoticed: torch does not
+look at the checksums of its own format.
 """
 
 from __future__ import annotations
@@ -50,11 +50,7 @@ _OUTLINE = _record(
 
 
 def to_bytes(state: Mapping[str, Any]) -> bytes:
-    """The content of a checkpoint file.
-
-    Args:
-        state: what `Trainer.state_dict` gave, and in ``tables`` how many rows each table of the run has, if any.
-    """
+    """Return the content of a checkpoint file: the state of a `Trainer`, and the number of rows of each table."""
     plain = {name: _plain(entry, name) for name, entry in state.items()}
     buffer = io.BytesIO()
     torch.save({"format": CHECKPOINT_FORMAT, "tables": dict.fromkeys(TABLES, 0), **plain}, buffer)
@@ -63,15 +59,11 @@ def to_bytes(state: Mapping[str, Any]) -> bytes:
 
 
 class OtherFormatError(InputError):
-    """A checkpoint that another version of hierroom wrote, as it did those before it."""
+    """Another version of hierroom wrote the checkpoint, and those before it."""
 
 
 def from_bytes(content: bytes) -> dict[str, Any]:
-    """The state in the content of a checkpoint file; no code from it is executed.
-
-    Args:
-        content: what `to_bytes` gave.
-    """
+    """Return the state from what `to_bytes` gave; no code from it is executed."""
     content, last_line = content[:-_LENGTH], content[-_LENGTH:]
     if not last_line.startswith(_MARK):
         raise InputError(
@@ -101,7 +93,7 @@ def _last_line(content: bytes) -> bytes:
 
 
 def _plain(value: Any, name: str, depth: int = 0) -> Any:
-    """The state called ``agents.meta_0`` as tensors and plain types, so that nothing in it is ever executed."""
+    """Return a state as tensors and plain types, so that nothing in it is ever executed; ``name`` is for messages."""
     if depth > _DEEPEST:
         raise InputError(f"a checkpoint cannot hold {name[:100]}...: it lies in more than {_DEEPEST} lists and dicts")
     if value is None or type(value) in (bool, int, float, str, bytes):

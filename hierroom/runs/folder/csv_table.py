@@ -20,16 +20,13 @@ class CSVTable:
     """Rows of a CSV file, each of which begins with the number of ``steps`` trained before it was written.
 
     A row is one line, whatever it contains. Columns may be added. Only `read` and `numbers` hold the whole table in
-    memory. A run that goes on calls `keep` before it appends.
-
-    Args:
-        path: the file; the first rows create it.
+    memory. The first rows create the file. A resumed run calls `keep` before it appends.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self._names: list[str] = []
-        self._n_rows: int | None = None  # not known before it is counted, as the file may be long
+        self._n_rows: int | None = None  # unknown until it is counted, as the file may be long
 
     @property
     def n_rows(self) -> int:
@@ -39,15 +36,7 @@ class CSVTable:
         return self._n_rows or 0
 
     def keep(self, n_rows: float = math.inf, steps: float = math.inf) -> int:
-        """Delete all that follows the first rows, such as rows that a resumed run writes again and a torn one.
-
-        Args:
-            n_rows: how many rows to keep.
-            steps: the most that one of them may begin with.
-
-        Returns:
-            how many of these rows there are.
-        """
+        """Keep the first ``n_rows`` rows, each up to ``steps``, delete the rest, and return how many rows there are."""
         names, n_kept, end = [], 0, 0
         for place, entries in self._rows(steps) if n_rows else ():
             n_kept += bool(names)
@@ -60,10 +49,7 @@ class CSVTable:
         return n_kept
 
     def append(self, rows: Sequence[Mapping[str, object]]) -> None:
-        """Append rows; an empty sequence writes nothing.
-
-        An entry that a row lacks is NaN. A new entry makes a new column, which is NaN in all earlier rows.
-        """
+        """Append rows. An entry that a row lacks is NaN; a new entry makes a column, with NaN in all earlier rows."""
         if not rows:
             return
         n_rows, entries = self.n_rows, dict.fromkeys(name for row in rows for name in row)
@@ -78,7 +64,6 @@ class CSVTable:
         self._n_rows = n_rows + len(rows)
 
     def _widen(self, added: list[str]) -> None:
-        """Add columns, in which the rows so far have NaN."""
         lines = (
             _line([*entries, *(["nan"] * len(added) if n else added)]) for n, (_, entries) in enumerate(self._rows())
         )
@@ -89,7 +74,7 @@ class CSVTable:
         sync(self.path)
 
     def read(self) -> list[dict[str, str]]:
-        """Return the rows as text by column, none where there is no file; what a crash left after them is no row."""
+        """Return the rows as text by column, none where there is no file."""
         rows = (entries for _, entries in self._rows())
         names = next(rows, [])
         return [dict(zip(names, row, strict=True)) for row in rows]
@@ -111,7 +96,7 @@ class CSVTable:
                     end += len(line)
                     if not line.strip():  # a crash leaves such lines too
                         continue
-                    if not line.endswith(b"\n") or b"\0" in line:  # at the end it is what a crash left
+                    if not line.endswith(b"\n") or b"\0" in line:  # a crash leaves that at the end
                         torn = torn or number
                         continue
                     entries = _entries(line)
@@ -133,7 +118,6 @@ class CSVTable:
 
 
 def _line(entries: Sequence[object]) -> bytes:
-    """A row as one line, whatever a name in it contains."""
     text = io.StringIO()
     csv.writer(text).writerow([" ".join(entry.splitlines()) if isinstance(entry, str) else entry for entry in entries])
     return text.getvalue().encode(errors="backslashreplace")
@@ -147,7 +131,7 @@ def _entries(line: bytes) -> list[str] | None:
 
 
 def _steps(entries: Sequence[str]) -> int:
-    """The steps that a row begins with; -1 if it begins with something else."""
+    """Return the steps that a row begins with; -1 if it begins with something else."""
     try:
         return int(float(entries[0]))
     except (ValueError, OverflowError):

@@ -1,4 +1,4 @@
-"""The source files of a user's own classes that a config names: found, told apart by digest, and never imported."""
+"""The source files of user-defined classes that a config names: found and compared by digest, never imported."""
 
 from __future__ import annotations
 
@@ -16,22 +16,16 @@ from hierroom.runs.config.config import TrainConfig
 MAX_FILES, MAX_BYTES = 50, 2**20
 _MORE = "..."
 _PLUGGED = ("meta", "network", "reward")
-"""Entries that may name a class of the user's own."""
+"""Entries that may name a user-defined class."""
 
 
 @dataclass(frozen=True)
 class ModuleFile:
-    """A source file that a run uses.
+    """A source file that a run uses."""
 
-    Args:
-        name: its path from the folder that its module is imported from, such as ``own_meta.py`` or ``lab/metas.py``.
-        content: what it holds; None where it cannot be read.
-        problem: why there is to be no copy of it, else empty.
-    """
-
-    name: str
-    content: bytes | None
-    problem: str = ""
+    name: str  # its path from the folder that its module is imported from, such as ``lab/metas.py``
+    content: bytes | None  # None where it cannot be read
+    problem: str = ""  # why it is not copied
 
     @property
     def digest(self) -> str | None:
@@ -40,20 +34,15 @@ class ModuleFile:
 
 
 def find_module_files(config: TrainConfig, metas: Sequence[str] = ()) -> list[ModuleFile]:
-    """The files of the modules that a config names, and of what these import from the same folder.
+    """Return the files of the modules that a config names, and of what these import from the same folder.
 
     A module that is not loaded is looked for in the current folder and where Python looks. Of an installed package only
     its own files are taken, and never those of hierroom. Imports are read from the source; nothing is imported here.
-
-    Args:
-        config: whose meta-controller, network and reward may be a user's own.
-        metas: further meta-controllers.
-
-    Returns:
-        the files by their names, at most 50; where there are more, one named ``...`` beside them.
+    ``metas`` are further meta-controllers. At most 50 are returned, and one named ``...`` if there are more.
     """
     files: dict[str, ModuleFile] = {}
-    for module in _modules(config, metas):
+    named = [*(config.entries[entry] for entry in _PLUGGED), *metas]
+    for module in dict.fromkeys(filter(None, map(_module_of, named))):
         path = _file_of(module)
         if path is None or Path(path).suffix != ".py":
             files.setdefault(module, ModuleFile(module, None, "it has no Python source"))
@@ -68,29 +57,17 @@ def find_module_files(config: TrainConfig, metas: Sequence[str] = ()) -> list[Mo
 
 
 def own_code_digest(config: TrainConfig, metas: Sequence[str] = ()) -> str:
-    """A digest of the files of `find_module_files`, by which a change in them is seen.
+    """Return a digest of the files of `find_module_files`: 16 hexadecimal digits, by which a change in them is seen.
 
-    Args:
-        config: whose meta-controller, network and reward may be a user's own.
-        metas: further meta-controllers.
-
-    Returns:
-        16 hexadecimal digits of a SHA-256; empty where all that is named ships with hierroom, or a file of it is not
-        found.
+    It is empty where all that is named ships with hierroom, or a file is not found.
     """
     files = [(file.name, file.digest) for file in find_module_files(config, metas) if file.name != _MORE]
-    is_told = files and all(digest for _, digest in files)
-    return hashlib.sha256(repr(files).encode()).hexdigest()[:16] if is_told else ""
-
-
-def _modules(config: TrainConfig, metas: Sequence[str]) -> list[str]:
-    """The modules of a user's own that are named, each once."""
-    named = [*(config.entries[entry] for entry in _PLUGGED), *metas]
-    return [*dict.fromkeys(filter(None, map(_module_of, named)))]
+    is_complete = files and all(digest for _, digest in files)
+    return hashlib.sha256(repr(files).encode()).hexdigest()[:16] if is_complete else ""
 
 
 def _file_of(module: str) -> str | Path | None:
-    """The file of a module, loaded or not; None where it has none."""
+    """Return the file of a module, loaded or not; None where it has none."""
     if module in sys.modules:
         return getattr(sys.modules[module], "__file__", None)
     found = (_source(Path(folder), module) for folder in (Path.cwd(), *sys.path, *_folders_of_finders(module)))
@@ -98,7 +75,7 @@ def _file_of(module: str) -> str | Path | None:
 
 
 def _folders_of_finders(module: str) -> Iterator[Path]:
-    """Where the top package of a module lies as Python's finders tell, such as those of editable installs."""
+    """Yield where Python's finders, such as those of editable installs, find the top package of a module."""
     try:
         spec = find_spec(module.partition(".")[0])
     except (ImportError, ValueError):  # a finder that fails; a module of that name that was loaded in an odd way
@@ -109,7 +86,7 @@ def _folders_of_finders(module: str) -> Iterator[Path]:
 
 
 def _module_of(spec: object) -> str | None:
-    """The module of ``package.module:Class`` or of an entry point; None for what ships with hierroom."""
+    """Return the module of ``package.module:Class`` or of an entry point; None for what ships with hierroom."""
     if not isinstance(spec, str):
         return None
     found = [point for point in entry_points(name=spec) if point.group.startswith("hierroom.")]
@@ -137,7 +114,7 @@ def _gather(first: str, root: Path, files: dict[str, ModuleFile]) -> None:
 
 
 def _source(root: Path, module: str) -> Path | None:
-    """The file of a module below the folder, unless a module of that name was loaded from elsewhere."""
+    """Return the file of a module below the folder, unless a module of that name was loaded from elsewhere."""
     base = root.joinpath(*module.split("."))
     for path in (base / "__init__.py", base.with_name(f"{base.name}.py")):
         if path.is_file():
@@ -156,7 +133,7 @@ def _read(path: Path, name: str) -> ModuleFile:
 
 
 def _imports(file: ModuleFile, package: str) -> Iterator[str]:
-    """The modules that a file in a package may import, and the packages that hold them."""
+    """Yield the modules that a file in a package may import, and the packages around them."""
     try:
         nodes = [*ast.walk(ast.parse(file.content or b""))]
     except (SyntaxError, ValueError, RecursionError):  # it changed since it was loaded

@@ -1,4 +1,4 @@
-"""What a run came from: provenance.json, with every command that worked on it, and copies of a user's own modules."""
+"""What a run came from: provenance.json, with every command that worked on it, and copies of user-defined modules."""
 
 from __future__ import annotations
 
@@ -31,18 +31,11 @@ PACKAGES = ("numba", "numpy", "scipy", "torch", "gymnasium", "pettingzoo")
 
 
 def record_session(path: Path, config: TrainConfig, variant: str = "") -> list[str]:
-    """Add what works on a run now to its provenance.json, and copy the user's own modules into its folder.
+    """Add what works on a run now to its provenance.json, and copy the user's modules into its folder.
 
-    The copies are to be read; nothing imports them. A module that was copied before is copied again, into a folder of
-    its own, if it has changed. No environment variable and no address of a repository is written.
-
-    Args:
-        path: folder of the run.
-        config: of the run, whose modules are loaded.
-        variant: what the plan of a sweep calls the run; empty: nothing.
-
-    Returns:
-        a warning for each module that is not what it was before, or of which there is no copy.
+    The copies are for reading; nothing imports them. A module that has changed since it was copied is copied again,
+    into another folder. No environment variable and no address of a repository is written. ``variant`` is the name of
+    the run in the plan of a sweep. Return a warning for each module that has changed or was not copied.
     """
     sessions, files = _sessions(path), find_module_files(config) if named_code(config) else []
     before = _newest_modules(path, sessions)
@@ -57,11 +50,7 @@ def record_session(path: Path, config: TrainConfig, variant: str = "") -> list[s
 
 
 def variant_of(path: Path) -> str:
-    """What the plan of a sweep called a run; empty where it did not, or where provenance.json cannot be read.
-
-    Args:
-        path: folder of the run.
-    """
+    """Return what the plan of a sweep called a run; empty where it did not, or provenance.json cannot be read."""
     try:
         return next((str(one["variant"]) for one in _sessions(path) if "variant" in one), "")
     except (InputError, TypeError):
@@ -69,28 +58,19 @@ def variant_of(path: Path) -> str:
 
 
 def changed_modules(path: Path, config: TrainConfig) -> list[str]:
-    """A line for each of the user's own modules that is not what it was when the run was trained.
-
-    Args:
-        path: folder of the run.
-        config: names the modules, which are loaded.
-    """
+    """Return a line for each user-defined module that has changed since the run in the folder was trained."""
     before = _newest_modules(path, _sessions(path))
     return _changes(path, find_module_files(config), before) if before else []
 
 
 def warn_of_changed_modules(path: Path, config: TrainConfig) -> None:
-    """Print a warning for each of the user's own modules that is not what it was; see `changed_modules`."""
+    """Print a warning for each user-defined module that has changed; see `changed_modules`."""
     for line in changed_modules(path, config):
         warn(line)
 
 
 def describe_session(device: str = "cpu") -> dict[str, Any]:
-    """What a result may depend on besides the config: command, versions, machine, commits.
-
-    Args:
-        device: where the learner computes.
-    """
+    """Return what a result may depend on besides the config: command, versions, machine, commits."""
     package = Path(hierroom.__file__).parent
     return {
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -109,7 +89,7 @@ def describe_session(device: str = "cpu") -> dict[str, Any]:
 
 @cache
 def version_of_code() -> str:
-    """The version of hierroom, in a checkout with its commit when this was first asked.
+    """Return the version of hierroom, in a checkout with the commit of the first call.
 
     An editable installation has the version of the commit that was installed.
     """
@@ -120,16 +100,11 @@ def version_of_code() -> str:
 
 
 def describe_git(folder: Path, tracked: str | None = None) -> dict[str, Any] | None:
-    """The commit that is checked out in a folder, and whether files that git tracks differ from it.
+    """Return the commit that is checked out in a folder, and whether files that git tracks differ from it.
 
-    Nothing that the checkout's own config names is run: no filter, no hook, no monitor, no program that fetches.
-
-    Args:
-        folder: within a checkout, or not.
-        tracked: a file of the folder that belongs to the checkout; an installed package may lie in somebody else's.
-
-    Returns:
-        ``commit`` and ``is_dirty``, or None where there is no git, no checkout or no commit.
+    No program that the checkout's config names is run: no filter, no hook, no monitor, none that fetches. The folder's
+    file ``tracked`` must belong to the checkout: an installed package may be inside another one. Return None where
+    there is no git, no checkout or no commit.
     """
     if tracked is not None and _git(folder, "ls-files", "--error-unmatch", tracked) is None:
         return None
@@ -138,12 +113,11 @@ def describe_git(folder: Path, tracked: str | None = None) -> dict[str, Any] | N
 
 
 def _git(folder: Path, *arguments: str) -> str | None:
-    """What git prints; None if it fails. No lock is taken, and no program started that the checkout's config names."""
-    # A hook that git runs is told of its repository by variables, which would win over the folder. No missing file is
-    # fetched, because the checkout's config says by which program.
-    env = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")} | {
-        "GIT_NO_LAZY_FETCH": "1"
-    }
+    """Return what git prints; None if it fails. It takes no lock and starts no program of the checkout's config."""
+    # In a hook, variables name git's repository, and would win over the folder. No missing file is fetched, because the
+    # checkout's config says by which program.
+    env = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
+    env["GIT_NO_LAZY_FETCH"] = "1"
     command = ["git", "--no-optional-locks", "-c", "core.fsmonitor=false", *arguments]
     try:
         done = subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True, timeout=10, check=True)
@@ -153,7 +127,7 @@ def _git(folder: Path, *arguments: str) -> str | None:
 
 
 def _status(folder: Path) -> str | None:
-    """What git status prints of tracked files; None if it fails or the checkout's config has a filter of an odd name.
+    """Return what git status prints of tracked files; None if it fails, or for a filter of an odd name.
 
     The filters of the checkout's own config are turned off: programs that would run on its files. Those of the user's
     and the machine's configs, such as that of Git LFS, stay on.
@@ -191,7 +165,6 @@ def _sessions(path: Path) -> list[dict[str, Any]]:
 
 
 def _newest_modules(path: Path, sessions: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:
-    """The modules that the last session used, by name."""
     try:
         return {str(one["file"]): {"sha256": None, **one} for one in sessions[-1]["modules"]} if sessions else {}
     except (KeyError, TypeError) as error:
@@ -211,13 +184,13 @@ def _changes(path: Path, files: list[ModuleFile], before: dict[str, dict[str, An
 
 
 def _copied(path: Path, folder: str, file: ModuleFile, before: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Copy a file into the run's folder, unless its content is there already; returns what is told of it."""
-    told = {"file": file.name, "sha256": file.digest}
+    """Copy a file into the run's folder, unless its content is there already; return its record."""
+    record = {"file": file.name, "sha256": file.digest}
     if file.problem or file.content is None:
-        return {**told, "problem": file.problem}
+        return {**record, "problem": file.problem}
     if before is not None and before["sha256"] == file.digest and "copy" in before:
-        return {**told, "copy": before["copy"]}
+        return {**record, "copy": before["copy"]}
     copy = f"{folder}/{file.name}"
     (path / copy).parent.mkdir(parents=True, exist_ok=True)
     write_atomically(path / copy, file.content)
-    return {**told, "copy": copy}
+    return {**record, "copy": copy}

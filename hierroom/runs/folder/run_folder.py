@@ -22,40 +22,23 @@ _INTERRUPTED = "-interrupted"
 class RunFolder:
     """A training run on disk.
 
-    The folder contains ``config.json``, ``provenance.json`` and ``modules/`` (see `training.provenance`), the tables
+    The folder contains ``config.json``, ``provenance.json`` and ``modules/`` (see `provenance`), the tables
     ``metrics.csv``, ``evaluations.csv`` and ``episodes.csv``, ``checkpoints/`` (named by their steps),
-    ``summary.json``, TensorBoard events, pictures and a lock. ``config.json`` holds goal graphs of one's own by their
-    content, so that the run can continue even if their files change.
-
-    Args:
-        path: the folder.
-
-    Attributes:
-        metrics: a row for each time that training is logged.
-        evaluations: for each evaluation during training and each goal graph a row: ``steps`` and ``seconds`` trained,
-            ``graph``, ``episodes``, ``success_rate`` with its 95% interval ``success_low`` and ``success_high``,
-            ``length``, ``length_over_shortest``, the controller's ``return``, and for each goal the share of episodes
-            that achieved it and when they first did, ``achieved_key_1`` and ``steps_to_key_1``.
-        episodes: a row for each episode of training: the ``steps`` trained when it ended, ``env``, ``graph``,
-            ``success`` (0 or 1), ``length``, the controller's ``return``, and the ``goals`` achieved in their order.
-        lock: held by the process that trains the run.
+    ``summary.json``, TensorBoard events, pictures and a lock. ``config.json`` holds user-defined goal graphs by their
+    content, so that the run can continue even if their files change. `learning_curve` describes the rows of
+    ``evaluations.csv``, `episode_log` those of ``episodes.csv``. The process that trains the run has the lock.
     """
 
     def __init__(self, path: str | Path):
         self.path = Path(path)
-        self.metrics = CSVTable(self.path / "metrics.csv")
-        self.evaluations = CSVTable(self.path / "evaluations.csv")
-        self.episodes = CSVTable(self.path / "episodes.csv")
+        self.checkpoints = self.path / "checkpoints"
+        self.tables = tuple(CSVTable(self.path / f"{name}.csv") for name in checkpoint.TABLES)
+        self.metrics, self.evaluations, self.episodes = self.tables
         self.lock = RunLock(self.path)
 
     @classmethod
     def create(cls, path: str | Path, config: TrainConfig) -> RunFolder:
-        """Create the folder of a new run.
-
-        Args:
-            path: the folder: a new one, an empty one, or one that an earlier call left when it was killed.
-            config: config of the run.
-        """
+        """Create the folder of a run: a new one, an empty one, or one that a killed call left."""
         run = cls(path)
         try:
             for folder in (run.path, *run.path.parents):
@@ -91,11 +74,6 @@ class RunFolder:
             raise InputError(f"{run.path} is not a run folder: it has no config.json")
         return run
 
-    @property
-    def checkpoints(self) -> Path:
-        """The folder of the checkpoints."""
-        return self.path / "checkpoints"
-
     def save_config(self, config: TrainConfig) -> None:
         """Write config.json."""
         write_atomically(self.path / "config.json", to_json(config.to_dict()).encode())
@@ -129,12 +107,11 @@ class RunFolder:
         return path
 
     def _checkpoint_paths(self) -> dict[int, Path]:
-        """The checkpoints by their steps."""
         paths = [path for path in self.checkpoints.glob("*.pt") if path.stem.removesuffix(_INTERRUPTED).isdecimal()]
         return {int(path.stem.removesuffix(_INTERRUPTED)): path for path in sorted(paths)}
 
     def _remove_interrupted(self) -> None:
-        """Delete the checkpoints at which the run was interrupted, but for the newest of all."""
+        """Delete the checkpoints at which the run was interrupted, except the newest of all."""
         kept = max(self._checkpoint_paths().items(), default=(0, None))[1]
         for path in self.checkpoints.glob(f"*{_INTERRUPTED}.pt"):
             if path != kept:
@@ -148,15 +125,11 @@ class RunFolder:
 
     @property
     def is_untrained(self) -> bool:
-        """Whether its process was killed before the first checkpoint, so that nothing of it is lost."""
+        """Whether its process was killed before the first checkpoint, so that there is nothing to lose."""
         return not self._checkpoint_paths() and not any(table.path.exists() for table in self.tables)
 
     def load_checkpoint(self, steps: int | None = None) -> dict[str, Any]:
-        """Read the checkpoint after ``steps`` steps, by default the newest; no code from the file is executed.
-
-        Raises:
-            CheckpointError: if it is damaged, or another version of hierroom wrote it in another format.
-        """
+        """Read the checkpoint after ``steps`` steps, by default the newest; no code from the file is executed."""
         paths = self._checkpoint_paths()
         if not paths:
             raise InputError(f"{self.path} has no checkpoint in {self.checkpoints.name}/")
@@ -174,36 +147,21 @@ class RunFolder:
             raise CheckpointError(f"the checkpoint {path} {error}{before}") from error
 
     def require_same_config(
-        self, config: TrainConfig, checkpoint: Mapping[str, Any], besides: Collection[str] = ()
+        self, config: TrainConfig, checkpoint: Mapping[str, Any], ignored: Collection[str] = ()
     ) -> None:
-        """Refuse a config that is not the one with which a checkpoint was trained.
-
-        Args:
-            config: what config.json says now; steps, threads and device may be others.
-            checkpoint: what `load_checkpoint` gave.
-            besides: entries that are not used, and so may be others too.
-        """
+        """Refuse a config that is not the one of a checkpoint, except for ignored entries; see `differences`."""
         try:
             trained = TrainConfig.from_dict(json.loads(checkpoint["config"]))
         except (KeyError, TypeError, ValueError, RecursionError, InputError) as error:
             raise InputError(f"a checkpoint of {self.path} does not tell the config it was trained with") from error
-        if differences := config.differences(trained, besides):
+        if differences := config.differences(trained, ignored):
             raise InputError(
                 f"{self.path / 'config.json'} has changed since the run was trained: {', '.join(differences)}; put it "
                 "back, or begin a new run from it by --config"
             )
 
-    @property
-    def tables(self) -> tuple[CSVTable, ...]:
-        """All tables that grow during training."""
-        return self.metrics, self.evaluations, self.episodes
-
     def keep_rows(self, checkpoint: Mapping[str, Any]) -> None:
-        """Delete the rows that were written after a checkpoint, which a resumed run writes again; warn of lost ones.
-
-        Args:
-            checkpoint: what `load_checkpoint` gave.
-        """
+        """Delete the rows that were written after a checkpoint, which a resumed run writes again; warn of lost ones."""
         for table in self.tables:
             n_rows = checkpoint["tables"][table.path.stem]
             try:
@@ -219,7 +177,7 @@ class RunFolder:
 
 
 def claim_folder(path: Path) -> Path:
-    """Create the first of the folders path, path-2, path-3, ... that is not there; no two processes get the same."""
+    """Create the first of the folders path, path-2, path-3, ... that does not exist; no two processes get the same."""
     candidate, number = path, 1
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

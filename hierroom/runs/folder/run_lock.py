@@ -14,13 +14,9 @@ class RunLockedError(InputError):
 
 
 class RunLock:
-    """Held by the process that trains a run; reading a run needs no lock.
+    """The lock of a process that trains a run; reading a run needs none.
 
-    The operating system holds it, so it ends with the process, however that ends, and no stale one can be left. The
-    file stays in the folder: whether it is there says nothing.
-
-    Args:
-        folder: of the run.
+    The operating system releases it when the process ends, however that ends. The file stays, and says nothing.
     """
 
     FILE = ".lock"
@@ -29,7 +25,7 @@ class RunLock:
         self._folder, self._lock = folder, FileLock(folder / self.FILE, timeout=0)
 
     def acquire(self) -> None:
-        """Hold the lock from now on."""
+        """Take the lock, unless this object has it already."""
         try:
             if not self._lock.is_locked:
                 self._lock.acquire()
@@ -40,7 +36,7 @@ class RunLock:
             raise InputError(f"cannot lock the run folder {self._folder}: {error}") from error
 
     def release(self) -> None:
-        """Hold it no longer."""
+        """Give the lock back."""
         self._lock.release(force=True)
 
     def __enter__(self) -> None:

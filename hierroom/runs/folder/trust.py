@@ -1,4 +1,4 @@
-"""Whose code runs: what the user names in a call or on a command line, or agrees to; never what a folder names."""
+"""Which code runs: what the user names in a call or on a command line, or agrees to; never what a folder names."""
 
 from __future__ import annotations
 
@@ -14,25 +14,19 @@ from hierroom.turns.rewards import REWARDS
 
 
 def named_code(config: TrainConfig) -> dict[str, str]:
-    """The code that a config names besides what ships: ``meta``, ``network`` and ``reward``, as far as they are such.
+    """Return the ``meta``, ``network`` and ``reward`` of a config that name code besides what ships.
 
-    Names in hierroom itself (``hierroom.train:main``) and entry points are among them: any of these can be called.
-
-    Args:
-        config: whose names are looked at; nothing is imported.
+    Names in hierroom itself (``hierroom.train:main``) and entry points are among them: each of these can be called.
+    Nothing is imported.
     """
     shipped = {"meta": (*META_CONTROLLERS, LEARNED), "network": NETWORKS, "reward": REWARDS}
     return {what: config.entries[what] for what in shipped if config.entries[what] not in (None, *shipped[what])}
 
 
 def require_trust(path: Path, config: TrainConfig, *, trust: bool, named: Mapping[str, Any] | None = None) -> None:
-    """Refuse the config of a folder if it names code that its user did not name.
+    """Refuse the config of a folder if it names code that its user did not name, unless the user trusts the folder.
 
-    Args:
-        path: the folder of the run.
-        config: of the run, as it is to be used.
-        trust: whether the user agrees to run what the folder names.
-        named: what the user named, by ``meta``, ``network`` and ``reward``.
+    ``named`` is what the user named, by ``meta``, ``network`` and ``reward``.
     """
     given = named or {}
     unnamed = {what: spec for what, spec in named_code(config).items() if given.get(what) != spec}
@@ -45,9 +39,5 @@ def require_trust(path: Path, config: TrainConfig, *, trust: bool, named: Mappin
 
 
 def trust_option(config: TrainConfig) -> str:
-    """The option that a printed command on a run of this config needs: `` --trust-run``, or an empty text.
-
-    Args:
-        config: of the run.
-    """
+    """Return the option that a printed command on a run of this config needs: `` --trust-run``, or an empty text."""
     return " --trust-run" if named_code(config) else ""

@@ -1,7 +1,7 @@
 """A trained agent in one small file: its config and the weights of its networks, as safetensors.
 
-A run's folder holds all that training goes on with; this is what somebody else needs to let the agent play. safetensors
-runs no code; as it notices no damage, the file holds a digest of its content.
+This is enough to let the agent play; training goes on only from a run's folder. safetensors runs no code; as it notices
+no damage, the file contains a digest.
 """
 
 from __future__ import annotations
@@ -34,17 +34,11 @@ _OUTLINE = msgspec.defstruct(
 
 @dataclass(frozen=True)
 class SavedAgent:
-    """What a file of weights holds.
+    """What a file of weights, or a checkpoint, says of trained agents."""
 
-    Args:
-        config: what was trained.
-        steps: primitive steps it was trained for.
-        agents: by the name of each agent that learns, what `PPOAgent.take_weights` takes.
-    """
-
-    config: TrainConfig
-    steps: int
-    agents: Mapping[str, dict[str, Any]]
+    config: TrainConfig  # what was trained
+    steps: int  # primitive steps it was trained for
+    agents: Mapping[str, dict[str, Any]]  # by the name of each agent that learns, what `PPOAgent.take_weights` takes
 
     def write(self, path: Path) -> None:
         """Write it to a file, which is replaced."""
@@ -53,13 +47,13 @@ class SavedAgent:
             for agent, state in self.agents.items()
             for name, tensor in state["learner"]["backend"]["network"].items()
         }
-        told = {
+        metadata = {
             "format": _FORMAT,
             "config": to_json(self.config.to_dict()),
             "steps": str(self.steps),
             "descriptions": to_json({agent: state["description"] for agent, state in self.agents.items()}),
         }
-        content = save(tensors, {**told, "sha256": _digest(told, tensors)})
+        content = save(tensors, {**metadata, "sha256": _digest(metadata, tensors)})
         try:
             write_atomically(path, content)
         except OSError as error:
@@ -72,17 +66,17 @@ class SavedAgent:
             raise InputError(f"there is no file {path}")
         try:
             with safe_open(path, "pt") as file:
-                told, tensors = file.metadata() or {}, {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+                metadata, tensors = file.metadata() or {}, {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
         except OSError as error:
             raise InputError(f"cannot read {path}: {error.strerror or error}") from error
         except SafetensorError as error:
             raise InputError(f"{path} is no file of weights, or damaged: {error}") from error
-        if told.get("format") != _FORMAT:
-            raise InputError(f"{path} holds no agent of this hierroom: its format is {shown(told.get('format'))}")
-        if told.pop("sha256", None) != _digest(told, tensors):
+        if metadata.get("format") != _FORMAT:
+            raise InputError(f"{path} holds no agent of this hierroom: its format is {shown(metadata.get('format'))}")
+        if metadata.pop("sha256", None) != _digest(metadata, tensors):
             raise InputError(f"{path} is damaged: its content is not the one that its digest was made of")
         try:
-            entries = {name: json.loads(told.get(name, "null")) for name in ("config", "descriptions", "steps")}
+            entries = {name: json.loads(metadata.get(name, "null")) for name in ("config", "descriptions", "steps")}
             msgspec.convert(entries, _OUTLINE)
             config = TrainConfig.from_dict(entries["config"])
         except (ValueError, RecursionError, InputError) as error:  # what msgspec raises is a ValueError
@@ -96,10 +90,9 @@ class SavedAgent:
 
 
 def weights_file(run: str | Path) -> Path | None:
-    """The file of weights that a user means: one that is named, or one that ships; None for the folder of a run.
+    """Return the file of weights that a user means; None for the folder of a run.
 
-    Args:
-        run: a path, or a name in `SHIPPED`, which a file or folder of that name comes before.
+    ``run`` is a path, or a name in `SHIPPED` unless there is a file or folder of that name.
     """
     path = Path(run)
     if str(run) in SHIPPED and not path.exists():
@@ -107,9 +100,8 @@ def weights_file(run: str | Path) -> Path | None:
     return path if path.suffix == SUFFIX and not path.is_dir() else None
 
 
-def _digest(told: Mapping[str, str], tensors: Mapping[str, torch.Tensor]) -> str:
-    """SHA-256 of all that a file holds."""
-    digest = hashlib.sha256(json.dumps(dict(told), sort_keys=True).encode())
+def _digest(metadata: Mapping[str, str], tensors: Mapping[str, torch.Tensor]) -> str:
+    digest = hashlib.sha256(json.dumps(dict(metadata), sort_keys=True).encode())
     for name in sorted(tensors):
         tensor = tensors[name]
         digest.update(f"{name} {tensor.dtype} {tuple(tensor.shape)}".encode())

@@ -1,4 +1,4 @@
-"""The episodes of training: a row for each that ends, and what the last of them were like."""
+"""The episodes of training: a row for each that ends, and means over the last of them."""
 
 from __future__ import annotations
 
@@ -24,11 +24,9 @@ _COLUMNS = ("steps", "env", "graph", "success", "length", "return", "goals")
 
 
 class EpisodeLog:
-    """Success, length and return of the last 500 episodes, and all that there is to say of those that just ended.
+    """Success, length and return of the last 500 episodes, and rows of those that just ended.
 
-    Args:
-        goals: the goals of the world.
-        clocks: [N] steps that the first episode of each environment counts as taken before its first.
+    ``clocks`` [N] are steps that the first episode of each environment counts as taken before its first.
 
     Attributes:
         episodes: number of episodes that have ended.
@@ -45,18 +43,12 @@ class EpisodeLog:
         self._options = np.zeros((2, 1 + len(goals.kinds)), np.int64)  # those that ended, those that reached their goal
 
     def begin_update(self) -> None:
-        """Forget what was only to be said of the steps before the last update."""
+        """Forget the rows and options of the steps before the last update."""
         self.ended.clear()
         self._options[:] = 0
 
     def add(self, step: Step, turns: Turns, steps: int) -> None:
-        """Record a step, and the episodes that it ended in the order of their environments.
-
-        Args:
-            step: the step.
-            turns: the environments in which it was taken, which begin their next episodes by themselves.
-            steps: number of primitive steps trained so far.
-        """
+        """Record a step in ``turns``, after ``steps`` steps of training, and the episodes that it ended."""
         kinds = np.where(step.goals == NO_GOAL, len(self._goals.kinds), self._goals.kind_of[step.goals])
         for row, chosen in enumerate((step.option_ended, step.reached)):
             self._options[row] += np.bincount(kinds[chosen], minlength=self._options.shape[1])
@@ -78,32 +70,21 @@ class EpisodeLog:
         self.episodes += len(ended)
 
     @property
-    def success_rate(self) -> float:
-        """Fraction of the window's episodes that reached the exit; 0 before the first episode ends."""
-        return self._mean("success") if self.episodes else 0.0
-
-    @property
-    def episode_length(self) -> float:
-        """Mean length of the window's episodes in primitive steps; NaN before the first episode ends."""
-        return self._mean("length")
-
-    @property
-    def episode_return(self) -> float:
-        """Mean sum of the controller's rewards in the window's episodes; NaN before the first episode ends."""
-        return self._mean("return")
+    def means(self) -> dict[str, float]:
+        """Means over the window; before the first episode ends NaN, except the success rate, which is 0 then."""
+        length, returned = (np.mean(self._window[name] or np.nan) for name in ("length", "return"))
+        success = np.mean(self._window["success"] or 0.0)
+        return {"success_rate": float(success), "episode_length": float(length), "episode_return": float(returned)}
 
     @property
     def reached(self) -> dict[str, float]:
-        """The share of the options ended since `begin_update` that reached their goal, by its kind; NaN of none."""
+        """The share of the options ended since `begin_update` that reached their goal, by its kind; NaN without any."""
         ended, reached = self._options.tolist()
         shares = zip((*self._goals.kinds, "new"), ended, reached, strict=True)
         return {f"reached_{kind}": got / n if n else float("nan") for kind, n, got in shares}
 
-    def _mean(self, name: str) -> float:
-        return float(np.mean(self._window[name])) if self._window[name] else float("nan")
-
     def state_dict(self) -> dict[str, Any]:
-        """The complete state, but for what has ended, as tensors and plain types."""
+        """Return the state without the rows, as tensors and plain types."""
         return {
             "episodes": self.episodes,
             "window": {name: list(values) for name, values in self._window.items()},

@@ -14,22 +14,17 @@ from tensorboard.compat.proto.event_pb2 import Event, SessionLog  # pyright: ign
 from tensorboard.summary.writer.record_writer import RecordWriter
 from torch.utils.tensorboard.summary import hparams, scalar
 
-from hierroom.runs.logs.scalars import Plain
+from hierroom.runs.logs.scalars import Logger, Plain
 from hierroom.support.errors import InputError
 from hierroom.support.files import append_whole, sync
 
 _NAME = "events.out.tfevents"
 
 
-class Events:
-    """Writes the events of a run, into one file for each session that trains it.
+class Events(Logger):
+    """Writes the events of a run into its folder, one file for each session, which the first event creates.
 
-    The file is there from the first event on.
-
-    Args:
-        path: the run's folder.
-        begins_after: steps that were taken before this session; what earlier sessions, which were killed, showed of
-            later ones is hidden. -1: all of it.
+    Events after ``begins_after`` steps, of earlier sessions that were killed, are hidden; -1: all of them.
     """
 
     label = "TensorBoard"
@@ -40,7 +35,7 @@ class Events:
         self._file: Path | None = None
 
     def _write(self, *events: Event) -> None:
-        """Append events to the file; an event is there as soon as this returns."""
+        """Append events to the file, without a buffer."""
         if self._file is None:
             events = (*self._begin(), *events)
         assert self._file is not None
@@ -51,7 +46,7 @@ class Events:
         append_whole(self._file, records.getvalue())
 
     def _begin(self) -> list[Event]:
-        """Choose the file, whose name is sorted after those of earlier sessions; returns what it begins with."""
+        """Choose a file name that sorts after those of earlier sessions; return the file's first events."""
         started = [int(n) for path in self._path.glob(f"{_NAME}.*") if (n := path.name.split(".")[3]).isdigit()]
         number = max([int(time.time()), *(before + 1 for before in started)])
         self._file = self._path / f"{_NAME}.{number:010d}.{socket.gethostname()}.{os.getpid()}.0"
@@ -61,7 +56,7 @@ class Events:
         return [begin, Event(step=self._begins_after + 1, session_log=SessionLog(status=SessionLog.START))]
 
     def add(self, scalars: Mapping[str, float], steps: int) -> None:
-        """Show numbers; see `logs.Logger`."""
+        """Show numbers."""
         self._write(*(Event(step=steps, summary=scalar(name, value)) for name, value in scalars.items()))
 
     def add_results(self, hyperparameters: Mapping[str, Plain], results: Mapping[str, float], steps: int) -> None:
@@ -72,8 +67,5 @@ class Events:
     def sync(self) -> None:
         """Have the events outlive a loss of power."""
         if self._file is not None:
-            with suppress(InputError):  # the next one will tell
+            with suppress(InputError):  # the next event fails too, and is reported
                 sync(self._file)
-
-    def close(self, *, is_done: bool) -> None:
-        """Nothing: no file is held open."""

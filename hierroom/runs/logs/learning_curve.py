@@ -16,11 +16,9 @@ FIRST_POINT = 0.01
 
 
 def evaluation_points(steps: int, evaluations: int) -> list[int]:
-    """After how many steps a run is evaluated: before the first step, and then at equal ratios up to the last.
+    """Return the steps after which a run is evaluated: 0, and ``evaluations`` more at equal ratios up to the last.
 
-    Args:
-        steps: of the whole run.
-        evaluations: how many besides the one before training; 0: none at all.
+    Without ``evaluations`` there are none at all.
     """
     if evaluations == 0:
         return []
@@ -29,7 +27,10 @@ def evaluation_points(steps: int, evaluations: int) -> list[int]:
 
 
 def evaluation_rows(steps: int, seconds: float, evaluation: Evaluation) -> list[dict[str, object]]:
-    """An evaluation as rows of ``evaluations.csv``, one for each goal graph."""
+    """Return an evaluation as rows of ``evaluations.csv``, one for each goal graph.
+
+    For each goal there is the share of episodes that achieved it and when they first did on average.
+    """
     return [
         {"steps": steps, "seconds": round(seconds, 3), "graph": graph, **_columns(score)}
         for graph, score in evaluation.graphs.items()
@@ -53,42 +54,27 @@ def _columns(score: Score) -> dict[str, object]:
 
 @dataclass(frozen=True)
 class Crossing:
-    """When a success rate was reached.
+    """When a success rate was reached."""
 
-    Args:
-        steps: primitive steps trained until then.
-        seconds: seconds of training until then.
-        low: lower end of the 95% interval of ``steps``.
-        high: its upper end; infinity where the evaluations cannot exclude that the rate was not reached.
-    """
-
-    steps: float
-    seconds: float
-    low: float
-    high: float
+    steps: float  # primitive steps trained until then
+    seconds: float  # of training until then
+    low: float  # lower end of the 95% interval of ``steps``
+    high: float  # upper end; infinity where the evaluations cannot exclude that the rate was not reached
 
 
 @dataclass(frozen=True)
 class LearningCurve:
-    """Success over the steps trained, over all goal graphs together.
+    """Success at the P evaluations of a run, over all goal graphs together."""
 
-    Args:
-        steps: [P] of the evaluations, increasing.
-        seconds: [P] of training until then.
-        success: [P] success rates.
-        length: [P] mean lengths of the episodes in primitive steps.
-        episodes: [P] how many were played.
-    """
-
-    steps: np.ndarray
-    seconds: np.ndarray
-    success: np.ndarray
-    length: np.ndarray
-    episodes: np.ndarray
+    steps: np.ndarray  # [P] trained until then, increasing
+    seconds: np.ndarray  # [P] of training until then
+    success: np.ndarray  # [P] success rates
+    length: np.ndarray  # [P] mean lengths of the episodes in primitive steps
+    episodes: np.ndarray  # [P] numbers of episodes
 
     @classmethod
     def of_rows(cls, rows: Sequence[Mapping[str, str]]) -> LearningCurve | None:
-        """The curve of the rows of ``evaluations.csv``, None of no rows; several graphs count by their episodes."""
+        """Return the curve of rows of ``evaluations.csv``, None without rows; graphs count by their episodes."""
         if not rows:
             return None
         table = {name: np.array([float(row[name]) for row in rows]) for name in ("steps", "seconds", "episodes")}
@@ -108,14 +94,11 @@ class LearningCurve:
         return float(np.trapezoid(self.success, self.steps) / np.ptp(self.steps)) if len(self.steps) > 1 else np.nan
 
     def crossing(self, percent: float, resamples: int = 1000) -> Crossing | None:
-        """When the success rate reached so many percent, see `first_crossing`; None if the measured rate did not.
+        """Return when the success rate reached a percentage, see `first_crossing`; None if the measured rate did not.
 
         The interval is of the evaluations' episodes alone: each success rate is drawn anew from its posterior
-        Beta(successes + 1/2, failures + 1/2) (Jeffreys), and the curve of the drawn rates is crossed.
-
-        Args:
-            percent: the rate.
-            resamples: how many curves are drawn, always the same ones.
+        Beta(successes + 1/2, failures + 1/2) (Jeffreys), and the curve of the drawn rates is crossed. The drawn curves
+        are always the same.
         """
         level = percent / 100
         steps, seconds = (first_crossing(x, self.success, level) for x in (self.steps, self.seconds))
@@ -131,21 +114,13 @@ class LearningCurve:
 
 
 def first_crossing(x: np.ndarray, values: np.ndarray, level: float) -> float:
-    """Where values that rise with x reach a level, by straight lines between them.
+    """Return the x at which values that rise with x reach a level, by straight lines between them; else infinity.
 
     The values are measured, and one that is high by chance is no crossing: they are first made to rise by isotonic
     regression (the rising values that are nearest to them by least squares). So a level counts as reached where the
-    values stay that high on the whole.
-
-    Args:
-        x: [P] where the values are, such as steps; increasing.
-        values: [P] the values, NaN where there is none.
-        level: to be reached.
-
-    Returns:
-        a place between the first x and the last; infinity if the level is not reached.
+    values stay that high on the whole. Both are [P]; x increases, and values may be NaN.
     """
-    from scipy.optimize import isotonic_regression  # loaded here because it takes its time, and is needed at the end
+    from scipy.optimize import isotonic_regression  # it loads slowly, and is needed at the end
 
     known = ~np.isnan(values)
     if not known.any():

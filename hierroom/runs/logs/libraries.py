@@ -7,30 +7,21 @@ import math
 import os
 import re
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hierroom.runs.logs.scalars import Plain
+from hierroom.runs.logs.scalars import Logger, Plain
 from hierroom.support.errors import InputError
 
 _PARAMS_AT_ONCE = 100
-"""So many a request to MLflow may have."""
+"""The most that a request to MLflow may have."""
 
 
-class WandbLogger:
-    """Shows a run in Weights & Biases, as the user's own settings of it say: ``WANDB_MODE=offline`` asks no network.
+class _Wandb(Logger):
+    """Shows a run in Weights & Biases, as the user's settings of it say: ``WANDB_MODE=offline`` asks no network.
 
-    Numbers are drawn over the steps trained, so what a resumed run shows again stands where it stood.
-
-    Args:
-        library: the package ``wandb``.
-        path: the run's folder, after which it is called, and in which Weights & Biases keeps its files.
-        hyperparameters: what it is trained with.
-        identity: of the run that an earlier session began; None: it is new.
-
-    Attributes:
-        identity: of the run.
+    Numbers are drawn over the steps trained, so what a resumed run shows again stays in its place.
     """
 
     label = "Weights & Biases"
@@ -52,33 +43,17 @@ class WandbLogger:
         self._run.define_metric("*", step_metric="steps")
 
     def add(self, scalars: Mapping[str, float], steps: int) -> None:
-        """Show numbers; those that are not finite are left out."""
         self._run.log({**{name: value for name, value in scalars.items() if math.isfinite(value)}, "steps": steps})
 
     def add_results(self, hyperparameters: Mapping[str, Plain], results: Mapping[str, float], steps: int) -> None:
-        """Show how the run ended in the table of runs, beside what it was trained with."""
         self._run.summary.update({**results, "steps": steps})
 
-    def sync(self) -> None:
-        """Nothing: it keeps its own files."""
-
     def close(self, *, is_done: bool) -> None:
-        """End a session; a run that may be resumed ends as one that was stopped."""
-        self._run.finish(exit_code=0 if is_done else 130)
+        self._run.finish(exit_code=0 if is_done else 130)  # one that may be resumed was stopped
 
 
-class MLflowLogger:
-    """Shows a run in MLflow, at the place that ``MLFLOW_TRACKING_URI`` names, by default MLflow's own.
-
-    Args:
-        library: the package ``mlflow``.
-        path: the run's folder, after which it is called.
-        hyperparameters: what it is trained with.
-        identity: of the run that an earlier session began; None: it is new.
-
-    Attributes:
-        identity: of the run.
-    """
+class _MLflow(Logger):
+    """Shows a run in MLflow, at the place that ``MLFLOW_TRACKING_URI`` names, by default MLflow's own."""
 
     label = "MLflow"
 
@@ -99,7 +74,6 @@ class MLflowLogger:
         self.identity = identity
 
     def add(self, scalars: Mapping[str, float], steps: int) -> None:
-        """Show numbers; those that are not finite are left out, and names have only letters that MLflow allows."""
         now = int(1000 * time.time())
         metrics = [
             self._entities.Metric(re.sub(r"[^\w\-. /]", "_", name, flags=re.ASCII), float(value), now, steps)
@@ -109,19 +83,17 @@ class MLflowLogger:
         self._client.log_batch(self.identity, metrics=metrics)
 
     def add_results(self, hyperparameters: Mapping[str, Plain], results: Mapping[str, float], steps: int) -> None:
-        """Show how the run ended; its hyperparameters are there already."""
         self.add({name: value for name, value in results.items() if "steps_to" in name}, steps)
 
-    def sync(self) -> None:
-        """Nothing: it keeps its own files."""
-
     def close(self, *, is_done: bool) -> None:
-        """End a session."""
         self._client.set_terminated(self.identity, "FINISHED" if is_done else "KILLED")
 
 
-LIBRARIES: Mapping[str, Callable[..., WandbLogger | MLflowLogger]] = {"wandb": WandbLogger, "mlflow": MLflowLogger}
-"""The loggers by the name of their package, which nothing of hierroom requires."""
+LIBRARIES: Mapping[str, type[_Wandb | _MLflow]] = {"wandb": _Wandb, "mlflow": _MLflow}
+"""The loggers by the name of their package, which hierroom does not require.
+
+Each takes the package, the run's folder, its hyperparameters, and its ``identity`` in an earlier session if any.
+"""
 
 
 def load_library(name: str) -> Any:

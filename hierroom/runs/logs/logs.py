@@ -1,70 +1,40 @@
-"""The loggers of a run: which they are, where an earlier session left them, and what happens if one fails."""
+"""The loggers of a run: their names, their identities in earlier sessions, and what happens if one fails."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Protocol
 
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.evaluation import Evaluation
 from hierroom.runs.logs.events import Events
 from hierroom.runs.logs.learning_curve import LearningCurve
 from hierroom.runs.logs.libraries import LIBRARIES, load_library
 from hierroom.runs.logs.output import warn
-from hierroom.runs.logs.scalars import Plain, evaluation_scalars, hyperparameters, metric_scalars, result_scalars
+from hierroom.runs.logs.scalars import Logger, hyperparameters, result_scalars
 from hierroom.support.errors import InputError, in_one_line, shown
 from hierroom.support.files import to_json, write_atomically
 
 TENSORBOARD, NONE = "tensorboard", "none"
 DEFAULT = (TENSORBOARD,)
 _FILE = "logs.json"
-"""Of a run that is shown elsewhere than in TensorBoard: the identity that it has there, by logger."""
+"""The identity of a run in each logger that is no file of the run."""
 
 
 def logger_names(text: str) -> tuple[str, ...]:
-    """The loggers that ``tensorboard,wandb`` names; none of ``none``."""
+    """Return the loggers that ``tensorboard,wandb`` names; none for ``none``."""
     if not isinstance(text, str):
         raise InputError(f"log is a text of names joined by commas, or {NONE!r}, not {shown(text)}")
     names = tuple(dict.fromkeys(name.strip() for name in text.split(",")))
     if names == (NONE,):
         return ()
-    for name in names:
-        if name not in (TENSORBOARD, *LIBRARIES):
-            known = ", ".join((TENSORBOARD, *LIBRARIES))
-            raise InputError(f"--log takes {known}, joined by commas, or {NONE}, not {text!r}")
+    known = (TENSORBOARD, *LIBRARIES)
+    if not {*names} <= {*known}:
+        raise InputError(f"--log takes {', '.join(known)}, joined by commas, or {NONE}, not {text!r}")
     for name in names:
         if name in LIBRARIES:
             load_library(name)
     return names
-
-
-class Logger(Protocol):
-    """Shows the numbers of a run somewhere. Whatever it raises, training goes on without it."""
-
-    label: str
-    """What it is called in a warning."""
-
-    def add(self, scalars: Mapping[str, float], steps: int) -> None:
-        """Show numbers, by tags such as ``eval/success_rate``, after so many primitive steps."""
-        ...
-
-    def add_results(self, hyperparameters: Mapping[str, Plain], results: Mapping[str, float], steps: int) -> None:
-        """Show what the run was trained with beside how it ended."""
-        ...
-
-    def sync(self) -> None:
-        """Have what was shown outlive a loss of power, as far as that is in the logger's hands."""
-        ...
-
-    def close(self, *, is_done: bool) -> None:
-        """End a session.
-
-        Args:
-            is_done: whether the run has taken all of its steps; else it may be resumed.
-        """
-        ...
 
 
 class Logs:
@@ -73,18 +43,15 @@ class Logs:
     Args:
         path: the run's folder.
         config: the run's config.
-        begins_after: steps that were taken before this session, -1 before the first; see `Events`.
-        names: the loggers, as `logger_names` gives them. A folder is somebody's word, so it never says where a run is
-            shown: whoever resumes it does.
+        begins_after: steps before this session, -1 before the first; see `Events`.
+        names: the loggers. A folder is untrusted, so whoever resumes a run says where it is shown.
     """
 
     def __init__(self, path: Path, config: TrainConfig, begins_after: int, names: Sequence[str] = DEFAULT) -> None:
         self._config = config
         self._loggers: list[Logger] = [Events(path, begins_after)] if TENSORBOARD in names else []
         identities = _identities(path)
-        for name in names:
-            if name == TENSORBOARD:
-                continue
+        for name in filter(LIBRARIES.__contains__, names):
             try:
                 logger = LIBRARIES[name](load_library(name), path, hyperparameters(config), identities.get(name))
             except Exception as error:  # whatever a library of others may raise
@@ -94,34 +61,30 @@ class Logs:
             identities[name] = logger.identity
             write_atomically(path / _FILE, to_json(identities).encode())
 
-    def _tell(self, act: Callable[[Logger], object]) -> None:
+    def _each(self, act: Callable[[Logger], object]) -> None:
         for logger in [*self._loggers]:
             try:
                 act(logger)
-            except Exception as error:  # likewise
+            except Exception as error:
                 self._loggers.remove(logger)
                 _warn(error, logger.label)
 
-    def add_metrics(self, row: Mapping[str, float]) -> None:
-        """Show a row of ``metrics.csv``."""
-        self._tell(lambda logger: logger.add(metric_scalars(row), int(row["steps"])))
-
-    def add_evaluation(self, steps: int, evaluation: Evaluation) -> None:
-        """Show an evaluation."""
-        self._tell(lambda logger: logger.add(evaluation_scalars(evaluation), steps))
+    def add(self, scalars: Mapping[str, float], steps: int) -> None:
+        """Show numbers, see `scalars.Logger`."""
+        self._each(lambda logger: logger.add(scalars, steps))
 
     def add_results(self, curve: LearningCurve | None) -> None:
-        """Show what the run was trained with beside how it ended."""
-        told = hyperparameters(self._config), result_scalars(curve), self._config.steps
-        self._tell(lambda logger: logger.add_results(*told))
+        """Show what the run was trained with, and how it ended."""
+        results = hyperparameters(self._config), result_scalars(curve), self._config.steps
+        self._each(lambda logger: logger.add_results(*results))
 
     def sync(self) -> None:
-        """Have what was shown outlive a loss of power."""
-        self._tell(lambda logger: logger.sync())
+        """Have the numbers so far outlive a loss of power."""
+        self._each(lambda logger: logger.sync())
 
     def close(self, *, is_done: bool) -> None:
         """End the session."""
-        self._tell(lambda logger: logger.close(is_done=is_done))
+        self._each(lambda logger: logger.close(is_done=is_done))
 
 
 def _warn(error: Exception, label: str) -> None:
@@ -129,9 +92,9 @@ def _warn(error: Exception, label: str) -> None:
 
 
 def _identities(path: Path) -> dict[str, str]:
-    """The identity that a run has in each logger of earlier sessions; nothing where that cannot be read."""
+    """Read the identities from earlier sessions; none where that fails."""
     try:
-        told = json.loads((path / _FILE).read_text())
-        return {name: told[name] for name in LIBRARIES if isinstance(told.get(name), str)}
+        known = json.loads((path / _FILE).read_text())
+        return {name: known[name] for name in LIBRARIES if isinstance(known.get(name), str)}
     except (OSError, ValueError, AttributeError, RecursionError):
         return {}

@@ -1,4 +1,4 @@
-"""Output that nobody may be reading: training goes on where a terminal was closed or a reader has gone."""
+"""Output that may have no reader: training goes on after a terminal was closed or a reader has gone."""
 
 from __future__ import annotations
 
@@ -12,11 +12,7 @@ from hierroom.support.errors import one_line
 
 
 class LastingStream:
-    """A text stream to which writing never fails; what cannot be written is lost.
-
-    Args:
-        stream: the stream; None, which Python has for a closed one: everything is lost.
-    """
+    """A text stream to which writing never fails; text is lost if it cannot be written, or if the stream is None."""
 
     def __init__(self, stream: TextIO | None) -> None:
         self._stream = stream

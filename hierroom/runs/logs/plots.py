@@ -16,13 +16,7 @@ from hierroom.support.files import write_atomically
 
 
 def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path) -> None:
-    """Plot success rate and episode length over the steps trained, as a PNG.
-
-    Args:
-        run: folder of the run.
-        curve: its evaluations; None where there are none.
-        path: the file to write.
-    """
+    """Plot success rate and episode length over the steps trained, as a PNG; ``curve`` is of its evaluations."""
     from matplotlib.figure import Figure  # imported here, because it loads slowly
 
     rows = run.metrics.numbers()
@@ -51,9 +45,5 @@ def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path)
 
 
 def step_unit(most: float) -> tuple[float, str]:
-    """In what an axis counts steps: how many to one, and its name.
-
-    Args:
-        most: the largest number of steps on the axis.
-    """
+    """Return the number of steps to a unit of an axis that ends at ``most`` steps, and the unit's name."""
     return (1e6, "millions") if most >= 200_000 else (1e3, "thousands")

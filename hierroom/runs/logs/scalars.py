@@ -1,8 +1,9 @@
-"""The numbers that loggers show of a run, in groups."""
+"""What loggers show of a run, its numbers in groups, and what a logger does."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Protocol
 
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.evaluation import Evaluation, Score
@@ -10,15 +11,37 @@ from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
 
 Plain = bool | int | float | str
 
+
+class Logger(Protocol):
+    """Shows the numbers of a run somewhere. Whatever it raises, training goes on without it."""
+
+    label: str
+    """Its name in a warning."""
+
+    def add(self, scalars: Mapping[str, float], steps: int) -> None:
+        """Show numbers, by tags such as ``eval/success_rate``, after so many primitive steps."""
+        ...
+
+    def add_results(self, hyperparameters: Mapping[str, Plain], results: Mapping[str, float], steps: int) -> None:
+        """Show what the run was trained with, and how it ended."""
+        ...
+
+    def sync(self) -> None:
+        """Have the numbers so far outlive a loss of power, unless the logger sees to its files itself."""
+
+    def close(self, *, is_done: bool) -> None:
+        """End a session; a run that has not taken all of its steps may be resumed."""
+
+
 GROUPS: Mapping[str, tuple[str, ...]] = {
     "time": ("seconds", "compile_seconds", "steps_per_second"),
     "train": ("episodes", "success_rate", "episode_length", "episode_return", "stage"),
 }
-"""The tags of the entries of ``metrics.csv`` begin with these; those of others with the agent that they tell of."""
+"""The first parts of the tags of these entries of ``metrics.csv``; those of others are their agents."""
 
 
 def tag(name: str) -> str:
-    """The tag of an entry of ``metrics.csv``: that of ``meta_entropy`` is ``meta/entropy``."""
+    """Return the tag of an entry of ``metrics.csv``: that of ``meta_entropy`` is ``meta/entropy``."""
     for group, names in GROUPS.items():
         if name in names:
             return f"{group}/{name}"
@@ -26,12 +49,12 @@ def tag(name: str) -> str:
 
 
 def metric_scalars(row: Mapping[str, float]) -> dict[str, float]:
-    """A row of ``metrics.csv`` by tags, but for its steps."""
+    """Return a row of ``metrics.csv`` by tags, without its steps."""
     return {tag(name): value for name, value in row.items() if name != "steps"}
 
 
 def evaluation_scalars(evaluation: Evaluation) -> dict[str, float]:
-    """An evaluation by tags: in all, by goal, and where there are several goal graphs by graph."""
+    """Return an evaluation by tags: in all, by goal, and by goal graph if there are several."""
     scalars = _of_score("eval", evaluation)
     for goal, (share, _) in evaluation.steps_to_goals.items():
         scalars[f"eval/achieved/{goal.replace(' ', '_')}"] = share
@@ -48,15 +71,12 @@ def _of_score(group: str, score: Score) -> dict[str, float]:
 
 
 def hyperparameters(config: TrainConfig) -> dict[str, Plain]:
-    """The entries of a config as loggers show them."""
-    entries = {name: value for name, value in config.entries.items() if name not in ("env", "agents", "ppo")}
-    return {
-        name: value if isinstance(value, (bool, int, float, str)) else str(value) for name, value in entries.items()
-    }
+    """Return the entries of a config as loggers show them."""
+    return {name: one if isinstance(one, (bool, int, float, str)) else str(one) for name, one in config.entries.items()}
 
 
 def result_scalars(curve: LearningCurve | None) -> dict[str, float]:
-    """How a run ended, by tags: its last evaluation, and the steps to each success rate that it reached."""
+    """Return the last evaluation of a run and the steps to each success rate that it reached, by tags."""
     if curve is None:
         return {}
     crossings = {milestone: curve.crossing(milestone) for milestone in MILESTONES}
