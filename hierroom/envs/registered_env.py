@@ -68,4 +68,4 @@ class PlayableEnv(RegisteredEnv):
         import pygame
 
         named = self.single.turns.world.keys_to_action
-        return {(pygame.key.key_code(name),): action for name, action in named.items()}
+        return {(getattr(pygame, name),): action for name, action in named.items()}

@@ -149,7 +149,7 @@ class World(Protocol):
         features: the features that networks can read, by name.
         replayer: plays episodes again and draws them.
         observation_spaces: the spaces of the entries of `View.as_dict`, of one environment.
-        keys_to_action: the controller's action for each key of the keyboard, by pygame's names of keys.
+        keys_to_action: the controller's action for each key of the keyboard, by pygame's constants such as ``K_UP``.
         outcomes: [N] records with the fields of `OUTCOME_FIELDS`, overwritten by each step.
         variants: names of the kinds of episodes that the world draws from, the easiest first.
         stage_titles: a line for each stage of a curriculum; empty without one.

@@ -77,7 +77,7 @@ class EscapeRoomWorld(Engine):
         self.stage_titles: Sequence[str] = self.sampler.stage_titles
         self.can_split = self.sampler.n_stages == 1
         # Arrows move, tab picks up, space opens, shift drops.
-        keys = ("up", "left", "right", "tab", "space", "left shift")
+        keys = ("K_UP", "K_LEFT", "K_RIGHT", "K_TAB", "K_SPACE", "K_LSHIFT")
         self.keys_to_action: Mapping[str, int] = dict(zip(keys, range(self.n_actions), strict=False))
         self._advance = self.advance if autoreset else self.advance_within_episode
         # Actions are checked by who asks for a step.
