@@ -22,11 +22,11 @@ from torch.distributions import Categorical
 
 from hierroom.agents.features import Features
 from hierroom.agents.scripted_agent import ScriptedAgent
-from hierroom.controller import Observation
 from hierroom.goals import N_GOALS
 from hierroom.meta import make_meta
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
+from hierroom.turns.observation import Observation
 from hierroom.turns.records import CONTROLLER, META, Step
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig, LevelsName

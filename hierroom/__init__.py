@@ -129,14 +129,14 @@ class _Package(ModuleType):
 
     @train.setter
     def train(self, module: ModuleType) -> None:
-        """Likewise."""
+        """Keep the import system from putting the file there."""
 
 
 sys.modules[__name__].__class__ = _Package
 
 
 def register(name: str, graph: GraphSpecs, exclude: GraphSpecs = ()) -> str:
-    """Register a Gymnasium id for goal graphs of your own: ``hierroom/EscapeRoom-NAME-v0``.
+    """Register a Gymnasium id for a user's goal graphs: ``hierroom/EscapeRoom-NAME-v0``.
 
     Save this as ``my_rooms.py``; then ``gymnasium.make("my_rooms:hierroom/EscapeRoom-fork-v0")`` finds the graph in
     every process, and so does `gymnasium.make_vec`::
@@ -148,7 +148,7 @@ def register(name: str, graph: GraphSpecs, exclude: GraphSpecs = ()) -> str:
     Args:
         name: letters, digits, ``_``, ``.`` and ``-``, but not the letter of one of the paper's graphs.
         graph: the graphs, as every environment takes them. Files are read now.
-        exclude: graphs to leave out of them, likewise.
+        exclude: graphs to leave out of them.
 
     Returns:
         the id. It takes all other arguments of the environments at `gymnasium.make`.

@@ -46,10 +46,8 @@ class EscapeRoom(PlayableEnv, gymnasium.Env):
         render_mode: str | None = None,
         **entries: Any,
     ):
-        self.single = SingleEnv(
-            EnvConfig.of_arguments({"graph": graph, "reward": "extrinsic", **entries}, ("meta", "render_mode")),
-            render_mode,
-        )
+        arguments = {"graph": graph, "reward": "extrinsic", **entries}
+        self.single = SingleEnv(EnvConfig.of_arguments(arguments, ("meta", "render_mode")), render_mode)
         self.meta = make_meta(meta)
         self.config = self.single.turns.config
         self.render_mode = render_mode
@@ -83,7 +81,7 @@ class EscapeRoom(PlayableEnv, gymnasium.Env):
         )
 
     def render(self) -> str | NDArray[np.uint8] | None:
-        """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
+        """Return the level as text or as a picture [H, W, 3], or show it in a window, with the current subgoal."""
         return self.single.render()
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Curiosity: what the controller is rewarded with, besides, for what is new to it in its environments."""
+"""Curiosity: a reward for what is new to the controller in its environments."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.agents.features import Features
-from hierroom.controller import Observation
 from hierroom.learners.distillation import RandomNetworkDistillation
 from hierroom.support.errors import InputError
+from hierroom.turns.observation import Observation
 
 
 class Curiosity:
@@ -43,15 +43,15 @@ class Curiosity:
         )
 
     def rewards(self, observation: Observation) -> NDArray[np.float64]:
-        """[N] the reward for a step just taken, by what was observed after it, still in the same episode."""
+        """Return the rewards [N] for a step by what was observed after it, still in the same episode."""
         return self._weight * self._distillation.rewards(self.features.encode(observation))
 
     def learn(self) -> dict[str, float]:
-        """Get used to what was observed since the last call; returns `STATISTICS` by name."""
+        """Get used to what was observed since the last call, and return `STATISTICS` by name."""
         return self._distillation.learn()
 
     def state_dict(self) -> dict:
-        """Everything that decides what happens next, as tensors and plain types."""
+        """Return everything that decides what happens next, as tensors and plain types."""
         return self._distillation.state_dict()
 
     def load_state_dict(self, state: dict) -> None:

@@ -1,4 +1,4 @@
-"""The facts of episodes, collected while they are played: for the log, the evaluation, the recorder and measuring."""
+"""The facts of episodes, collected while they are played."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class EndedEpisodes:
 
     @classmethod
     def joined(cls, parts: Sequence[EndedEpisodes]) -> EndedEpisodes:
-        """Return the facts of all episodes of some parts, at least one."""
+        """Return the facts of all episodes of at least one part."""
         columns: Any = ([getattr(part, field.name) for part in parts] for field in fields(cls))
         joined: Any = ([*chain(*one)] if isinstance(one[0], list) else np.concatenate(one) for one in columns)
         return cls(*joined)
@@ -60,9 +60,6 @@ class EndedEpisodes:
 
 class EpisodeFacts:
     """Collects the facts of the episodes under way in N environments.
-
-    Args:
-        num_envs: N.
 
     Attributes:
         returns: [N] float64, sums of the controller's rewards so far.

@@ -27,7 +27,7 @@ class GoalNetwork(nn.Module):
         \bar h = \tfrac1P \sum_q h_q
 
     Logits of a colour's key and door are linear in :math:`(h_p, \bar h)`, those of the exit and of 'no goal' in
-    the exit's state, the value in :math:`\bar h`. Permuting colours permutes keys' and doors' logits likewise.
+    the exit's state, the value in :math:`\bar h`. Permuting colours permutes keys' and doors' logits in the same way.
 
     Keeps the protocol `PolicyNetwork`; a state is [N, P * 2 H], the parts side by side.
 
@@ -85,6 +85,6 @@ class GoalNetwork(nn.Module):
     def _heads(self, hidden: Tensor) -> tuple[Tensor, Tensor]:
         """[..., P, H] to logits [..., 14] of keys, doors, exit and no goal, and values [...]."""
         mean, colours = hidden.mean(-2), hidden[..., :N_COLOURS, :]
-        beside = mean.unsqueeze(-2).expand_as(colours)
-        keys, doors = self.colour_head(torch.cat([colours, beside], dim=-1)).unbind(-1)  # [..., 6] each
+        means = mean.unsqueeze(-2).expand_as(colours)
+        keys, doors = self.colour_head(torch.cat([colours, means], dim=-1)).unbind(-1)  # [..., 6] each
         return torch.cat([keys, doors, self.exit_head(hidden[..., -1, :])], dim=-1), self.value_head(mean).squeeze(-1)

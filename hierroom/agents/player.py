@@ -1,4 +1,4 @@
-"""Playing without learning: who plays, and the one loop in which episodes are played to be counted."""
+"""Playing without learning: who plays, and the one loop that plays episodes to be counted."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Player(Protocol):
 
 
 class Actor(Protocol):
-    """An agent that plays: it acts, and hears of the turns that a step ended."""
+    """An agent that plays: it acts, and takes note of the turns that a step ended."""
 
     def act(self, observation: Any) -> NDArray[np.integer]:
         """[M] actions in the environments of an observation."""
@@ -36,11 +36,7 @@ class Actor(Protocol):
 
 
 class Pair:
-    """A meta-controller and a controller that play together.
-
-    Args:
-        agents: who acts, by the names of `records.AGENTS`, the meta-controller first.
-    """
+    """A meta-controller and a controller that play together, by the names of `records.AGENTS`, in this order."""
 
     def __init__(self, agents: Mapping[str, Actor]) -> None:
         self.agents = agents
@@ -66,10 +62,10 @@ class Pair:
         return step
 
     def subset(self, envs: NDArray[np.integer]) -> Pair | None:
-        """The same pair in some of its environments [M], acting there as if it still played in all; None if it cannot.
+        """Return the same pair in some environments [M], acting there as if it still played in all; None if it cannot.
 
-        It can if the meta-controller is one that ships and learns nothing, and the controller is frozen; what others do
-        may depend on which environments they are asked about.
+        It can if the meta-controller ships and learns nothing, and the controller is frozen; what others do may depend on
+        which environments they are asked about.
         """
         # It brings torch along, which commands that explain themselves do without.
         from hierroom.agents.ppo_agent import FrozenAgent
@@ -81,11 +77,7 @@ class Pair:
 
 
 class RandomPlayer:
-    """Every action of the controller with the same chance.
-
-    Args:
-        random: where the actions come from.
-    """
+    """Every action of the controller with the same chance."""
 
     def __init__(self, random: np.random.Generator) -> None:
         self._random = random
@@ -113,12 +105,7 @@ class OraclePlayer:
 
 
 def make_player(name: str, seed: int) -> Player:
-    """A player that needs no training.
-
-    Args:
-        name: ``"random"`` or ``"oracle"``.
-        seed: fixes its actions.
-    """
+    """Return a player that needs no training, ``"random"`` or ``"oracle"``; the seed fixes its actions."""
     if name == "random":
         return RandomPlayer(np.random.default_rng(seed))
     if name == "oracle":
@@ -183,7 +170,7 @@ class Play:
 
 
 def quotas(episodes: int, num_envs: int) -> NDArray[np.int64]:
-    """[N] how many of some episodes each environment plays: equally many, or the first ones one more."""
+    """Return how many episodes each environment plays, [N]: equally many, or the first ones one more."""
     if episodes < 1:
         raise InputError(f"play at least one episode, not {episodes}")
     return episodes // num_envs + (np.arange(num_envs) < episodes % num_envs)

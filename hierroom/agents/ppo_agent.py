@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 from hierroom.agents.curiosity import Curiosity
 from hierroom.agents.features import Features
 from hierroom.agents.warm_up import WarmUp
-from hierroom.controller import Observation
 from hierroom.learners.policy import Decision, Policy
 from hierroom.learners.ppo import UPDATE_STATISTICS, Learner
 from hierroom.support.errors import InputError, shown
 from hierroom.support.schema import AnyMapping, Exactly, Real, Table
+from hierroom.turns.observation import Observation, Situation
 from hierroom.turns.records import Step
-from hierroom.turns.situation import Situation
 from hierroom.turns.turns import Turns
 
 
@@ -38,11 +37,6 @@ class PPOAgent:
         network: the name of its network, by which a warm start tells whether weights fit.
         warm_up: chooses its actions until it ends; None: the agent learns from the first turn on.
         curiosity: a reward added to the environment's; None: none.
-
-    Attributes:
-        features: see above.
-        learner: likewise.
-        curiosity: likewise.
     """
 
     def __init__(
@@ -94,12 +88,7 @@ class PPOAgent:
         self.learner.finish(envs, rewards[ours], elapsed[ours], terminated[ours], truncated, ended, last)
 
     def update(self, observation: Observation, progress: float) -> None:
-        """Learn from the turns taken.
-
-        Args:
-            observation: of its next turn, where it is due.
-            progress: how far training is, 0 to 1.
-        """
+        """Learn from the turns taken; the observation is of its next turn, and progress of training from 0 to 1."""
         self.learner.bootstrap(observation.envs, self.features.encode(observation))
         self._updated = self.learner.update(progress)
         if self.curiosity is not None:
@@ -112,12 +101,9 @@ class PPOAgent:
         return {**learning, **self._updated}
 
     def frozen(self, num_envs: int, *, seed: int, is_greedy: bool = False) -> FrozenAgent:
-        """What it has learned, acting in a number of other environments and learning no more.
+        """Return what it has learned, acting in other environments and learning no more.
 
-        Args:
-            num_envs: how many.
-            seed: of its actions.
-            is_greedy: whether it takes its most probable action instead of drawing one.
+        If ``is_greedy``, it takes its most probable action instead of drawing one.
         """
         return FrozenAgent(self.features, self.learner.policy(num_envs, seed=seed), is_greedy=is_greedy)
 
@@ -176,11 +162,8 @@ class PPOAgent:
 class FrozenAgent:
     """Acts by a policy and learns nothing.
 
-    Args:
-        features: what the network reads of an observation.
-        policy: for as many environments as it acts in.
-        is_greedy: whether it takes its most probable action instead of drawing one. A policy that escapes whenever it
-            draws can turn on the spot for ever when it is greedy.
+    If ``is_greedy``, it takes its most probable action instead of drawing one: a policy that escapes whenever it draws can
+    then turn on the spot for ever.
     """
 
     def __init__(self, features: Features, policy: Policy, *, is_greedy: bool = False) -> None:
@@ -190,7 +173,7 @@ class FrozenAgent:
 
     @property
     def decision(self) -> Decision | None:
-        """What its policy computed for its last turn; None before the first."""
+        """Return what its policy computed for its last turn; None before the first."""
         return self._policy.decision
 
     def act(self, observation: Observation) -> NDArray[np.integer]:
@@ -207,5 +190,5 @@ class FrozenAgent:
         self._policy.reset(envs)
 
     def subset(self, envs: NDArray[np.integer]) -> FrozenAgent:
-        """Return the same agent in some of its environments [M], which takes its place; see `Policy.part`."""
+        """Return the same agent in some of its environments [M], which replaces it; see `Policy.part`."""
         return FrozenAgent(self.features, self._policy.part(envs), is_greedy=self._is_greedy)

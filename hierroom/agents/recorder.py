@@ -43,18 +43,14 @@ def record(
 
 
 class _Tape:
-    """The steps of the episodes under way.
-
-    Args:
-        turns: N fresh environments.
-    """
+    """The steps of the episodes under way, from the start of N fresh environments."""
 
     def __init__(self, turns: Turns) -> None:
         self._parts = {name: np.zeros((64, len(turns)), kind) for name, kind in _PARTS.items()}
         self._starts = [turns.world.get_state(env) for env in range(len(turns))]
 
     def add(self, step: Step, play: Play, ended: EndedEpisodes) -> list[Episode]:
-        """Note a step; returns the episodes that it ended."""
+        """Note a step and return the episodes that it ended."""
         envs, at, world = play.envs, step.lengths - 1, play.turns.world
         if at.max() >= len(self._parts["actions"]):
             self._parts = {name: np.concatenate([part, np.zeros_like(part)]) for name, part in self._parts.items()}

@@ -1,4 +1,4 @@
-"""What libraries ask of Gymnasium's environments beside observations and steps: the spec, masks and keys."""
+"""What libraries ask of Gymnasium's environments besides observations and steps: the spec, masks and keys."""
 
 from __future__ import annotations
 
@@ -18,25 +18,21 @@ from hierroom.worlds.env_config import EnvConfig
 
 
 def checked_options(options: Any) -> dict[str, Any]:
-    """The options of a reset, none as an empty dict."""
+    """Return the options of a reset, none as an empty dict."""
     if options is not None and not isinstance(options, Mapping):
         raise InputError(f"options of a reset are a dict or None, not {shown(options)}")
     return dict(options or {})
 
 
 class RegisteredEnv:
-    """An environment whose ``spec`` tells its step limit, and which is of the graph that its id names.
-
-    Attributes:
-        config: what the environment is made of.
-    """
+    """An environment of the graph that its id names, with the step limit in its ``spec``; ``config`` has its entries."""
 
     config: EnvConfig
     _spec: EnvSpec | None = None
 
     @property
     def spec(self) -> EnvSpec | None:
-        """The id's description and the arguments, with ``max_steps`` as ``max_episode_steps``."""
+        """Return the id's description and the arguments, with ``max_steps`` as ``max_episode_steps``."""
         return self._spec
 
     @spec.setter
@@ -51,16 +47,12 @@ class RegisteredEnv:
 
 
 class PlayableEnv(RegisteredEnv):
-    """One environment, in which legal actions can be asked for, and keys of the keyboard stand for actions.
-
-    Attributes:
-        single: the `SingleEnv` behind it.
-    """
+    """One environment, with legal actions, and keys of the keyboard that stand for actions."""
 
     single: Any
 
     def action_masks(self) -> NDArray[np.bool_]:
-        """[A] bool, the legal actions, as sb3-contrib's MaskablePPO asks for them."""
+        """Return the legal actions, [A] bool, as sb3-contrib's MaskablePPO asks for them."""
         return self.single.observe(CONTROLLER)["action_mask"].astype(bool)
 
     def get_keys_to_action(self) -> dict[tuple[int, ...], int]:

@@ -102,7 +102,7 @@ class Step:
         records: [N] records of `STEP`.
         n_goals: number of goals G.
         before: the state that the step began in, where the controller's reward needs it, else None.
-        after: the state that it led to, before any environment was reset, likewise.
+    after: the state that it led to, before any environment was reset; None where ``before`` is.
 
     Attributes:
         actions: [N] int, the controller's actions; the number of actions where it was none of them.
@@ -185,8 +185,7 @@ class Step:
     def read_only(self, *, lacks_visits: bool = False) -> Iterator[None]:
         """Run a user's code in this context: it cannot change what happened.
 
-        Args:
-            lacks_visits: whether it did not ask for what ``is_novel`` needs.
+        With ``lacks_visits`` it did not ask for what ``is_novel`` needs.
         """
         self.records.flags.writeable = False  # of every array that is asked for within
         self._lacks_visits = lacks_visits

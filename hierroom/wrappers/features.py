@@ -23,8 +23,8 @@ from pettingzoo.utils.wrappers import BaseWrapper
 
 from hierroom.agents.config import require_features
 from hierroom.agents.features import Features
-from hierroom.controller import Observation
 from hierroom.support.errors import InputError
+from hierroom.turns.observation import Observation
 from hierroom.turns.records import AGENTS, CONTROLLER
 from hierroom.turns.turns import Turns
 from hierroom.worlds.make import world_spec

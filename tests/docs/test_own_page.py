@@ -4,8 +4,8 @@ import re
 from dataclasses import fields
 from pathlib import Path
 
+from hierroom.turns.observation import Situation
 from hierroom.turns.records import STEP
-from hierroom.turns.situation import Situation
 from hierroom.worlds.escape_room.constants import MARGIN
 from hierroom.worlds.escape_room.layout import LEVEL, MEMORIES
 from hierroom.worlds.escape_room.level_view import LevelView
