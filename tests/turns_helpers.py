@@ -36,10 +36,15 @@ def make(
 
 
 def record(ledger, actions, outcomes, *, return_ends_with_option, subgoal_horizon, n_actions=5, autoreset=False):
-    """Take the controller's turn by the compiled kernel; return the records of the step, and how many episodes ended."""
+    """Take the controller's turn by the kernel; return the records of the step and how many episodes ended."""
     steps = np.empty(len(outcomes), STEP)
     rules = return_ends_with_option, subgoal_horizon, n_actions, OWN_REWARD, 0.0, autoreset
     return steps, compiled_record(outcomes.dtype)(outcomes, actions, ledger.records, steps, *rules)
+
+
+def fields(step):
+    """The fields of a step by name."""
+    return {name: step.records[name] for name in STEP.names}
 
 
 def goal_ids(turns, *names):

@@ -66,8 +66,6 @@ METHODS: Mapping[str, Method] = {
 }
 
 
-
-
 def require_features(name: str, given: object, known: Collection[str] = get_args(FeatureName)) -> None:
     """Refuse what is not a list of ``known`` features; ``name`` is for the message."""
     if not isinstance(given, (list, tuple)):

@@ -50,10 +50,7 @@ class DecisionTape:
         return step
 
     def of_first_episode(self, name: str, env: int, length: int) -> EpisodeDecisions | None:
-        """Return what an agent (`records.AGENTS`) decided in the first episode of an environment, which has this length.
-
-        Return None for scripted agents.
-        """
+        """Return the decisions of an agent in an environment's first episode, of this length; None if it is scripted."""
         found = [
             (at, probabilities[row], values[row])
             for at, envs, probabilities, values in self._taken.get(name, ())

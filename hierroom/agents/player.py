@@ -64,8 +64,8 @@ class Pair:
     def subset(self, envs: NDArray[np.integer]) -> Pair | None:
         """Return the same pair in some environments [M], acting there as if it still played in all; None if it cannot.
 
-        It can if the meta-controller ships and learns nothing, and the controller is frozen; what others do may depend on
-        which environments they are asked about.
+        It can if the meta-controller ships and learns nothing, and the controller is frozen; what others do may depend
+        on which environments they are asked about.
         """
         # It brings torch along, which commands that explain themselves do without.
         from hierroom.agents.ppo_agent import FrozenAgent

@@ -162,8 +162,8 @@ class PPOAgent:
 class FrozenAgent:
     """Acts by a policy and learns nothing.
 
-    If ``is_greedy``, it takes its most probable action instead of drawing one: a policy that escapes whenever it draws can
-    then turn on the spot for ever.
+    If ``is_greedy``, it takes its most probable action instead of drawing one: a policy that escapes whenever it draws
+    can then turn on the spot for ever.
     """
 
     def __init__(self, features: Features, policy: Policy, *, is_greedy: bool = False) -> None:

@@ -16,7 +16,7 @@ from hierroom.turns.turns import Turns
 
 
 class ScriptedAgent:
-    """A `MetaController` that takes its turns as an agent. In training its method ``learn``, if any, gets every step."""
+    """A `MetaController` as an agent. In training its method ``learn``, if it has one, gets every step."""
 
     ready = False
     """It learns by itself, if at all: there is never an `update` to wait for."""

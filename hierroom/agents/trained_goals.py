@@ -33,8 +33,7 @@ class TrainedGoals:
     ) -> NDArray[np.integer]:
         """Return a goal for each of the M environments whose turn it is, drawn as in training.
 
-        This one's seed and an environment's seed, episode and turn fix what is drawn, in whatever batch and whatever was
-        played before.
+        This one's seed and an environment's seed, episode and turn fix what is drawn, in whatever batch.
         """
         uniforms = (situation.uniforms[:, 0] + self._shift) % 1.0
         features = self._trained.features.encode(situation)

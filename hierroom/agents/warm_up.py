@@ -20,8 +20,8 @@ WINDOW = 100
 class WarmUp:
     """Chooses legal goals at random, those seen this episode before others, until enough episodes reach the exit.
 
-    At first the controller reaches nothing, so what follows a goal says nothing about the goal. Learning begins when the
-    share ``start_success`` of `WINDOW` episodes has reached the exit; then ``has_ended``.
+    At first the controller reaches nothing, so what follows a goal says nothing about the goal. Learning begins when
+    the share ``start_success`` of `WINDOW` episodes has reached the exit; then ``has_ended``.
     """
 
     def __init__(self, start_success: float) -> None:

@@ -25,7 +25,7 @@ def checked_options(options: Any) -> dict[str, Any]:
 
 
 class RegisteredEnv:
-    """An environment of the graph that its id names, with the step limit in its ``spec``; ``config`` has its entries."""
+    """An environment of the graph that its id names; its ``spec`` has the step limit of its ``config``."""
 
     config: EnvConfig
     _spec: EnvSpec | None = None

@@ -194,18 +194,6 @@ class Step:
         finally:
             self.records.flags.writeable, self._lacks_visits = True, False
 
-    def as_dict(self) -> dict[str, NDArray]:
-        """Return the fields by name."""
-        return {name: getattr(self, name) for name in _STEP_NAMES if name != "is_novel" or not self._lacks_visits}
-
-    def replaced(self, **arrays: NDArray) -> Step:
-        """Return a step in which some fields are others; whether episodes ended follows from how they did."""
-        records = self.records.copy()
-        for name, array in arrays.items():
-            records[name] = array
-        records["episode_ended"] = records["terminated"] | records["truncated"]
-        return Step(records, self.n_goals, self.before, self.after)
-
     def clear(self, envs: NDArray[np.integer], n_actions: int, shortest: NDArray[np.integer]) -> None:
         """Note that nothing was done in environments [M], whose episodes have the shortest lengths [M]."""
         nothing = np.zeros(len(envs), STEP)

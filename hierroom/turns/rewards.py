@@ -97,8 +97,6 @@ RewardSpec = str | Reward | Callable[[Step], Any]
 """The controller's reward, as `make_reward` takes it."""
 
 
-
-
 REWARDS: Mapping[RewardName, Callable[[float], Reward]] = {
     "extrinsic": lambda _: Extrinsic(),
     "bonus": lambda _: Bonus(),
