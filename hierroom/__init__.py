@@ -115,21 +115,10 @@ class _Package(ModuleType):
         """By name, as modules are: cloudpickle sends functions that use the package to other processes with it."""
         return importlib.import_module, (self.__name__,)
 
-    @property
-    def parallel_env(self) -> type:
-        return __getattr__("parallel_env")
-
-    @parallel_env.setter
-    def parallel_env(self, module: ModuleType) -> None:
-        """Keep the import system from putting the file there."""
-
-    @property
-    def train(self) -> Callable[..., Any]:
-        return __getattr__("train")
-
-    @train.setter
-    def train(self, module: ModuleType) -> None:
-        """Keep the import system from putting the file there."""
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Keep the import system from putting the files there."""
+        if name not in ("parallel_env", "train"):
+            super().__setattr__(name, value)
 
 
 sys.modules[__name__].__class__ = _Package

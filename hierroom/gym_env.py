@@ -12,7 +12,7 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.envs.registered_env import PlayableEnv
+from hierroom.envs.registered_env import RegisteredEnv
 from hierroom.envs.single_env import SingleEnv
 from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaSpec, make_meta
@@ -21,7 +21,7 @@ from hierroom.worlds.env_config import FRAMES_PER_SECOND, EnvConfig
 from hierroom.worlds.world import RENDER_MODES
 
 
-class EscapeRoom(PlayableEnv, gymnasium.Env):
+class EscapeRoom(RegisteredEnv, gymnasium.Env):
     """One EscapeRoom, and in it the controller.
 
     Args:
@@ -79,6 +79,17 @@ class EscapeRoom(PlayableEnv, gymnasium.Env):
             truncations[CONTROLLER],
             self.single.info(CONTROLLER),
         )
+
+    def action_masks(self) -> NDArray[np.bool_]:
+        """Return the legal actions, [A] bool, as sb3-contrib's MaskablePPO asks for them."""
+        return self.single.observe(CONTROLLER)["action_mask"].astype(bool)
+
+    def get_keys_to_action(self) -> dict[tuple[int, ...], int]:
+        """Return keys for `gymnasium.utils.play.play`, as the world names them."""
+        import pygame
+
+        named = self.single.turns.world.keys_to_action
+        return {(pygame.key.key_code(name),): action for name, action in named.items()}
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """Return the level as text or as a picture [H, W, 3], or show it in a window, with the current subgoal."""

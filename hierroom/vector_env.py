@@ -159,7 +159,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
     def _show_last_goals(self, observations: Any) -> None:
         """Show the goal pursued last where an episode has ended and none has begun yet."""
         if (step := self.turns.last_step) is not None and self.have_ended.any():
-            self._arrays.write_goals(observations, step.goals, np.flatnonzero(self.have_ended))
+            self._arrays.observations.write_goals(observations, step.goals, np.flatnonzero(self.have_ended))
 
     def _seeds(self, seed: Seeds) -> Seeds:
         """Return seeds as `Turns.reset` takes them; draw those that nobody has given yet."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -31,8 +30,6 @@ class Curiosity:
     def __init__(
         self, features: Features, num_envs: int, weight: float, *, gamma: float, seed: int, device: str
     ) -> None:
-        if not 0 <= weight < math.inf:
-            raise InputError(f"curiosity_weight must be a number of at least 0, not {weight}")
         names = features.subset(of_world=True)
         if not names:
             raise InputError(f"curiosity is about the level, of which {', '.join(features.names)} shows nothing")

@@ -15,10 +15,10 @@ from hierroom.turns.turns import Turns
 
 @dataclass(frozen=True, eq=False)
 class EpisodeDecisions:
-    """The T turns that an agent took in one episode.
+    """The T turns of an agent in one episode.
 
     Args:
-        steps: [T] int, the primitive steps at which they were, counted from 0.
+        steps: [T] int, their primitive steps, counted from 0.
         probabilities: [T, A] float, how probable each action was.
         values: [T] float, the discounted return that the agent expected.
     """
@@ -50,7 +50,7 @@ class DecisionTape:
         return step
 
     def of_first_episode(self, name: str, env: int, length: int) -> EpisodeDecisions | None:
-        """Return the decisions of an agent in an environment's first episode, of this length; None if it is scripted."""
+        """Return the decisions of an agent in an environment's first episode, of this length; None if scripted."""
         found = [
             (at, probabilities[row], values[row])
             for at, envs, probabilities, values in self._taken.get(name, ())

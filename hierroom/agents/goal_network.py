@@ -9,7 +9,6 @@ from hierroom.goals import N_COLOURS, N_GOALS
 from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.learners.networks.encoder import FeatureEncoder
 from hierroom.learners.networks.recurrent import ResetLSTM
-from hierroom.support.errors import InputError
 
 _PARTS = N_COLOURS + 1
 """A colour has a key and a door, and the exit stands for itself."""
@@ -39,10 +38,6 @@ class GoalNetwork(nn.Module):
     def __init__(self, space: AgentSpace, hidden_size: int) -> None:
         super().__init__()
         cardinalities = space.cardinalities
-        if space.n_features % N_GOALS:
-            raise InputError(
-                f"meta_features have one number for each of {N_GOALS} goals, not {space.n_features} in all"
-            )
         by_feature = [cardinalities[i : i + N_GOALS] for i in range(0, space.n_features, N_GOALS)]
         self._n_features = len(by_feature)
         self._hidden_size = hidden_size

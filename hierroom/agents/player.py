@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.agents.scripted_agent import ScriptedAgent
+from hierroom.meta import META_CONTROLLERS
 from hierroom.support.errors import InputError, shown
 from hierroom.turns.records import CONTROLLER, META, Step
 from hierroom.turns.turns import Turns
@@ -71,7 +72,11 @@ class Pair:
         from hierroom.agents.ppo_agent import FrozenAgent
 
         meta, controller = self.agents.get(META), self.agents.get(CONTROLLER)
-        if type(meta) is ScriptedAgent and meta.is_known_memoryless and type(controller) is FrozenAgent:
+        if (
+            type(meta) is ScriptedAgent
+            and type(meta.meta) in META_CONTROLLERS.values()
+            and type(controller) is FrozenAgent
+        ):
             return Pair({META: meta, CONTROLLER: controller.subset(envs)})
         return None
 
@@ -114,11 +119,11 @@ def make_player(name: str, seed: int) -> Player:
 
 
 SHARE_KEPT = 0.5
-"""Environments are left out of play when no more than this share of them is still counted: leaving out takes time."""
+"""Leave environments out of play when no more than this share of them is still counted: leaving out takes time."""
 
 
 class Play:
-    """Lets a player play the first episodes of each environment: how many is fixed beforehand (`quotas`).
+    """Lets a player play the first episodes of each of N fresh environments: how many is fixed beforehand (`quotas`).
 
     Were the first episodes to end counted instead, short ones would be counted too often. An environment that has
     played its own is left out sooner or later where the player can do without it; what is played in the others does not
@@ -126,16 +131,10 @@ class Play:
 
     It yields each primitive `Step`, of M environments: all N at first, fewer once some have played all their episodes.
 
-    Args:
-        turns: N fresh environments, which begin their next episode by themselves.
-        player: who plays.
-        episodes: how many in all.
-        progress: called with the number of episodes done.
-
     Attributes:
         turns: the M environments that were stepped.
         envs: [M] int, which of the N environments they are.
-        counted: [C] int, the places, of M, whose episodes count.
+        counted: [C] int, the places, of M, where episodes count.
         played: [N] int, counted episodes that each environment had ended before the step.
     """
 

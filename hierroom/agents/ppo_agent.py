@@ -183,11 +183,7 @@ class FrozenAgent:
     def record(self, step: Step, turns: Turns) -> None:
         """Forget the episodes that a primitive step ended."""
         if turns.n_ended:
-            self.reset(np.flatnonzero(step.episode_ended))
-
-    def reset(self, envs: NDArray[np.integer]) -> None:
-        """Forget the episodes of some environments [M]."""
-        self._policy.reset(envs)
+            self._policy.reset(np.flatnonzero(step.episode_ended))
 
     def subset(self, envs: NDArray[np.integer]) -> FrozenAgent:
         """Return the same agent in some of its environments [M], which replaces it; see `Policy.part`."""

@@ -20,16 +20,10 @@ _PARTS = {"actions": "i1", "rewards": "f8", "extrinsic": "f8", "goals": "i1", "a
 def record(
     turns: Turns, player: Player, episodes: int, progress: Callable[[int], object] = lambda done: None
 ) -> Iterator[Episode]:
-    """Let a player play the first episodes of each environment, and yield them in a fixed order.
+    """Let a player play the first episodes of each environment (see `Play`), and yield them in a fixed order.
 
     The order is that of the environments, first everyone's first episode, then everyone's second. It does not depend on
     how long episodes last, so the first K of them are as good a sample as all.
-
-    Args:
-        turns: N fresh environments, which begin their next episode by themselves.
-        player: who plays.
-        episodes: how many in all; each environment plays equally many, or the first ones one more.
-        progress: called with the number of episodes played.
     """
     tape, facts, finished, n_yielded, n = _Tape(turns), EpisodeFacts(len(turns)), {}, 0, len(turns)
     play = Play(turns, player, episodes, progress)

@@ -60,11 +60,6 @@ class ScriptedAgent:
                 f"({in_one_line(error)}); give it a method for_play(num_envs, *, seed)"
             ) from error
 
-    @property
-    def is_known_memoryless(self) -> bool:
-        """Whether what it chooses depends on the situation alone, as is known of those that ship."""
-        return type(self.meta) in META_CONTROLLERS.values()
-
     def state_dict(self) -> dict[str, Any]:
         """Return what the meta-controller saves of itself, nothing where it saves nothing."""
         with running(self.meta):

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.meta import random_choice
-from hierroom.support.errors import InputError
 from hierroom.support.schema import Flag, Items, Table
 from hierroom.turns.observation import Situation
 from hierroom.turns.records import Step
@@ -25,8 +24,6 @@ class WarmUp:
     """
 
     def __init__(self, start_success: float) -> None:
-        if not 0 <= start_success <= 1:
-            raise InputError(f"meta_start_success must be from 0 to 1, not {start_success}")
         self.has_ended = start_success == 0
         self._start_success = start_success
         self._successes: deque[bool] = deque(maxlen=WINDOW)

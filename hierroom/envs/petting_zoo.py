@@ -18,13 +18,7 @@ METADATA = {"name": "hierroom_v0", "render_modes": list(RENDER_MODES), "render_f
 
 
 class TwoAgentEnv:
-    """An environment of PettingZoo on a `SingleEnv`.
-
-    Args:
-        graph: the goal graphs, as for `EnvConfig`.
-        render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
-        **entries: other entries of the `EnvConfig`, by name; the reward is ``"intrinsic"`` unless it is given.
-    """
+    """An environment of PettingZoo on a `SingleEnv`; the arguments are those of `hierroom.aec_env.raw_env`."""
 
     def __init__(self, /, graph: GraphSpecs = "c", *, render_mode: str | None = None, **entries: Any) -> None:
         config = EnvConfig.of_arguments({"graph": graph, "reward": "intrinsic", **entries}, ("render_mode",))

@@ -1,4 +1,4 @@
-"""What libraries ask of Gymnasium's environments besides observations and steps: the spec, masks and keys."""
+"""What Gymnasium asks of registered environments besides observations and steps: the spec and options."""
 
 from __future__ import annotations
 
@@ -7,13 +7,10 @@ from dataclasses import replace
 from typing import Any
 
 import gymnasium
-import numpy as np
 from gymnasium.envs.registration import EnvSpec
-from numpy.typing import NDArray
 
 from hierroom.goals import graph_specs
 from hierroom.support.errors import InputError, shown
-from hierroom.turns.records import CONTROLLER
 from hierroom.worlds.env_config import EnvConfig
 
 
@@ -44,20 +41,3 @@ class RegisteredEnv:
                 if graph_specs(given) != graph_specs(known.kwargs[name]):
                     raise InputError(f"{spec.id} has its own graphs: give {name} {given!r} to hierroom/EscapeRoom-v0")
         self._spec = spec and replace(spec, max_episode_steps=self.config.max_steps)
-
-
-class PlayableEnv(RegisteredEnv):
-    """One environment, with legal actions, and keys of the keyboard that stand for actions."""
-
-    single: Any
-
-    def action_masks(self) -> NDArray[np.bool_]:
-        """Return the legal actions, [A] bool, as sb3-contrib's MaskablePPO asks for them."""
-        return self.single.observe(CONTROLLER)["action_mask"].astype(bool)
-
-    def get_keys_to_action(self) -> dict[tuple[int, ...], int]:
-        """Return keys for `gymnasium.utils.play.play`, as the world names them."""
-        import pygame
-
-        named = self.single.turns.world.keys_to_action
-        return {(pygame.key.key_code(name),): action for name, action in named.items()}

@@ -25,20 +25,18 @@ _BOOL, _INT64 = np.dtype(np.bool_), np.dtype(np.int64)
 class VectorArrays:
     """Writes observations, rewards, ends and infos of N environments, each once.
 
-    Args:
-        turns: the environments.
-        flat: whether an environment's observation is one row of numbers.
-        copy: whether arrays are new at every step; else the next step overwrites those of the observations.
+    With ``flat``, an environment's observation is one row of numbers. Arrays are new at every step; without ``copy``,
+    the next step overwrites those of the observations.
     """
 
     def __init__(self, turns: Turns, *, flat: bool, copy: bool) -> None:
         self._turns, self._flat, self._n = turns, flat, len(turns)
-        self._observations = turns.world.batch_observations(flat=flat)
+        self.observations = turns.world.batch_observations(flat=flat)
         self._parts = turns.observation_space(CONTROLLER)
-        self.space = self._observations.flat_space if flat else self._parts
+        self.space = self.observations.flat_space if flat else self._parts
         self._results = ArrayPool(self._empty_results)
-        self._pool = ArrayPool(self._observations.empty)
-        self._kept = None if copy else self._observations.empty()
+        self._pool = ArrayPool(self.observations.empty)
+        self._kept = None if copy else self.observations.empty()
         self._no_step = np.zeros(self._n, STEP)
 
     def _empty_results(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
@@ -73,12 +71,8 @@ class VectorArrays:
         """Write a step's results and new observations, and return the observations."""
         arrays, parts = self._kept or self._pool.take()
         _compiled_results()(steps, self._turns.ledger.records, begins_anew, *results)
-        self._observations.write(self._turns.ledger.goals, arrays)
+        self.observations.write(self._turns.ledger.goals, arrays)
         return arrays[0] if self._flat else parts.copy()
-
-    def write_goals(self, observations: Any, goals: NDArray[np.integer], envs: NDArray[np.integer]) -> None:
-        """Write the goals [N] of some environments into observations, where the ledger has them no more."""
-        self._observations.write_goals(observations, goals, envs)
 
     def final(self, step: Step) -> dict[str, Any]:
         """Return the last observations and infos of the episodes that a step ended."""

@@ -76,11 +76,7 @@ class Intrinsic:
 
 
 class Novelty:
-    """1 at the exit, and a bonus for each state (cell, keys found, doors open) new in the episode.
-
-    Args:
-        bonus: for each such state.
-    """
+    """1 at the exit, and a bonus for each state (cell, keys found, doors open) new in the episode."""
 
     memories = ("visited",)
     needs_states = False

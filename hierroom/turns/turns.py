@@ -129,12 +129,9 @@ class Turns:
         return Observation(envs, self.world.observe(envs), self.world.goals, *given, self._all_legal[: len(envs)])
 
     def act(self, agent: str, observation: Observation, actions: ArrayLike) -> None:
-        """Take an agent's turn: the meta-controller's goals count from now on, the controller's actions at `advance`.
+        """Take an agent's turn by what it observed in M environments and its actions [M], whole numbers (see `choose`).
 
-        Args:
-            agent: ``"meta_0"`` or ``"controller_0"``.
-            observation: what `observe` gave, of M environments.
-            actions: [M] whole numbers; see `choose`.
+        The meta-controller's goals count from now on, the controller's actions at `advance`.
         """
         if isinstance(observation, Situation):
             self.choose(observation, actions)
@@ -159,12 +156,9 @@ class Turns:
         return Situation(envs, view, goals, *given, masks, meta_turns, view.uniforms(meta_turns, goals.n_choices))
 
     def choose(self, situation: Situation, actions: ArrayLike) -> None:
-        """Take the meta-controller's turn where it has one.
+        """Take the meta-controller's turn where it has one, in M environments.
 
-        Args:
-            situation: of M environments.
-            actions: [M] whole numbers: goal ids, or no goal (G or -1); one that is not legal counts as no goal, and
-                the ledger counts it.
+        Actions are goal ids [M], or no goal (G or -1); one that is not legal counts as no goal, and is counted.
         """
         envs = situation.envs
         goals, is_legal = situation.validate_goals(actions)
@@ -183,8 +177,7 @@ class Turns:
     def step(self, actions: ArrayLike) -> Step:
         """Take the controller's turn everywhere; where the meta-controller has not chosen there is no goal.
 
-        Args:
-            actions: [N] whole numbers; one that does not apply only costs the step.
+        Actions are whole numbers [N]; one that does not apply only costs the step.
         """
         if not self.world.has_begun:
             raise InputError("reset the environment before its first step")
