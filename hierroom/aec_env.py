@@ -98,7 +98,7 @@ class raw_env(TwoAgentEnv, AECEnv):
         self._accumulate_rewards()
         self.infos = self.single.infos()
         has_ended = self.terminations[META] or self.truncations[META]
-        self.agent_selection = META if has_ended or self.single.turns.ledger.is_meta_turn[0] else CONTROLLER
+        self.agent_selection = META if has_ended or self.single.is_meta_turn else CONTROLLER
 
 
 def env(graph: GraphSpecs = "c", **entries: Any) -> AECEnv:

@@ -233,7 +233,7 @@ def running(meta: MetaController) -> AbstractContextManager[None]:
 
 
 def random_choice(choices: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> NDArray[np.integer]:
-    """One of the choices [M, 14] of each environment, all equally likely: [M] goal ids, 13 or -1 for no goal."""
+    """Return one of the choices [M, 14] of each environment, all equally likely: goal ids [M], 13 or -1 for no goal."""
     return _random_best(np.zeros(choices.shape), choices, uniforms)
 
 
@@ -274,11 +274,11 @@ def _is_number(value: Any) -> bool:
 
 
 def _is_function(thing: Any) -> TypeGuard[Callable[[Any], Any]]:
-    """Whether it is to be called with a level: a function, or another callable that does not choose by itself."""
+    """Whether it takes a level: a function, or another callable that does not choose by itself."""
     return callable(thing) and not isinstance(thing, type) and not hasattr(thing, "choose")
 
 
 def _random_best(rank: NDArray, legal: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> NDArray[np.integer]:
-    """[M] the legal goal of highest whole-numbered rank, at random among equals; no goal where none is legal."""
+    """Return the legal goal of highest whole-numbered rank [M], at random among equals; no goal where none is legal."""
     best = np.where(legal, rank + uniforms, NO_GOAL)
     return np.where(legal.any(axis=1), best.argmax(axis=1), NO_GOAL)

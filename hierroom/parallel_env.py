@@ -36,25 +36,18 @@ class parallel_env(TwoAgentEnv, ParallelEnv):
     metadata = METADATA
 
     def reset(self, seed: int | None = None, options: dict | None = None):
-        """Begin an episode: the first one of a seed, or without a seed the next one.
+        """Begin an episode and return (observations, infos): the first one of a seed, or without a seed the next one.
 
         Args:
             seed: 0 to 2**63 - 1.
             options: ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
-
-        Returns:
-            (observations, infos), each a dict by agent.
         """
         infos = self.single.reset(seed, options)
         self.agents = list(AGENTS)
         return self._observations(), infos
 
     def step(self, actions: dict[str, int]):
-        """Take both agents' actions, the meta-controller's first.
-
-        Returns:
-            (observations, rewards, terminations, truncations, infos), each a dict by agent.
-        """
+        """Take both agents' actions, first the meta-controller's, and return what PettingZoo asks for, by agent."""
         if not self.agents:
             if not self.single.has_begun:
                 raise InputError("reset the environment before its first step")

@@ -33,13 +33,7 @@ FeatureName = Literal[
 
 @dataclass(frozen=True)
 class Controller:
-    """The ``controller_0`` of a method.
-
-    Args:
-        reward: its usual reward, as `rewards.make_reward` takes it.
-        sees_goal: whether its features have the goal.
-        is_curious: whether random network distillation rewards it for what is new.
-    """
+    """The ``controller_0`` of a method: its usual reward, whether it sees the goal, and whether it has `Curiosity`."""
 
     reward: Any
     sees_goal: bool = False

@@ -18,11 +18,9 @@ class Curiosity:
 
     Args:
         features: the controller's.
-        num_envs: environments N.
         weight: of the curiosity in the reward; the exit gives 1.
         gamma: discount of the curiosity's returns.
         seed: of weights and minibatches.
-        device: where torch computes.
     """
 
     STATISTICS: Sequence[str] = ("curiosity_error",)

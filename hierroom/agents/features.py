@@ -80,7 +80,7 @@ class Features:
 
     @property
     def cardinalities(self) -> tuple[int, ...]:
-        """Number of values of each of the K numbers."""
+        """Return the number of values of each of the K numbers."""
         return tuple(c for feature in self._chosen for c in feature.cardinalities(self.world.n_actions))
 
     @property

@@ -30,8 +30,6 @@ def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vector
     Args:
         spec: a name in `NETWORKS`; the name of an entry point in the group ``hierroom.networks``; or
             ``package.module:Class``, a `torch.nn.Module` that keeps the `PolicyNetwork` protocol.
-        space: what the agent observes and can do.
-        hidden_size: units.
         vectors: fixed numbers for the values of features, for a network that ships (see `FeatureEncoder`); a user's
             network is made from the space and the hidden size alone.
     """

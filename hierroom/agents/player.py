@@ -72,13 +72,10 @@ class Pair:
         from hierroom.agents.ppo_agent import FrozenAgent
 
         meta, controller = self.agents.get(META), self.agents.get(CONTROLLER)
-        if (
-            type(meta) is ScriptedAgent
-            and type(meta.meta) in META_CONTROLLERS.values()
-            and type(controller) is FrozenAgent
-        ):
-            return Pair({META: meta, CONTROLLER: controller.subset(envs)})
-        return None
+        if type(meta) is not ScriptedAgent or type(controller) is not FrozenAgent:
+            return None
+        is_memoryless = type(meta.meta) in META_CONTROLLERS.values()
+        return Pair({META: meta, CONTROLLER: controller.subset(envs)}) if is_memoryless else None
 
 
 class RandomPlayer:

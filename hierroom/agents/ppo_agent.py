@@ -34,9 +34,8 @@ class PPOAgent:
     Args:
         features: what its network reads of an observation.
         learner: of its policy, in as many environments as there are.
-        network: the name of its network, by which a warm start tells whether weights fit.
+    network: the name of its network, by which a warm start checks that weights fit.
         warm_up: chooses its actions until it ends; None: the agent learns from the first turn on.
-        curiosity: a reward added to the environment's; None: none.
     """
 
     def __init__(

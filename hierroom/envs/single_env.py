@@ -86,15 +86,11 @@ class SingleEnv:
 
     def observe(self, agent: str) -> dict[str, NDArray]:
         """Return what an agent observes now, as `Observation.as_dict` of its `observation` has it, in fresh arrays."""
-        turns, ledger = self.turns, self.turns.ledger
-        if agent == META:
-            goal = int(ledger.last_goals[0])
-        elif agent != CONTROLLER:
+        if agent not in AGENTS:
             raise InputError(f"the agents are {META} and {CONTROLLER}; there is no {agent!r}")
-        else:
-            goal = self.goal
-        observation = turns.world.observe_one(goal)
-        if agent == META:
+        turns, ledger, is_meta = self.turns, self.turns.ledger, agent == META
+        observation = turns.world.observe_one(int(ledger.last_goals[0]) if is_meta else self.goal)
+        if is_meta:
             observation["action_mask"] = turns.meta_masks()[0].view(np.int8)
             observation["outcome"] = _OUTCOMES[int(ledger.last_outcomes[0])]
         else:
