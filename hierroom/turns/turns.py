@@ -66,7 +66,7 @@ class Turns:
         self._steps = ArrayPool(self._empty_steps)
         self.last_records: np.ndarray | None = None
         self._last_step: Step | None = None
-        self._n_goals, self._record = len(world.goals), compiled_record(world.outcomes.dtype)
+        self._n_goals = len(world.goals)
         self._subgoal_horizon = np.iinfo(np.int64).max if horizon is None else int(horizon)
         self._kernel_reward = KERNEL_REWARDS.get(name, OWN_REWARD) if isinstance(name, str) else OWN_REWARD
         self._autoreset, self._measure_shortest = autoreset, measure_shortest
@@ -191,7 +191,7 @@ class Turns:
         world, reward, ledger = self.world, self.reward, self.ledger
         before = world.get_state() if reward.needs_states else None
         outcomes, (records,) = world.step(actions), self._steps.take()[0]
-        self.n_ended = self._record(
+        self.n_ended = compiled_record(outcomes.dtype)(
             outcomes,
             actions,
             ledger.records,
