@@ -26,7 +26,7 @@ from pettingzoo import AECEnv
 from pettingzoo.utils.env import AECIterable
 from pettingzoo.utils.wrappers import AssertOutOfBoundsWrapper, OrderEnforcingWrapper
 
-from hierroom.envs.petting_zoo import METADATA, TwoAgentEnv
+from hierroom.envs.petting_zoo import TwoAgentEnv, class_metadata
 from hierroom.goals import GraphSpecs
 from hierroom.support.errors import InputError
 from hierroom.turns.records import AGENTS, CONTROLLER, META
@@ -44,7 +44,7 @@ class raw_env(TwoAgentEnv, AECEnv):
         complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
     """
 
-    metadata = {**METADATA, "is_parallelizable": False}  # noqa: RUF012 - PettingZoo reads it from the class
+    metadata = {**class_metadata(), "is_parallelizable": False}  # noqa: RUF012 - PettingZoo reads it from the class
 
     def reset(self, seed: int | None = None, options: dict | None = None) -> None:
         """Begin an episode: the first one of a seed, or without a seed the next one.

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from hierroom.envs.petting_zoo import METADATA, TwoAgentEnv
+from hierroom.envs.petting_zoo import TwoAgentEnv, class_metadata
 from hierroom.envs.single_env import as_action
 from hierroom.support.errors import InputError, shown
 from hierroom.turns.records import AGENTS, META
@@ -33,7 +33,7 @@ class parallel_env(TwoAgentEnv, ParallelEnv):
         complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
     """
 
-    metadata = METADATA
+    metadata = class_metadata()
 
     def reset(self, seed: int | None = None, options: dict | None = None):
         """Begin an episode and return (observations, infos): the first one of a seed, or without a seed the next one.

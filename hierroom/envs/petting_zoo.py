@@ -14,7 +14,10 @@ from hierroom.turns.records import AGENTS
 from hierroom.worlds.env_config import FRAMES_PER_SECOND, EnvConfig
 from hierroom.worlds.world import RENDER_MODES
 
-METADATA = {"name": "hierroom_v0", "render_modes": list(RENDER_MODES), "render_fps": FRAMES_PER_SECOND}
+
+def class_metadata() -> dict[str, Any]:
+    """Return the metadata of an environment's class, shared with no other class."""
+    return {"name": "hierroom_v0", "render_modes": list(RENDER_MODES), "render_fps": FRAMES_PER_SECOND}
 
 
 class TwoAgentEnv:
