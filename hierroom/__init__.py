@@ -115,28 +115,17 @@ class _Package(ModuleType):
         """By name, as modules are: cloudpickle sends functions that use the package to other processes with it."""
         return importlib.import_module, (self.__name__,)
 
-    @property
-    def parallel_env(self) -> type:
-        return __getattr__("parallel_env")
-
-    @parallel_env.setter
-    def parallel_env(self, module: ModuleType) -> None:
-        """Keep the import system from putting the file there."""
-
-    @property
-    def train(self) -> Callable[..., Any]:
-        return __getattr__("train")
-
-    @train.setter
-    def train(self, module: ModuleType) -> None:
-        """Likewise."""
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Keep the import system from putting the files there."""
+        if name not in ("parallel_env", "train"):
+            super().__setattr__(name, value)
 
 
 sys.modules[__name__].__class__ = _Package
 
 
 def register(name: str, graph: GraphSpecs, exclude: GraphSpecs = ()) -> str:
-    """Register a Gymnasium id for goal graphs of your own: ``hierroom/EscapeRoom-NAME-v0``.
+    """Register a Gymnasium id for a user's goal graphs: ``hierroom/EscapeRoom-NAME-v0``.
 
     Save this as ``my_rooms.py``; then ``gymnasium.make("my_rooms:hierroom/EscapeRoom-fork-v0")`` finds the graph in
     every process, and so does `gymnasium.make_vec`::
@@ -148,7 +137,7 @@ def register(name: str, graph: GraphSpecs, exclude: GraphSpecs = ()) -> str:
     Args:
         name: letters, digits, ``_``, ``.`` and ``-``, but not the letter of one of the paper's graphs.
         graph: the graphs, as every environment takes them. Files are read now.
-        exclude: graphs to leave out of them, likewise.
+        exclude: graphs to leave out of them.
 
     Returns:
         the id. It takes all other arguments of the environments at `gymnasium.make`.

@@ -21,22 +21,18 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo import AECEnv
 from pettingzoo.utils.env import AECIterable
 from pettingzoo.utils.wrappers import AssertOutOfBoundsWrapper, OrderEnforcingWrapper
 
-from hierroom.envs.single_env import SingleEnv
+from hierroom.envs.petting_zoo import TwoAgentEnv, class_metadata
 from hierroom.goals import GraphSpecs
 from hierroom.support.errors import InputError
 from hierroom.turns.records import AGENTS, CONTROLLER, META
-from hierroom.worlds.env_config import FRAMES_PER_SECOND, EnvConfig
-from hierroom.worlds.world import RENDER_MODES
 
 
-class raw_env(AECEnv):
+class raw_env(TwoAgentEnv, AECEnv):
     """The AEC environment without wrappers.
 
     Args:
@@ -48,38 +44,7 @@ class raw_env(AECEnv):
         complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
     """
 
-    metadata = {  # noqa: RUF012 - PettingZoo reads it from the class
-        "name": "hierroom_v0",
-        "render_modes": list(RENDER_MODES),
-        "render_fps": FRAMES_PER_SECOND,
-        "is_parallelizable": False,
-    }
-
-    def __init__(
-        self,
-        /,
-        graph: GraphSpecs = "c",
-        *,
-        render_mode: str | None = None,
-        **entries: Any,
-    ):
-        config = EnvConfig.of_arguments({"graph": graph, "reward": "intrinsic", **entries}, ("render_mode",))
-        super().__init__()
-        self.single = SingleEnv(config, render_mode)
-        self.render_mode = render_mode
-        self.complexity = self.single.complexity
-        self.possible_agents = list(AGENTS)
-        self.observation_spaces = self.single.observation_spaces
-        self.action_spaces = self.single.action_spaces
-        self.state_space = self.single.turns.world.global_state_space
-
-    def observation_space(self, agent: str) -> spaces.Space:
-        """The observation space of an agent: the same object at every call."""
-        return self.observation_spaces[agent]
-
-    def action_space(self, agent: str) -> spaces.Space:
-        """The action space of an agent: the same object at every call."""
-        return self.action_spaces[agent]
+    metadata = {**class_metadata(), "is_parallelizable": False}  # noqa: RUF012 - PettingZoo reads it from the class
 
     def reset(self, seed: int | None = None, options: dict | None = None) -> None:
         """Begin an episode: the first one of a seed, or without a seed the next one.
@@ -101,17 +66,17 @@ class raw_env(AECEnv):
             raise InputError("reset the environment before its first step")
 
     def last(self, observe: bool = True) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """What the selected agent observes and was rewarded with, whether it ended, and its infos."""
+        """Return what the selected agent observes and was rewarded with, whether it ended, and its infos."""
         self._require_reset()
         return super().last(observe)
 
     def agent_iter(self, max_iter: int = 2**63) -> AECIterable:
-        """The agents in the order of their turns, for so many turns at most."""
+        """Return the agents in the order of their turns, for so many turns at most."""
         self._require_reset()
         return super().agent_iter(max_iter)
 
     def observe(self, agent: str) -> dict[str, NDArray]:
-        """What an agent sees now, in fresh arrays."""
+        """Return what an agent sees now, in fresh arrays."""
         self._require_reset()
         return self.single.observe(agent)
 
@@ -133,19 +98,7 @@ class raw_env(AECEnv):
         self._accumulate_rewards()
         self.infos = self.single.infos()
         has_ended = self.terminations[META] or self.truncations[META]
-        self.agent_selection = META if has_ended or self.single.turns.ledger.is_meta_turn[0] else CONTROLLER
-
-    def state(self) -> NDArray[np.uint8]:
-        """The whole grid [size, size, 4], as the world's `global_state` lays it out."""
-        return self.single.turns.world.global_state(self.single.goal)
-
-    def render(self) -> str | NDArray[np.uint8] | None:
-        """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
-        return self.single.render()
-
-    def close(self) -> None:
-        """Close the window, if one is open."""
-        self.single.close()
+        self.agent_selection = META if has_ended or self.single.is_meta_turn else CONTROLLER
 
 
 def env(graph: GraphSpecs = "c", **entries: Any) -> AECEnv:

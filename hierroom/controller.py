@@ -66,13 +66,7 @@ class Observation:
 
 
 def observation_spaces(world: dict[str, spaces.Space], goals: GoalSet, n_actions: int) -> dict[str, spaces.Space]:
-    """Return the spaces of the entries of `Observation.as_dict`.
-
-    Args:
-        world: the spaces of the world's own entries.
-        goals: its goals.
-        n_actions: number of actions of the agent that observes.
-    """
+    """Return the spaces of the entries of `Observation.as_dict`, where ``world`` has the world's own."""
     return {
         **world,
         "goal": spaces.Box(0, 1, goals.vectors.shape[1:], np.float32),

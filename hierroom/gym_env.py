@@ -12,7 +12,7 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.envs.registered_env import PlayableEnv
+from hierroom.envs.registered_env import RegisteredEnv
 from hierroom.envs.single_env import SingleEnv
 from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaSpec, make_meta
@@ -21,7 +21,7 @@ from hierroom.worlds.env_config import FRAMES_PER_SECOND, EnvConfig
 from hierroom.worlds.world import RENDER_MODES
 
 
-class EscapeRoom(PlayableEnv, gymnasium.Env):
+class EscapeRoom(RegisteredEnv, gymnasium.Env):
     """One EscapeRoom, and in it the controller.
 
     Args:
@@ -46,10 +46,8 @@ class EscapeRoom(PlayableEnv, gymnasium.Env):
         render_mode: str | None = None,
         **entries: Any,
     ):
-        self.single = SingleEnv(
-            EnvConfig.of_arguments({"graph": graph, "reward": "extrinsic", **entries}, ("meta", "render_mode")),
-            render_mode,
-        )
+        arguments = {"graph": graph, "reward": "extrinsic", **entries}
+        self.single = SingleEnv(EnvConfig.of_arguments(arguments, ("meta", "render_mode")), render_mode)
         self.meta = make_meta(meta)
         self.config = self.single.turns.config
         self.render_mode = render_mode
@@ -82,8 +80,19 @@ class EscapeRoom(PlayableEnv, gymnasium.Env):
             self.single.info(CONTROLLER),
         )
 
+    def action_masks(self) -> NDArray[np.bool_]:
+        """Return the legal actions, [A] bool, as sb3-contrib's MaskablePPO asks for them."""
+        return self.single.observe(CONTROLLER)["action_mask"].astype(bool)
+
+    def get_keys_to_action(self) -> dict[tuple[int, ...], int]:
+        """Return keys for `gymnasium.utils.play.play`, as the world names them."""
+        import pygame
+
+        named = self.single.turns.world.keys_to_action
+        return {(getattr(pygame, name),): action for name, action in named.items()}
+
     def render(self) -> str | NDArray[np.uint8] | None:
-        """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
+        """Return the level as text or as a picture [H, W, 3], or show it in a window, with the current subgoal."""
         return self.single.render()
 
     def close(self) -> None:

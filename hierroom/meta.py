@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 from hierroom.goals import NO_GOAL
 from hierroom.support.errors import InputError, in_one_line, own_code, shown
 from hierroom.support.plugins import load_plugin
-from hierroom.turns.meta_check import checked_meta
 from hierroom.turns.records import META, Step
 from hierroom.turns.situation import Situation
 from hierroom.turns.turns import Turns
 
 ENTRY_POINT_GROUP = "hierroom.meta_controllers"
 LEARNED = "learned"
-"""The name of the meta-controller that PPO trains beside the controller (after the paper's Algorithm 1)."""
+"""The name of the meta-controller that PPO trains together with the controller (the paper's Algorithm 1)."""
 GIVE_TRAINED = "give that of a trained run, in Python hierroom.load(RUN).meta_controller()"
 
 
@@ -56,10 +55,10 @@ class MetaController(Protocol):
 
 
 class LearningMeta(MetaController, Protocol):
-    """A meta-controller of a user's own that learns while its controller does.
+    """A user's meta-controller that learns while its controller does.
 
-    `learn`, and the two methods that save it, are needed, or what it learned would be lost; of the others training uses
-    those that it has. Where there is an attribute ``statistics`` too, its numbers by name go into the metrics.
+    `learn`, and the two methods that save it, are needed, or what it learned would be lost; the others are optional.
+    Where there is an attribute ``statistics`` too, its numbers by name go into the metrics.
     """
 
     @classmethod
@@ -123,11 +122,7 @@ class NoGoals:
 
 
 class LevelMeta:
-    """A plain function from one level to one of its goals, as a meta-controller.
-
-    Args:
-        function: is given a `Level`, and returns a `Goal` of it, a goal id, or None for no goal.
-    """
+    """A plain function as a meta-controller: from a `Level` to a `Goal` of it, a goal id, or None for no goal."""
 
     def __init__(self, function: Callable[[Any], Any]) -> None:
         self.function = function
@@ -157,7 +152,7 @@ META_CONTROLLERS: Mapping[str, type] = {
     "oracle": OracleGoals,
     "none": NoGoals,
 }
-"""The meta-controllers that learn nothing, by the name users type; beside them there is `LEARNED`."""
+"""The meta-controllers that learn nothing, by the name that users type; `LEARNED` is one more."""
 
 
 MetaSpec = str | MetaController | Callable[[Any], Any]
@@ -165,7 +160,7 @@ MetaSpec = str | MetaController | Callable[[Any], Any]
 
 
 def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
-    """The meta-controller a user means.
+    """Return the meta-controller that a user means.
 
     Args:
         spec: a name in `META_CONTROLLERS`; the name of an entry point in the group ``hierroom.meta_controllers``;
@@ -203,15 +198,7 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
 
 
 def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integer]:
-    """What a meta-controller chooses; it hears first of the environments whose episode begins.
-
-    Args:
-        meta: any meta-controller.
-        situation: of the M environments whose turn it is.
-
-    Returns:
-        [M] what it returns.
-    """
+    """Return what a meta-controller chooses [M], after it is reset where an episode begins."""
     beginning = situation.envs[situation.meta_turns == 0]
     observations, legal = situation.as_dict(), situation.legal.copy()
     with running(meta):
@@ -221,7 +208,7 @@ def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integ
 
 
 def take_turn(meta: MetaController, turns: Turns) -> None:
-    """Let a meta-controller take its turn in every environment where it is due."""
+    """Let a meta-controller take its turn wherever it is due."""
     if type(meta) is NoGoals:
         if turns.ledger.is_meta_turn.any():
             turns.choose_everywhere(np.full(len(turns), NO_GOAL))
@@ -231,20 +218,14 @@ def take_turn(meta: MetaController, turns: Turns) -> None:
 
 
 def show_step(meta: MetaController, step: Step, turns: Turns) -> None:
-    """Let a meta-controller that watches see a step.
-
-    Args:
-        meta: any meta-controller.
-        step: the step.
-        turns: the `Turns` in which it was taken.
-    """
+    """Let a meta-controller that watches see a step of these turns."""
     if hasattr(meta, "observe"):
         with running(meta), step.read_only():
             meta.observe(step, turns)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
 
 
 def running(meta: MetaController) -> AbstractContextManager[None]:
-    """A context in which code of a meta-controller runs: what a user's own raises becomes one line (`InputError`)."""
+    """Return a context for code of a meta-controller: what a user's own raises becomes one line (`InputError`)."""
     if type(meta) in META_CONTROLLERS.values():
         return nullcontext()
     named = meta.function if isinstance(meta, LevelMeta) else type(meta)
@@ -252,16 +233,52 @@ def running(meta: MetaController) -> AbstractContextManager[None]:
 
 
 def random_choice(choices: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> NDArray[np.integer]:
-    """One of the choices [M, 14] of each environment, all equally likely: [M] goal ids, 13 or -1 for no goal."""
+    """Return one of the choices [M, 14] of each environment, all equally likely: goal ids [M], 13 or -1 for no goal."""
     return _random_best(np.zeros(choices.shape), choices, uniforms)
 
 
+def checked_meta(meta: Any, name: str) -> Any:
+    """Return a meta-controller with this name, or refuse what cannot be one, however far it is from one."""
+    if isinstance(meta, type):
+        raise InputError(f"a meta-controller is an object, not a class: make one of {meta.__name__}")
+    if isinstance(meta, (np.ndarray, np.generic)) or not callable(getattr(meta, "choose", None)):  # NumPy's is another
+        raise InputError(f"a meta-controller has a method choose(observations, legal, situation); {name} has none")
+    if hasattr(meta, "for_training") and not hasattr(meta, "for_play"):
+        raise InputError(
+            f"a meta-controller that for_training makes for a number of environments has a method "
+            f"for_play(num_envs, *, seed) too, to play in others; {name} has none"
+        )
+    for method in ("reset", "observe", "learn", "state_dict", "load_state_dict", "for_play"):
+        if not callable(getattr(meta, method, print)):
+            raise InputError(f"{method} of a meta-controller is a method; that of {name} is {getattr(meta, method)!r}")
+    rule, statistics = "statistics of a meta-controller are numbers by name", getattr(meta, "statistics", {})
+    if not isinstance(statistics, Mapping):
+        raise InputError(f"{rule}; those of {name} are {shown(statistics)}")
+    for entry, value in statistics.items():
+        if not (isinstance(entry, str) and _is_number(value)):
+            raise InputError(f"{rule}; {shown(entry)} of {name} is {shown(value)}")
+    if hasattr(meta, "learn") and not (hasattr(meta, "state_dict") and hasattr(meta, "load_state_dict")):
+        raise InputError(
+            f"a meta-controller that learns has the methods state_dict and load_state_dict too, or what it learned "
+            f"would be lost; {name} has not both"
+        )
+    return meta
+
+
+def _is_number(value: Any) -> bool:
+    try:
+        float(value)
+    except (TypeError, ValueError):
+        return False
+    return not isinstance(value, str)
+
+
 def _is_function(thing: Any) -> TypeGuard[Callable[[Any], Any]]:
-    """Whether it is to be called with a level: a function, or another callable that does not choose by itself."""
+    """Whether it takes a level: a function, or another callable that does not choose by itself."""
     return callable(thing) and not isinstance(thing, type) and not hasattr(thing, "choose")
 
 
 def _random_best(rank: NDArray, legal: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> NDArray[np.integer]:
-    """[M] the legal goal of highest whole-numbered rank, at random among equals; no goal where none is legal."""
+    """Return the legal goal of highest whole-numbered rank [M], at random among equals; no goal where none is legal."""
     best = np.where(legal, rank + uniforms, NO_GOAL)
     return np.where(legal.any(axis=1), best.argmax(axis=1), NO_GOAL)

@@ -11,22 +11,17 @@ Version history: v0, the first.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
-import numpy as np
-from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from hierroom.envs.single_env import SingleEnv, as_action
-from hierroom.goals import GraphSpecs
+from hierroom.envs.petting_zoo import TwoAgentEnv, class_metadata
+from hierroom.envs.single_env import as_action
 from hierroom.support.errors import InputError, shown
 from hierroom.turns.records import AGENTS, META
-from hierroom.worlds.env_config import FRAMES_PER_SECOND, EnvConfig
-from hierroom.worlds.world import RENDER_MODES
 
 
-class parallel_env(ParallelEnv):
+class parallel_env(TwoAgentEnv, ParallelEnv):
     """The parallel environment.
 
     Args:
@@ -38,59 +33,21 @@ class parallel_env(ParallelEnv):
         complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
     """
 
-    metadata = {  # noqa: RUF012 - PettingZoo reads it from the class
-        "name": "hierroom_v0",
-        "render_modes": list(RENDER_MODES),
-        "render_fps": FRAMES_PER_SECOND,
-    }
-
-    def __init__(
-        self,
-        /,
-        graph: GraphSpecs = "c",
-        *,
-        render_mode: str | None = None,
-        **entries: Any,
-    ):
-        self.single = SingleEnv(
-            EnvConfig.of_arguments({"graph": graph, "reward": "intrinsic", **entries}, ("render_mode",)), render_mode
-        )
-        self.render_mode = render_mode
-        self.complexity = self.single.complexity
-        self.possible_agents = list(AGENTS)
-        self.agents: list[str] = []
-        self.observation_spaces = self.single.observation_spaces
-        self.action_spaces = self.single.action_spaces
-        self.state_space = self.single.turns.world.global_state_space
-
-    def observation_space(self, agent: str) -> spaces.Space:
-        """The observation space of an agent: the same object at every call."""
-        return self.observation_spaces[agent]
-
-    def action_space(self, agent: str) -> spaces.Space:
-        """The action space of an agent: the same object at every call."""
-        return self.action_spaces[agent]
+    metadata = class_metadata()
 
     def reset(self, seed: int | None = None, options: dict | None = None):
-        """Begin an episode: the first one of a seed, or without a seed the next one.
+        """Begin an episode and return (observations, infos): the first one of a seed, or without a seed the next one.
 
         Args:
             seed: 0 to 2**63 - 1.
             options: ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
-
-        Returns:
-            (observations, infos), each a dict by agent.
         """
         infos = self.single.reset(seed, options)
         self.agents = list(AGENTS)
         return self._observations(), infos
 
     def step(self, actions: dict[str, int]):
-        """Take both agents' actions, the meta-controller's first.
-
-        Returns:
-            (observations, rewards, terminations, truncations, infos), each a dict by agent.
-        """
+        """Take both agents' actions, first the meta-controller's, and return what PettingZoo asks for, by agent."""
         if not self.agents:
             if not self.single.has_begun:
                 raise InputError("reset the environment before its first step")
@@ -106,18 +63,6 @@ class parallel_env(ParallelEnv):
         if terminations[META] or truncations[META]:
             self.agents = []
         return self._observations(), rewards, terminations, truncations, self.single.infos()
-
-    def state(self) -> NDArray[np.uint8]:
-        """The whole grid [size, size, 4], as the world's `global_state` lays it out."""
-        return self.single.turns.world.global_state(self.single.goal)
-
-    def render(self) -> str | NDArray[np.uint8] | None:
-        """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
-        return self.single.render()
-
-    def close(self) -> None:
-        """Close the window, if one is open."""
-        self.single.close()
 
     def _observations(self) -> dict[str, dict[str, NDArray]]:
         return {agent: self.single.observe(agent) for agent in AGENTS}

@@ -140,16 +140,16 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
             self.turns.reset_ended(np.flatnonzero(self.have_ended))
         show_step(self.meta, step, self.turns)
         take_turn(self.meta, self.turns)
-        told = self._arrays.at_step(step, begins_anew=self._is_same_step)
+        results = self._arrays.at_step(step, begins_anew=self._is_same_step)
         if not self._is_same_step:
-            self.have_ended = told[2] | told[3]
-            self._show_last_goals(told[0])
+            self.have_ended = results[2] | results[3]
+            self._show_last_goals(results[0])
         elif self.turns.n_ended:
-            told[4].update(self._arrays.final(step))
-        return told
+            results[4].update(self._arrays.final(step))
+        return results
 
     def render(self) -> tuple[Any, ...] | None:
-        """A picture [H, W, 3] of each environment, or the levels as text, with the current subgoals shown."""
+        """Return a picture [H, W, 3] of each environment, or the levels as text, with the current subgoals."""
         if self.render_mode is None:
             return None
         if not self._is_seeded:
@@ -157,12 +157,12 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         return tuple(self._screen.render(env, goal) for env, goal in enumerate(self.turns.goals.tolist()))
 
     def _show_last_goals(self, observations: Any) -> None:
-        """Where an episode has ended and none has begun yet, show the goal pursued last."""
+        """Show the goal pursued last where an episode has ended and none has begun yet."""
         if (step := self.turns.last_step) is not None and self.have_ended.any():
-            self._arrays.write_goals(observations, step.goals, np.flatnonzero(self.have_ended))
+            self._arrays.observations.write_goals(observations, step.goals, np.flatnonzero(self.have_ended))
 
     def _seeds(self, seed: Seeds) -> Seeds:
-        """Seeds as `Turns.reset` takes them; what is not given is drawn where nobody has given one before."""
+        """Return seeds as `Turns.reset` takes them; draw those that nobody has given yet."""
         if not is_list(seed):
             return fresh_seed() if seed is None and not self._is_seeded else seed
         if len(seed) != self.num_envs:
@@ -170,7 +170,6 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         return [fresh_seed() if one is None and not self._is_seeded else one for one in seed]
 
     def _reset_mask(self, options: dict) -> NDArray[np.bool_]:
-        """[N] bool, the environments that a reset is of."""
         if "reset_mask" not in options:
             return np.ones(self.num_envs, bool)
         mask = options["reset_mask"]

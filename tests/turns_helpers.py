@@ -3,6 +3,9 @@
 import numpy as np
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL
+from hierroom.turns.kernels import OWN_REWARD
+from hierroom.turns.ledger import compiled_record
+from hierroom.turns.records import STEP
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.layout import MEMORIES
@@ -30,6 +33,18 @@ def make(
         measure_shortest=measure_shortest,
         memories=memories,
     )
+
+
+def record(ledger, actions, outcomes, *, return_ends_with_option, subgoal_horizon, n_actions=5, autoreset=False):
+    """Take the controller's turn by the kernel; return the records of the step and how many episodes ended."""
+    steps = np.empty(len(outcomes), STEP)
+    rules = return_ends_with_option, subgoal_horizon, n_actions, OWN_REWARD, 0.0, autoreset
+    return steps, compiled_record(outcomes.dtype)(outcomes, actions, ledger.records, steps, *rules)
+
+
+def fields(step):
+    """The fields of a step by name."""
+    return {name: step.records[name] for name in STEP.names}
 
 
 def goal_ids(turns, *names):

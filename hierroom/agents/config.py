@@ -1,6 +1,6 @@
 """Agents as data: the features they can have, and the methods, each a pair of agents.
 
-It loads neither the world nor torch, so that a command can explain itself at once.
+It loads neither the world nor torch, so that commands explain themselves fast.
 """
 
 from __future__ import annotations
@@ -32,13 +32,7 @@ FeatureName = Literal[
 
 @dataclass(frozen=True)
 class Controller:
-    """The ``controller_0`` of a method.
-
-    Args:
-        reward: its reward unless another is named, as in `rewards.REWARDS`, or one of a user's own.
-        sees_goal: whether its features hold the goal.
-        is_curious: whether it is rewarded, besides, for what random network distillation finds new.
-    """
+    """The ``controller_0`` of a method: its usual reward, whether it sees the goal, and whether it has `Curiosity`."""
 
     reward: Any
     sees_goal: bool = False
@@ -47,12 +41,7 @@ class Controller:
 
 @dataclass(frozen=True)
 class Method:
-    """A pair of agents.
-
-    Args:
-        meta: its ``meta_0`` unless another is named, as in `meta.META_CONTROLLERS`.
-        controller: its ``controller_0``.
-    """
+    """A pair of agents: its usual ``meta_0``, as in `meta.META_CONTROLLERS`, and its ``controller_0``."""
 
     meta: str
     controller: Controller
@@ -70,21 +59,8 @@ METHODS: Mapping[str, Method] = {
 }
 
 
-def find_method(name: str) -> Method:
-    """The method of that name."""
-    if name not in METHODS:
-        raise InputError(f"the methods are {', '.join(METHODS)}; there is no {name!r}")
-    return METHODS[name]
-
-
 def require_features(name: str, given: object, known: Collection[str] = get_args(FeatureName)) -> None:
-    """Refuse what is not a list of features.
-
-    Args:
-        name: of the entry, for the message.
-        given: what was given, anything at all.
-        known: the features that there are.
-    """
+    """Refuse what is not a list of ``known`` features; ``name`` is for the message."""
     if not isinstance(given, (list, tuple)):
         raise InputError(f"{name} are given as a list of names, not as {shown(given)}")
     unknown = [str(one) for one in given if one not in known]
@@ -128,7 +104,8 @@ class AgentsConfig:
 
     def __post_init__(self) -> None:
         use_python_numbers(self)
-        find_method(self.method)
+        if self.method not in METHODS:
+            raise InputError(f"the methods are {', '.join(METHODS)}; there is no {self.method!r}")
         for name in ("features", "meta_features"):
             require_features(name, getattr(self, name))
         for name in ("meta", "network"):
@@ -138,7 +115,7 @@ class AgentsConfig:
         require_number("meta_start_success", self.meta_start_success, 0, 1)
 
     def resolved_method(self, reward: Any = None) -> Method:
-        """The method, with the meta-controller and the reward that are named in place of its own."""
-        method = find_method(self.method)
+        """Return the method with the meta-controller and the reward that are named."""
+        method = METHODS[self.method]
         controller = replace(method.controller, reward=method.controller.reward if reward is None else reward)
         return Method(self.meta or method.meta, controller)

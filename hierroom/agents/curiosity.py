@@ -1,8 +1,7 @@
-"""Curiosity: what the controller is rewarded with, besides, for what is new to it in its environments."""
+"""Curiosity: a reward for what is new to the controller in its environments."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -19,11 +18,9 @@ class Curiosity:
 
     Args:
         features: the controller's.
-        num_envs: environments N.
         weight: of the curiosity in the reward; the exit gives 1.
         gamma: discount of the curiosity's returns.
         seed: of weights and minibatches.
-        device: where torch computes.
     """
 
     STATISTICS: Sequence[str] = ("curiosity_error",)
@@ -31,8 +28,6 @@ class Curiosity:
     def __init__(
         self, features: Features, num_envs: int, weight: float, *, gamma: float, seed: int, device: str
     ) -> None:
-        if not 0 <= weight < math.inf:
-            raise InputError(f"curiosity_weight must be a number of at least 0, not {weight}")
         names = features.subset(of_world=True)
         if not names:
             raise InputError(f"curiosity is about the level, of which {', '.join(features.names)} shows nothing")
@@ -43,15 +38,15 @@ class Curiosity:
         )
 
     def rewards(self, observation: Observation) -> NDArray[np.float64]:
-        """[N] the reward for a step just taken, by what was observed after it, still in the same episode."""
+        """Return the rewards [N] for a step by what was observed after it, still in the same episode."""
         return self._weight * self._distillation.rewards(self.features.encode(observation))
 
     def learn(self) -> dict[str, float]:
-        """Get used to what was observed since the last call; returns `STATISTICS` by name."""
+        """Get used to what was observed since the last call, and return `STATISTICS` by name."""
         return self._distillation.learn()
 
     def state_dict(self) -> dict:
-        """Everything that decides what happens next, as tensors and plain types."""
+        """Return everything that decides what happens next, as tensors and plain types."""
         return self._distillation.state_dict()
 
     def load_state_dict(self, state: dict) -> None:

@@ -1,4 +1,4 @@
-"""What agents computed while they played: a player that keeps every decision of those it lets play."""
+"""A player that keeps every decision of the agents that it lets play."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from hierroom.turns.turns import Turns
 
 @dataclass(frozen=True, eq=False)
 class EpisodeDecisions:
-    """The turns that an agent took in one episode.
+    """The T turns of an agent in one episode.
 
     Args:
-        steps: [T] int, the primitive steps at which they were, counted from 0.
+        steps: [T] int, their primitive steps, counted from 0.
         probabilities: [T, A] float, how probable each action was.
         values: [T] float, the discounted return that the agent expected.
     """
@@ -29,11 +29,7 @@ class EpisodeDecisions:
 
 
 class DecisionTape:
-    """Lets a pair of agents play the first episode of each environment, and keeps what they computed.
-
-    Args:
-        pair: who plays, in N fresh environments.
-    """
+    """Lets a pair play the first episode of each of N fresh environments, and keeps what its agents computed."""
 
     def __init__(self, pair: Pair) -> None:
         self._pair = pair
@@ -54,13 +50,7 @@ class DecisionTape:
         return step
 
     def of_first_episode(self, name: str, env: int, length: int) -> EpisodeDecisions | None:
-        """What an agent decided in the first episode of an environment; None of an agent that does not compute so.
-
-        Args:
-            name: of the agent, in `records.AGENTS`.
-            env: the environment.
-            length: steps of the episode.
-        """
+        """Return the decisions of an agent in an environment's first episode, of this length; None if scripted."""
         found = [
             (at, probabilities[row], values[row])
             for at, envs, probabilities, values in self._taken.get(name, ())

@@ -1,4 +1,4 @@
-"""The facts of episodes, collected while they are played: for the log, the evaluation, the recorder and measuring."""
+"""The facts of episodes, collected while they are played."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class EndedEpisodes:
 
     @classmethod
     def joined(cls, parts: Sequence[EndedEpisodes]) -> EndedEpisodes:
-        """Return the facts of all episodes of some parts, at least one."""
+        """Return the facts of all episodes of at least one part."""
         columns: Any = ([getattr(part, field.name) for part in parts] for field in fields(cls))
         joined: Any = ([*chain(*one)] if isinstance(one[0], list) else np.concatenate(one) for one in columns)
         return cls(*joined)
@@ -60,9 +60,6 @@ class EndedEpisodes:
 
 class EpisodeFacts:
     """Collects the facts of the episodes under way in N environments.
-
-    Args:
-        num_envs: N.
 
     Attributes:
         returns: [N] float64, sums of the controller's rewards so far.
@@ -80,22 +77,19 @@ class EpisodeFacts:
         envs: NDArray[np.integer] | None = None,
         counted: NDArray[np.integer] | None = None,
     ) -> EndedEpisodes:
-        """Add a step and return the facts of the episodes that it ended.
+        """Add a step of M environments and return the facts of the episodes that it ended.
 
         Args:
-            step: the step, of M environments.
+            step: the step.
             turns: in which it was taken.
             envs: [M] the numbers of these environments; None: they are all N.
             counted: [C] the places, of M, from which episodes are returned; None: all.
         """
         numbers = turns.world.everywhere if envs is None else envs
         self.returns[numbers] += step.rewards
-        for row in np.flatnonzero(step.achieved_bits).tolist():
-            achieved, bits = self.achieved[numbers[row]], int(step.achieved_bits[row])
-            while bits:
-                goal = (bits & -bits).bit_length() - 1
-                achieved.append((int(step.lengths[row]), goal))
-                bits &= bits - 1
+        if step.achieved_bits.any():
+            for row, goal in np.argwhere(step.achieved).tolist():
+                self.achieved[numbers[row]].append((int(step.lengths[row]), goal))
         if not turns.n_ended:
             return _NONE
         ended = np.flatnonzero(step.episode_ended)

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from hierroom.agents.config import require_features
 from hierroom.controller import Observation
-from hierroom.goals.goal_set import GoalSet
 from hierroom.support.errors import InputError
 from hierroom.turns.kernels import NO_OUTCOME
 from hierroom.turns.records import CONTROLLER, N_OUTCOMES
@@ -20,14 +19,15 @@ from hierroom.worlds.make import WorldSpec
 from hierroom.worlds.world import Feature
 
 
-def features_of_turns(goals: GoalSet) -> dict[str, Feature]:
-    """Return the features that every world has.
+def offered(world: WorldSpec) -> dict[str, Feature]:
+    """Return all features that networks can read in a world, by name.
 
-    They are symbol, the goal as one of G + 1, no goal the last; previous-action, the controller's last action; and
-    goal-outcome, for the last goal how its option ended, for the others 0, which is for meta-controllers.
+    Every world has symbol, the goal as one of G + 1, no goal the last; previous-action, the controller's last action;
+    and goal-outcome, for the last goal how its option ended, for the others 0, which is for meta-controllers.
     """
-    n, ids = len(goals), np.arange(len(goals))
+    n, ids = len(world.goals), np.arange(len(world.goals))
     return {
+        **world.features,
         "symbol": Feature(
             lambda _: (n + 1,), lambda o: (o.goals % (n + 1))[:, None], is_of_goal=True, is_of_world=False
         ),
@@ -40,11 +40,6 @@ def features_of_turns(goals: GoalSet) -> dict[str, Feature]:
             is_by_goal=True,
         ),
     }
-
-
-def offered(world: WorldSpec) -> dict[str, Feature]:
-    """Return all features that networks can read in a world, by name."""
-    return {**world.features, **features_of_turns(world.goals)}
 
 
 @dataclass(frozen=True)
@@ -85,7 +80,7 @@ class Features:
 
     @property
     def cardinalities(self) -> tuple[int, ...]:
-        """Number of values of each of the K numbers."""
+        """Return the number of values of each of the K numbers."""
         return tuple(c for feature in self._chosen for c in feature.cardinalities(self.world.n_actions))
 
     @property

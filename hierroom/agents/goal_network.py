@@ -9,7 +9,6 @@ from hierroom.goals import N_COLOURS, N_GOALS
 from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.learners.networks.encoder import FeatureEncoder
 from hierroom.learners.networks.recurrent import ResetLSTM
-from hierroom.support.errors import InputError
 
 _PARTS = N_COLOURS + 1
 """A colour has a key and a door, and the exit stands for itself."""
@@ -27,7 +26,7 @@ class GoalNetwork(nn.Module):
         \bar h = \tfrac1P \sum_q h_q
 
     Logits of a colour's key and door are linear in :math:`(h_p, \bar h)`, those of the exit and of 'no goal' in
-    the exit's state, the value in :math:`\bar h`. Permuting colours permutes keys' and doors' logits likewise.
+    the exit's state, the value in :math:`\bar h`. Permuting colours permutes keys' and doors' logits in the same way.
 
     Keeps the protocol `PolicyNetwork`; a state is [N, P * 2 H], the parts side by side.
 
@@ -39,10 +38,6 @@ class GoalNetwork(nn.Module):
     def __init__(self, space: AgentSpace, hidden_size: int) -> None:
         super().__init__()
         cardinalities = space.cardinalities
-        if space.n_features % N_GOALS:
-            raise InputError(
-                f"meta_features have one number for each of {N_GOALS} goals, not {space.n_features} in all"
-            )
         by_feature = [cardinalities[i : i + N_GOALS] for i in range(0, space.n_features, N_GOALS)]
         self._n_features = len(by_feature)
         self._hidden_size = hidden_size
@@ -85,6 +80,6 @@ class GoalNetwork(nn.Module):
     def _heads(self, hidden: Tensor) -> tuple[Tensor, Tensor]:
         """[..., P, H] to logits [..., 14] of keys, doors, exit and no goal, and values [...]."""
         mean, colours = hidden.mean(-2), hidden[..., :N_COLOURS, :]
-        beside = mean.unsqueeze(-2).expand_as(colours)
-        keys, doors = self.colour_head(torch.cat([colours, beside], dim=-1)).unbind(-1)  # [..., 6] each
+        means = mean.unsqueeze(-2).expand_as(colours)
+        keys, doors = self.colour_head(torch.cat([colours, means], dim=-1)).unbind(-1)  # [..., 6] each
         return torch.cat([keys, doors, self.exit_head(hidden[..., -1, :])], dim=-1), self.value_head(mean).squeeze(-1)

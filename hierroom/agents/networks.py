@@ -1,34 +1,36 @@
-"""The controller's network: those that ship, and how a user's own is found."""
+"""The controller's network: those that ship, how a user's own is found, and its trial before it is trained."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
+from typing import cast
 
+import torch
 from numpy.typing import NDArray
-from torch import nn
+from torch import Tensor, nn
 
-from hierroom.agents.network_trial import try_network
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
-from hierroom.support.errors import InputError, in_one_line, shown
+from hierroom.support.errors import InputError, in_one_line, own_code, shown
 from hierroom.support.plugins import load_plugin
 
 ENTRY_POINT_GROUP = "hierroom.networks"
 Vectors = Sequence[NDArray | None] | None
-
+_N_TURNS = 3
+_TOLERANCE = 1e-3
+"""By how much the outputs of `PolicyNetwork.step` and of `PolicyNetwork.sequence` may differ, absolute and relative."""
 
 NETWORKS: Mapping[str, Callable[[AgentSpace, int, Vectors], nn.Module]] = {"recurrent": RecurrentActorCritic}
 """The networks that ship, by the name users type: each is made from a space, a hidden size and vectors."""
 
 
 def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vectors) -> nn.Module:
-    """The network a user means, tried once.
+    """Return the network that a user means, tried once.
 
     Args:
         spec: a name in `NETWORKS`; the name of an entry point in the group ``hierroom.networks``; or
             ``package.module:Class``, a `torch.nn.Module` that keeps the `PolicyNetwork` protocol.
-        space: what the agent observes and can do.
-        hidden_size: units.
-        vectors: fixed numbers for the values of features, for a network that ships (see `FeatureEncoder`); a user's own
+        vectors: fixed numbers for the values of features, for a network that ships (see `FeatureEncoder`); a user's
             network is made from the space and the hidden size alone.
     """
     if not isinstance(spec, str):
@@ -44,3 +46,82 @@ def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vector
         raise InputError(f"the network {spec!r} must be a torch.nn.Module with initial_state, step and sequence")
     try_network(f"the network {spec!r}", network, space)
     return network
+
+
+def try_network(name: str, network: nn.Module, space: AgentSpace) -> None:
+    """Let two environments, and one alone, take three turns, and refuse what the learner could not train.
+
+    Afterwards the network's weights, buffers and modes, and torch's random numbers, are as before; gradients are None.
+    """
+    if not any(parameter.requires_grad for parameter in network.parameters()):
+        raise InputError(f"{name} has no weights to learn: no parameter requires a gradient")
+    policy = cast(PolicyNetwork, network)
+    modes = {module: module.training for module in network.modules()}
+    with own_code(f"{name}, in its first turns,"), torch.random.fork_rng([]):
+        before = deepcopy(network.state_dict())
+        buffers = {path: (buffer, buffer.clone()) for path, buffer in network.named_buffers()}  # in no state, some
+        for n_envs in (2, 1):
+            _take_turns(name, policy, space, n_envs)
+        network.zero_grad()
+        network.eval()  # where a network draws at random, as by dropout, it does not then
+        _compare(name, policy, space)
+        for module, mode in modes.items():
+            module.training = mode
+        for path, (buffer, values) in buffers.items():
+            module, _, attribute = path.rpartition(".")
+            setattr(network.get_submodule(module), attribute, buffer.copy_(values))
+        network.load_state_dict(before)
+
+
+def _turns(space: AgentSpace, n_envs: int) -> Tensor:
+    """[T, N, K] uint8, the first value of each feature, then one between, then the last."""
+    last = torch.tensor(space.cardinalities) - 1
+    return torch.stack([last * t // (_N_TURNS - 1) for t in range(_N_TURNS)]).byte().unsqueeze(1).repeat(1, n_envs, 1)
+
+
+def _take_turns(name: str, network: PolicyNetwork, space: AgentSpace, n_envs: int) -> None:
+    features = _turns(space, n_envs)
+    with torch.no_grad():
+        state = network.initial_state(n_envs)
+        start = tuple(state.shape)
+        if len(start) != 2 or start[0] != n_envs:
+            raise InputError(f"{name} gives {n_envs} environments an initial state of shape {start}, not rows")
+        logits, values, after = network.step(features[0].clone(), state.clone())  # it may write to what it is given
+    all_logits, all_values = network.sequence(features, state, torch.zeros(_N_TURNS, n_envs, dtype=torch.bool))
+    trained = {"logits of sequence": all_logits, "values of sequence": all_values}
+    outputs = {"an initial state": state, "logits of step": logits, "values of step": values, "state of step": after}
+    shapes = (start, (n_envs, space.n_actions), (n_envs,), start)
+    shapes += ((_N_TURNS, n_envs, space.n_actions), (_N_TURNS, n_envs))
+    for (what, output), shape in zip((outputs | trained).items(), shapes, strict=True):
+        if tuple(output.shape) != shape:
+            raise InputError(f"{name} gives {what} of shape {tuple(output.shape)}, not {shape}")
+        if output.dtype is not torch.float32:
+            raise InputError(f"{name} gives {what} of {output.dtype}, not torch.float32")
+        if not output.isfinite().all():
+            raise InputError(f"{name} gives {what} that are not finite: {output[~output.isfinite()][0]:g}")
+    for what, output in trained.items():
+        if not output.requires_grad:
+            raise InputError(f"{name} gives {what} without a gradient: no weight can learn from them")
+    (all_logits.sum() + all_values.sum()).backward()
+
+
+def _compare(name: str, network: PolicyNetwork, space: AgentSpace) -> None:
+    """Refuse a network whose `sequence` gives another result than `step`, turn by turn, with an episode that ends."""
+    features = _turns(space, 2)
+    resets = torch.zeros(_N_TURNS, 2, dtype=torch.bool)
+    resets[-1, 0] = True  # in one environment an episode begins, in the other it goes on
+    with torch.no_grad():
+        start = state = network.initial_state(2)
+        played = []
+        for turn, reset in zip(features, resets, strict=True):
+            begun = torch.where(reset.unsqueeze(1), network.initial_state(2), state)
+            *outputs, state = network.step(turn.clone(), begun)
+            played.append(outputs)
+        trained = network.sequence(features, start, resets)
+    for what, turns, whole in zip(("logits", "values"), zip(*played, strict=True), trained, strict=True):
+        difference = (torch.stack([*turns]) - whole).abs()
+        if not (difference <= _TOLERANCE * (1 + whole.abs())).all():
+            raise InputError(
+                f"{name} gives other {what} in sequence than in step, by up to {difference.max():.3g}; "
+                "both compute the same turns, and where resets are True, a turn begins with initial_state"
+            )

@@ -28,11 +28,11 @@ def without_colours(text: str) -> str:
 
 
 def pictures(episode: Episode, tile_size: int | None = None, most: int | None = None) -> Iterator[NDArray[np.uint8]]:
-    """Draw an episode step by step: each picture names the step, its action and the subgoal.
+    """Draw an episode of L steps step by step: each picture names the step, its action and the subgoal.
 
     Args:
-        episode: the episode, of L steps.
-        tile_size: side length of a cell in pixels; None: so that what is named fits.
+        episode: the episode.
+        tile_size: side length of a cell in pixels; None: large enough for the text.
         most: of a longer episode only the first and the last steps are drawn, in all about so many, and a picture
             between them says which are left out; None: all.
 
@@ -59,7 +59,7 @@ def _title(episode: Episode, step: int, limit: int) -> str:
 
 
 def description(episode: Episode) -> str:
-    """An episode in words: the level, each subgoal with its steps and outcome; where it ended if it did not escape.
+    """Describe an episode: the level, each subgoal with its steps and outcome, and where it ended without an escape.
 
     The text is coloured for a terminal; `without_colours` takes that away.
     """
@@ -116,7 +116,7 @@ def save_episodes(episodes: Sequence[Episode], path: Path) -> None:
 def film(
     episodes: Sequence[Episode], tile_size: int | None = None, most: int | None = None
 ) -> Iterator[NDArray[np.uint8]]:
-    """The `pictures` of several episodes, one after the other; the end of each is shown for a second."""
+    """Yield the `pictures` of several episodes, one after the other; the end of each is shown for a second."""
     for episode in episodes:
         frame = None
         for frame in pictures(episode, tile_size, most):

@@ -1,4 +1,4 @@
-"""Playing without learning: who plays, and the one loop in which episodes are played to be counted."""
+"""Playing without learning: who plays, and the one loop that plays episodes to be counted."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.agents.scripted_agent import ScriptedAgent
+from hierroom.meta import META_CONTROLLERS
 from hierroom.support.errors import InputError, shown
 from hierroom.turns.records import CONTROLLER, META, Step
 from hierroom.turns.turns import Turns
@@ -24,7 +25,7 @@ class Player(Protocol):
 
 
 class Actor(Protocol):
-    """An agent that plays: it acts, and hears of the turns that a step ended."""
+    """An agent that plays: it acts, and takes note of the turns that a step ended."""
 
     def act(self, observation: Any) -> NDArray[np.integer]:
         """[M] actions in the environments of an observation."""
@@ -36,11 +37,7 @@ class Actor(Protocol):
 
 
 class Pair:
-    """A meta-controller and a controller that play together.
-
-    Args:
-        agents: who acts, by the names of `records.AGENTS`, the meta-controller first.
-    """
+    """A meta-controller and a controller that play together, by the names of `records.AGENTS`, in this order."""
 
     def __init__(self, agents: Mapping[str, Actor]) -> None:
         self.agents = agents
@@ -66,26 +63,23 @@ class Pair:
         return step
 
     def subset(self, envs: NDArray[np.integer]) -> Pair | None:
-        """The same pair in some of its environments [M], acting there as if it still played in all; None if it cannot.
+        """Return the same pair in some environments [M], acting there as if it still played in all; None if it cannot.
 
-        It can if the meta-controller is one that ships and learns nothing, and the controller is frozen; what others do
-        may depend on which environments they are asked about.
+        It can if the meta-controller ships and learns nothing, and the controller is frozen; what others do may depend
+        on which environments they are asked about.
         """
         # It brings torch along, which commands that explain themselves do without.
         from hierroom.agents.ppo_agent import FrozenAgent
 
         meta, controller = self.agents.get(META), self.agents.get(CONTROLLER)
-        if type(meta) is ScriptedAgent and meta.is_known_memoryless and type(controller) is FrozenAgent:
-            return Pair({META: meta, CONTROLLER: controller.subset(envs)})
-        return None
+        if type(meta) is not ScriptedAgent or type(controller) is not FrozenAgent:
+            return None
+        is_memoryless = type(meta.meta) in META_CONTROLLERS.values()
+        return Pair({META: meta, CONTROLLER: controller.subset(envs)}) if is_memoryless else None
 
 
 class RandomPlayer:
-    """Every action of the controller with the same chance.
-
-    Args:
-        random: where the actions come from.
-    """
+    """Every action of the controller with the same chance."""
 
     def __init__(self, random: np.random.Generator) -> None:
         self._random = random
@@ -113,12 +107,7 @@ class OraclePlayer:
 
 
 def make_player(name: str, seed: int) -> Player:
-    """A player that needs no training.
-
-    Args:
-        name: ``"random"`` or ``"oracle"``.
-        seed: fixes its actions.
-    """
+    """Return a player that needs no training, ``"random"`` or ``"oracle"``; the seed fixes its actions."""
     if name == "random":
         return RandomPlayer(np.random.default_rng(seed))
     if name == "oracle":
@@ -127,11 +116,11 @@ def make_player(name: str, seed: int) -> Player:
 
 
 SHARE_KEPT = 0.5
-"""Environments are left out of play when no more than this share of them is still counted: leaving out takes time."""
+"""Leave environments out of play when no more than this share of them is still counted: leaving out takes time."""
 
 
 class Play:
-    """Lets a player play the first episodes of each environment: how many is fixed beforehand (`quotas`).
+    """Lets a player play the first episodes of each of N fresh environments: how many is fixed beforehand (`quotas`).
 
     Were the first episodes to end counted instead, short ones would be counted too often. An environment that has
     played its own is left out sooner or later where the player can do without it; what is played in the others does not
@@ -139,16 +128,10 @@ class Play:
 
     It yields each primitive `Step`, of M environments: all N at first, fewer once some have played all their episodes.
 
-    Args:
-        turns: N fresh environments, which begin their next episode by themselves.
-        player: who plays.
-        episodes: how many in all.
-        progress: called with the number of episodes done.
-
     Attributes:
         turns: the M environments that were stepped.
         envs: [M] int, which of the N environments they are.
-        counted: [C] int, the places, of M, whose episodes count.
+        counted: [C] int, the places, of M, where episodes count.
         played: [N] int, counted episodes that each environment had ended before the step.
     """
 
@@ -183,7 +166,7 @@ class Play:
 
 
 def quotas(episodes: int, num_envs: int) -> NDArray[np.int64]:
-    """[N] how many of some episodes each environment plays: equally many, or the first ones one more."""
+    """Return how many episodes each environment plays, [N]: equally many, or the first ones one more."""
     if episodes < 1:
         raise InputError(f"play at least one episode, not {episodes}")
     return episodes // num_envs + (np.arange(num_envs) < episodes % num_envs)

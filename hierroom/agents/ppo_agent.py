@@ -35,14 +35,8 @@ class PPOAgent:
     Args:
         features: what its network reads of an observation.
         learner: of its policy, in as many environments as there are.
-        network: the name of its network, by which a warm start tells whether weights fit.
+    network: the name of its network, by which a warm start checks that weights fit.
         warm_up: chooses its actions until it ends; None: the agent learns from the first turn on.
-        curiosity: a reward added to the environment's; None: none.
-
-    Attributes:
-        features: see above.
-        learner: likewise.
-        curiosity: likewise.
     """
 
     def __init__(
@@ -94,12 +88,7 @@ class PPOAgent:
         self.learner.finish(envs, rewards[ours], elapsed[ours], terminated[ours], truncated, ended, last)
 
     def update(self, observation: Observation, progress: float) -> None:
-        """Learn from the turns taken.
-
-        Args:
-            observation: of its next turn, where it is due.
-            progress: how far training is, 0 to 1.
-        """
+        """Learn from the turns taken; the observation is of its next turn, and progress of training from 0 to 1."""
         self.learner.bootstrap(observation.envs, self.features.encode(observation))
         self._updated = self.learner.update(progress)
         if self.curiosity is not None:
@@ -112,12 +101,9 @@ class PPOAgent:
         return {**learning, **self._updated}
 
     def frozen(self, num_envs: int, *, seed: int, is_greedy: bool = False) -> FrozenAgent:
-        """What it has learned, acting in a number of other environments and learning no more.
+        """Return what it has learned, acting in other environments and learning no more.
 
-        Args:
-            num_envs: how many.
-            seed: of its actions.
-            is_greedy: whether it takes its most probable action instead of drawing one.
+        If ``is_greedy``, it takes its most probable action instead of drawing one.
         """
         return FrozenAgent(self.features, self.learner.policy(num_envs, seed=seed), is_greedy=is_greedy)
 
@@ -176,11 +162,8 @@ class PPOAgent:
 class FrozenAgent:
     """Acts by a policy and learns nothing.
 
-    Args:
-        features: what the network reads of an observation.
-        policy: for as many environments as it acts in.
-        is_greedy: whether it takes its most probable action instead of drawing one. A policy that escapes whenever it
-            draws can turn on the spot for ever when it is greedy.
+    If ``is_greedy``, it takes its most probable action instead of drawing one: a policy that escapes whenever it draws
+    can then turn on the spot for ever.
     """
 
     def __init__(self, features: Features, policy: Policy, *, is_greedy: bool = False) -> None:
@@ -190,7 +173,7 @@ class FrozenAgent:
 
     @property
     def decision(self) -> Decision | None:
-        """What its policy computed for its last turn; None before the first."""
+        """Return what its policy computed for its last turn; None before the first."""
         return self._policy.decision
 
     def act(self, observation: Observation) -> NDArray[np.integer]:
@@ -200,12 +183,8 @@ class FrozenAgent:
     def record(self, step: Step, turns: Turns) -> None:
         """Forget the episodes that a primitive step ended."""
         if turns.n_ended:
-            self.reset(np.flatnonzero(step.episode_ended))
-
-    def reset(self, envs: NDArray[np.integer]) -> None:
-        """Forget the episodes of some environments [M]."""
-        self._policy.reset(envs)
+            self._policy.reset(np.flatnonzero(step.episode_ended))
 
     def subset(self, envs: NDArray[np.integer]) -> FrozenAgent:
-        """Return the same agent in some of its environments [M], which takes its place; see `Policy.part`."""
+        """Return the same agent in some of its environments [M], which replaces it; see `Policy.part`."""
         return FrozenAgent(self.features, self._policy.part(envs), is_greedy=self._is_greedy)

@@ -20,16 +20,10 @@ _PARTS = {"actions": "i1", "rewards": "f8", "extrinsic": "f8", "goals": "i1", "a
 def record(
     turns: Turns, player: Player, episodes: int, progress: Callable[[int], object] = lambda done: None
 ) -> Iterator[Episode]:
-    """Let a player play the first episodes of each environment, and yield them in a fixed order.
+    """Let a player play the first episodes of each environment (see `Play`), and yield them in a fixed order.
 
     The order is that of the environments, first everyone's first episode, then everyone's second. It does not depend on
     how long episodes last, so the first K of them are as good a sample as all.
-
-    Args:
-        turns: N fresh environments, which begin their next episode by themselves.
-        player: who plays.
-        episodes: how many in all; each environment plays equally many, or the first ones one more.
-        progress: called with the number of episodes played.
     """
     tape, facts, finished, n_yielded, n = _Tape(turns), EpisodeFacts(len(turns)), {}, 0, len(turns)
     play = Play(turns, player, episodes, progress)
@@ -43,18 +37,14 @@ def record(
 
 
 class _Tape:
-    """The steps of the episodes under way.
-
-    Args:
-        turns: N fresh environments.
-    """
+    """The steps of the episodes under way, from the start of N fresh environments."""
 
     def __init__(self, turns: Turns) -> None:
         self._parts = {name: np.zeros((64, len(turns)), kind) for name, kind in _PARTS.items()}
         self._starts = [turns.world.get_state(env) for env in range(len(turns))]
 
     def add(self, step: Step, play: Play, ended: EndedEpisodes) -> list[Episode]:
-        """Note a step; returns the episodes that it ended."""
+        """Note a step and return the episodes that it ended."""
         envs, at, world = play.envs, step.lengths - 1, play.turns.world
         if at.max() >= len(self._parts["actions"]):
             self._parts = {name: np.concatenate([part, np.zeros_like(part)]) for name, part in self._parts.items()}

@@ -9,21 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.controller import Observation
-from hierroom.meta import META_CONTROLLERS, LevelMeta, MetaController, choose_goals, running, show_step
+from hierroom.meta import META_CONTROLLERS, LevelMeta, MetaController, checked_meta, choose_goals, running, show_step
 from hierroom.support.errors import InputError, in_one_line
-from hierroom.turns.meta_check import checked_meta
 from hierroom.turns.records import Step
 from hierroom.turns.situation import Situation
 from hierroom.turns.turns import Turns
 
 
 class ScriptedAgent:
-    """A `MetaController` that takes its turns beside the agents that PPO trains.
-
-    Args:
-        meta: who picks the goals.
-        is_training: whether it may learn: its method ``learn``, if it has one, hears of every step.
-    """
+    """A `MetaController` as an agent. In training its method ``learn``, if it has one, gets every step."""
 
     ready = False
     """It learns by itself, if at all: there is never an `update` to wait for."""
@@ -49,12 +43,12 @@ class ScriptedAgent:
 
     @property
     def statistics(self) -> dict[str, float]:
-        """Numbers for the metrics, those that the meta-controller has."""
+        """Return the meta-controller's numbers for the metrics."""
         with running(self.meta):
             return {name: float(number) for name, number in getattr(self.meta, "statistics", {}).items()}
 
     def frozen(self, num_envs: int, *, seed: int) -> ScriptedAgent:
-        """For other environments: what its method ``for_play`` gives if it has one, else a copy; it learns no more."""
+        """Return it for other environments: what ``for_play`` gives if it has that, else a copy; it learns no more."""
         if hasattr(self.meta, "for_play"):
             with running(self.meta):
                 meta = self.meta.for_play(num_envs, seed=seed)
@@ -67,13 +61,8 @@ class ScriptedAgent:
                 f"({in_one_line(error)}); give it a method for_play(num_envs, *, seed)"
             ) from error
 
-    @property
-    def is_known_memoryless(self) -> bool:
-        """Whether what it chooses depends on the situation alone, as is known of those that ship."""
-        return type(self.meta) in META_CONTROLLERS.values()
-
     def state_dict(self) -> dict[str, Any]:
-        """What the meta-controller saves of itself, nothing where it saves nothing."""
+        """Return what the meta-controller saves of itself, nothing where it saves nothing."""
         with running(self.meta):
             return self.meta.state_dict() if hasattr(self.meta, "state_dict") else {}
 
@@ -89,7 +78,7 @@ class ScriptedAgent:
 
 
 def unsaved_memory(meta: MetaController) -> str | None:
-    """What a meta-controller may remember that no checkpoint will hold, in words; None if there is nothing."""
+    """Return in words what a meta-controller may remember that no checkpoint will hold; None if there is nothing."""
     if isinstance(meta, (LevelMeta, *META_CONTROLLERS.values())):
         return None
     if hasattr(meta, "state_dict") and hasattr(meta, "load_state_dict"):

@@ -1,4 +1,4 @@
-"""A meta-controller that PPO has trained, in environments and beside controllers that it was not trained with."""
+"""A meta-controller that PPO has trained, in other environments and with other controllers."""
 
 from __future__ import annotations
 
@@ -15,10 +15,7 @@ from hierroom.turns.situation import Situation
 class TrainedGoals:
     """Chooses goals as the meta-controller that was trained, and learns no more: a `MetaController`.
 
-    Args:
-        trained: the meta-controller.
-        num_envs: environments that it chooses goals in.
-        seed: fixes, together with the seeds of the environments, what it draws.
+    With the seeds of the environments, ``seed`` fixes what it draws.
     """
 
     def __init__(self, trained: PPOAgent, num_envs: int, seed: int) -> None:
@@ -34,10 +31,9 @@ class TrainedGoals:
     def choose(
         self, observations: Mapping[str, NDArray], legal: NDArray[np.bool_], situation: Situation
     ) -> NDArray[np.integer]:
-        """[M] a goal for each of the environments whose turn it is, drawn as in training.
+        """Return a goal for each of the M environments whose turn it is, drawn as in training.
 
-        This one's seed and an environment's seed, episode and turn fix what is drawn, whichever environments are asked
-        about together and whatever was played before.
+        This one's seed and an environment's seed, episode and turn fix what is drawn, in whatever batch.
         """
         uniforms = (situation.uniforms[:, 0] + self._shift) % 1.0
         features = self._trained.features.encode(situation)
@@ -53,5 +49,5 @@ class TrainedGoals:
         self._policy.reset(envs)
 
     def for_play(self, num_envs: int, *, seed: int) -> TrainedGoals:
-        """One for other environments."""
+        """Return one for other environments."""
         return TrainedGoals(self._trained, num_envs, seed)

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.meta import random_choice
-from hierroom.support.errors import InputError
 from hierroom.support.schema import Flag, Items, Table
 from hierroom.turns.records import Step
 from hierroom.turns.situation import Situation
@@ -20,24 +19,17 @@ WINDOW = 100
 class WarmUp:
     """Chooses legal goals at random, those seen this episode before others, until enough episodes reach the exit.
 
-    At first the controller reaches nothing, so what follows a goal says nothing about the goal.
-
-    Args:
-        start_success: share of `WINDOW` episodes that must reach the exit before learning begins, 0 to 1.
-
-    Attributes:
-        has_ended: whether learning has begun.
+    At first the controller reaches nothing, so what follows a goal says nothing about the goal. Learning begins when
+    the share ``start_success`` of `WINDOW` episodes has reached the exit; then ``has_ended``.
     """
 
     def __init__(self, start_success: float) -> None:
-        if not 0 <= start_success <= 1:
-            raise InputError(f"meta_start_success must be from 0 to 1, not {start_success}")
         self.has_ended = start_success == 0
         self._start_success = start_success
         self._successes: deque[bool] = deque(maxlen=WINDOW)
 
     def choose(self, situation: Situation) -> NDArray[np.integer]:
-        """[M] goal ids, or 13 or -1 for no goal."""
+        """Return goal ids [M], or 13 or -1 for no goal."""
         likely = situation.masks.copy()
         likely[:, :-1] &= situation.seen
         is_any = likely.any(axis=1, keepdims=True)
@@ -50,7 +42,7 @@ class WarmUp:
         self.has_ended = len(self._successes) == WINDOW and rate >= self._start_success
 
     def state_dict(self) -> dict:
-        """Everything that decides what happens next, as plain types."""
+        """Return everything that decides what happens next, as plain types."""
         return {"has_ended": self.has_ended, "successes": list(self._successes)}
 
     def load_state_dict(self, state: dict) -> None:

@@ -1,4 +1,4 @@
-"""What libraries ask of Gymnasium's environments beside observations and steps: the spec, masks and keys."""
+"""What Gymnasium asks of registered environments besides observations and steps: the spec and options."""
 
 from __future__ import annotations
 
@@ -7,36 +7,29 @@ from dataclasses import replace
 from typing import Any
 
 import gymnasium
-import numpy as np
 from gymnasium.envs.registration import EnvSpec
-from numpy.typing import NDArray
 
 from hierroom.goals import graph_specs
 from hierroom.support.errors import InputError, shown
-from hierroom.turns.records import CONTROLLER
 from hierroom.worlds.env_config import EnvConfig
 
 
 def checked_options(options: Any) -> dict[str, Any]:
-    """The options of a reset, none as an empty dict."""
+    """Return the options of a reset, none as an empty dict."""
     if options is not None and not isinstance(options, Mapping):
         raise InputError(f"options of a reset are a dict or None, not {shown(options)}")
     return dict(options or {})
 
 
 class RegisteredEnv:
-    """An environment whose ``spec`` tells its step limit, and which is of the graph that its id names.
-
-    Attributes:
-        config: what the environment is made of.
-    """
+    """An environment of the graph that its id names; its ``spec`` has the step limit of its ``config``."""
 
     config: EnvConfig
     _spec: EnvSpec | None = None
 
     @property
     def spec(self) -> EnvSpec | None:
-        """The id's description and the arguments, with ``max_steps`` as ``max_episode_steps``."""
+        """Return the id's description and the arguments, with ``max_steps`` as ``max_episode_steps``."""
         return self._spec
 
     @spec.setter
@@ -48,24 +41,3 @@ class RegisteredEnv:
                 if graph_specs(given) != graph_specs(known.kwargs[name]):
                     raise InputError(f"{spec.id} has its own graphs: give {name} {given!r} to hierroom/EscapeRoom-v0")
         self._spec = spec and replace(spec, max_episode_steps=self.config.max_steps)
-
-
-class PlayableEnv(RegisteredEnv):
-    """One environment, in which legal actions can be asked for, and keys of the keyboard stand for actions.
-
-    Attributes:
-        single: the `SingleEnv` behind it.
-    """
-
-    single: Any
-
-    def action_masks(self) -> NDArray[np.bool_]:
-        """[A] bool, the legal actions, as sb3-contrib's MaskablePPO asks for them."""
-        return self.single.observe(CONTROLLER)["action_mask"].astype(bool)
-
-    def get_keys_to_action(self) -> dict[tuple[int, ...], int]:
-        """Return keys for `gymnasium.utils.play.play`, as the world names them."""
-        import pygame
-
-        named = self.single.turns.world.keys_to_action
-        return {(getattr(pygame, name),): action for name, action in named.items()}

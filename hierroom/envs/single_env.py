@@ -23,7 +23,7 @@ from hierroom.worlds.world import whole_numbers
 _ONLY = np.zeros(1, np.int64)
 _OUTCOMES = tuple(np.int64(outcome) for outcome in range(N_OUTCOMES))
 _AT_RESET = (NO_GOAL, 0, 0, -1, 0.0, 0.0, False, False, False, NO_GOAL)
-_told = itemgetter(
+_reported = itemgetter(
     *map(
         STEP.names.index,  # pyright: ignore[reportOptionalMemberAccess] - it is a record
         (
@@ -32,32 +32,19 @@ _told = itemgetter(
         ),
     )
 )
-"""What users are told of a step, of the values of its record."""
+"""What users learn of a step, of the values of its record."""
 
 
 class SingleEnv:
-    """A batch of one, in the terms of PettingZoo.
-
-    Args:
-        config: what the environment is made of.
-        render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
-
-    Attributes:
-        turns: the turns of the two agents.
-        observation_spaces: the space of each agent's observations.
-        action_spaces: the space of each agent's actions.
-        complexity: the `ComplexityReport` of its goal graph.
-    """
+    """A batch of one, in the terms of PettingZoo: two agents with their spaces, and infos as dicts."""
 
     def __init__(self, config: EnvConfig, render_mode: str | None):
         self.turns = Turns(config, autoreset=False, measure_shortest=True)
         self.complexity = self.turns.world.complexity
-        self.observation_spaces: dict[str, spaces.Space] = {
-            agent: self.turns.observation_space(agent) for agent in AGENTS
-        }
-        self.action_spaces: dict[str, spaces.Space] = {agent: self.turns.action_space(agent) for agent in AGENTS}
+        turns, self._has_window = self.turns, render_mode == "human"
+        self.observation_spaces: dict[str, spaces.Space] = {agent: turns.observation_space(agent) for agent in AGENTS}
+        self.action_spaces: dict[str, spaces.Space] = {agent: turns.action_space(agent) for agent in AGENTS}
         self._screen = self.turns.world.screen(render_mode)
-        self._has_window = render_mode == "human"
         self.has_begun = False
         self._action = np.zeros(1, np.int64)
         self._all_legal = np.ones(self.turns.world.n_actions, np.int8)
@@ -66,7 +53,7 @@ class SingleEnv:
         self._values = _AT_RESET
 
     def reset(self, seed: int | None, options: dict | None) -> dict[str, dict[str, Any]]:
-        """Begin an episode: the first one of a seed, or without a seed the next one; returns its first infos."""
+        """Begin an episode, the first one of a seed or the next one, and return its first infos."""
         if seed is not None:
             Whole(0, 2**63 - 1).check(seed, "a seed")  # a batch of one would take a list of one
         asks_complexity = checked_options(options).get("complexity")
@@ -81,33 +68,29 @@ class SingleEnv:
 
     @property
     def is_meta_turn(self) -> bool:
-        """Whether the meta-controller is to act next."""
+        """Whether the meta-controller acts next."""
         return bool(self.turns.ledger.is_meta_turn[0])
 
     @property
     def goal(self) -> int:
-        """The id of the goal that is pursued, or -1; after the episode's end of the one that was pursued last."""
+        """The id of the goal that is pursued, or -1; after the episode's end that of the last one."""
         *_, has_ended, last_goal = self._last()
         return last_goal if has_ended else int(self.turns.ledger.goals[0])
 
     def observation(self, agent: str) -> Observation:
-        """What an agent observes now, as a batch of one; the controller after the episode's end what it saw last."""
+        """Return what an agent observes now, as a batch of one; the controller after the end what it saw last."""
         step = self.turns.last_step
         if agent == CONTROLLER and step is not None and step.episode_ended[0]:
             return self.turns.final_observation(CONTROLLER, step, _ONLY)
         return self.turns.observe(agent, _ONLY)
 
     def observe(self, agent: str) -> dict[str, NDArray]:
-        """What an agent observes now, as `Observation.as_dict` of its `observation` has it, in fresh arrays."""
-        turns, ledger = self.turns, self.turns.ledger
-        if agent == META:
-            goal = int(ledger.last_goals[0])
-        elif agent != CONTROLLER:
+        """Return what an agent observes now, as `Observation.as_dict` of its `observation` has it, in fresh arrays."""
+        if agent not in AGENTS:
             raise InputError(f"the agents are {META} and {CONTROLLER}; there is no {agent!r}")
-        else:
-            goal = self.goal
-        observation = turns.world.observe_one(goal)
-        if agent == META:
+        turns, ledger, is_meta = self.turns, self.turns.ledger, agent == META
+        observation = turns.world.observe_one(int(ledger.last_goals[0]) if is_meta else self.goal)
+        if is_meta:
             observation["action_mask"] = turns.meta_masks()[0].view(np.int8)
             observation["outcome"] = _OUTCOMES[int(ledger.last_outcomes[0])]
         else:
@@ -136,11 +119,7 @@ class SingleEnv:
             show_step(meta, self.turns.last_step, self.turns)
 
     def act(self, action: int) -> tuple[dict[str, float], dict[str, bool], dict[str, bool]]:
-        """Take the controller's action.
-
-        Returns:
-            (rewards, terminations, truncations), each a dict by agent.
-        """
+        """Take the controller's action and return (rewards, terminations, truncations), each a dict by agent."""
         if not self.has_begun:
             raise InputError("reset the environment before its first step")
         self._action[0] = as_action(action)
@@ -155,18 +134,17 @@ class SingleEnv:
         )
 
     def infos(self) -> dict[str, dict[str, Any]]:
-        """What there is to say to each agent besides, in fresh dicts: the same keys at every moment.
+        """Return the infos of both agents, in fresh dicts: the same keys at every moment.
 
-        Returns:
-            ``goal_event``, the goal id that the last primitive step achieved, or -1; ``elapsed``, primitive steps
-            since the agent's last turn; ``illegal_actions``, how many it took this episode; ``success``, whether the
-            exit was reached; ``length``, primitive steps of the episode so far; ``shortest_length``, the length that
-            the whole episode could have had.
+        They are ``goal_event``, the goal id that the last primitive step achieved, or -1; ``elapsed``, primitive steps
+        since the agent's last turn; ``illegal_actions``, how many it took this episode; ``success``, whether the exit
+        was reached; ``length``, primitive steps of the episode so far; ``shortest_length``, the length that the whole
+        episode could have had.
         """
         return {META: self.info(META), CONTROLLER: self.info(CONTROLLER)}
 
     def info(self, agent: str) -> dict[str, Any]:
-        """What there is to say to one agent: see `infos`."""
+        """Return the info of one agent: see `infos`."""
         event, meta_elapsed, length, shortest, _, _, terminated, _, _, _ = self._last()
         ledger, is_meta = self.turns.ledger, agent == META
         return {
@@ -179,16 +157,16 @@ class SingleEnv:
         }
 
     def _last(self) -> tuple:
-        """What the last step did, in Python's numbers; before the first one, what there is to say at reset."""
+        """Return what the last step did, in Python's numbers; before the first one, what is known at reset."""
         records = self.turns.last_records
         if records is None:
             return (*_AT_RESET[:3], int(self.turns.ledger.shortest[0]), *_AT_RESET[4:])
         if records is not self._records:
-            self._records, self._values = records, _told(records.item())
+            self._records, self._values = records, _reported(records.item())
         return self._values
 
     def render(self) -> str | NDArray[np.uint8] | None:
-        """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
+        """Return the level as text or as a picture [H, W, 3], or show it in a window, with the current subgoal."""
         if not self.has_begun:
             raise InputError("reset the environment before it is rendered")
         return self._screen.render(0, int(self.turns.goals[0]))
@@ -202,7 +180,7 @@ class SingleEnv:
 
 
 def as_action(action: Any) -> int:
-    """An action of either agent as a number of 64 bits; one that is too large for them becomes -2, which is illegal."""
+    """Return an action as a number of 64 bits; one that is too large for them becomes -2, which is illegal."""
     if isinstance(action, (int, np.integer)) and not isinstance(action, bool):  # as nearly everyone gives it
         return int(action) if -(2**63) <= int(action) < 2**63 else -2
     try:

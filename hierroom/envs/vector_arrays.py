@@ -1,4 +1,4 @@
-"""The arrays in which the Gymnasium vector environment tells its users of N environments."""
+"""The arrays of observations, rewards, ends and infos that the Gymnasium vector environment returns."""
 
 from __future__ import annotations
 
@@ -25,24 +25,22 @@ _BOOL, _INT64 = np.dtype(np.bool_), np.dtype(np.int64)
 class VectorArrays:
     """Writes observations, rewards, ends and infos of N environments, each once.
 
-    Args:
-        turns: the environments.
-        flat: whether an environment's observation is one row of numbers.
-        copy: whether arrays are new at every step; else the next step overwrites those of the observations.
+    With ``flat``, an environment's observation is one row of numbers. Arrays are new at every step; without ``copy``,
+    the next step overwrites those of the observations.
     """
 
     def __init__(self, turns: Turns, *, flat: bool, copy: bool) -> None:
         self._turns, self._flat, self._n = turns, flat, len(turns)
-        self._observations = turns.world.batch_observations(flat=flat)
+        self.observations = turns.world.batch_observations(flat=flat)
         self._parts = turns.observation_space(CONTROLLER)
-        self.space = self._observations.flat_space if flat else self._parts
+        self.space = self.observations.flat_space if flat else self._parts
         self._results = ArrayPool(self._empty_results)
-        self._pool = ArrayPool(self._observations.empty)
-        self._kept = None if copy else self._observations.empty()
+        self._pool = ArrayPool(self.observations.empty)
+        self._kept = None if copy else self.observations.empty()
         self._no_step = np.zeros(self._n, STEP)
 
     def _empty_results(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
-        """Arrays of rewards, ends and infos, and of which environments infos tell."""
+        """Return arrays of rewards, ends and infos, and of which environments have infos."""
         n = self._n
         rewards, terminated, truncated = np.empty(n), np.empty(n, _BOOL), np.empty(n, _BOOL)
         infos = np.empty(n, _BOOL), *(np.empty(n, _INT64) for _ in INFOS[1:])
@@ -51,22 +49,18 @@ class VectorArrays:
     def at_step(
         self, step: Step, *, begins_anew: bool
     ) -> tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """What came of a step, and what the controller observes now, after the meta-controller's turn.
+        """Return observations after the meta-controller's turn, rewards, terminated, truncated and infos of a step.
 
-        Args:
-            step: the step.
-            begins_anew: whether infos tell of the next episode where one ended.
-
-        Returns:
-            observations (a dict of arrays, or one array [N, K] of rows), rewards, terminated, truncated, infos.
+        Observations are a dict of arrays, or one array [N, K] of rows; infos are of the next episode where one ended
+        if it ``begins_anew``.
         """
         results, _ = self._results.take()
         observations = self._write(step.records, begins_anew, results)
-        rewards, terminated, truncated, *infos, told = results
-        return observations, rewards, terminated, truncated, _by_name(infos, told)
+        rewards, terminated, truncated, *infos, has_info = results
+        return observations, rewards, terminated, truncated, _by_name(infos, has_info)
 
     def at_reset(self, where: NDArray[np.bool_]) -> tuple[Any, dict[str, Any]]:
-        """What the controller observes everywhere, and the infos of the environments whose episode begins."""
+        """Return what the controller observes everywhere, and the infos of the environments whose episode begins."""
         results, _ = self._empty_results()
         observations = self._write(self._no_step, False, results)
         shortest = self._turns.ledger.shortest * where
@@ -74,18 +68,14 @@ class VectorArrays:
         return observations, _by_name(infos, where.copy())
 
     def _write(self, steps: np.ndarray, begins_anew: bool, results: tuple[NDArray, ...]) -> Any:
-        """Write a step's results, and new observations, which it returns."""
+        """Write a step's results and new observations, and return the observations."""
         arrays, parts = self._kept or self._pool.take()
         _compiled_results()(steps, self._turns.ledger.records, begins_anew, *results)
-        self._observations.write(self._turns.ledger.goals, arrays)
+        self.observations.write(self._turns.ledger.goals, arrays)
         return arrays[0] if self._flat else parts.copy()
 
-    def write_goals(self, observations: Any, goals: NDArray[np.integer], envs: NDArray[np.integer]) -> None:
-        """Write the goals [N] of some environments into observations, where the ledger has them no more."""
-        self._observations.write_goals(observations, goals, envs)
-
     def final(self, step: Step) -> dict[str, Any]:
-        """What infos say of the episodes that a step ended: their last observations, and their last infos."""
+        """Return the last observations and infos of the episodes that a step ended."""
         ended = step.episode_ended.copy()
         numbers = (step.events, step.meta_elapsed > 0, step.illegal_actions, step.lengths, step.shortest)
         infos = _by_name((step.terminated & ended, *(values * ended.astype(_INT64) for values in numbers)), ended)
@@ -108,11 +98,11 @@ def rows(observation: Observation, space: spaces.Dict | None) -> Iterable[Any]:
     return np.concatenate(numbers, axis=1, dtype=np.uint8, casting="unsafe")
 
 
-def _by_name(infos: Iterable[NDArray], told: NDArray[np.bool_]) -> dict[str, NDArray]:
-    """Infos by name, with Gymnasium's entries that say which environments they tell of."""
+def _by_name(infos: Iterable[NDArray], has_info: NDArray[np.bool_]) -> dict[str, NDArray]:
+    """Return infos by name, with Gymnasium's entries that say which environments have them."""
     named = {}
     for name, values in zip(INFOS, infos, strict=True):
-        named[name], named[f"_{name}"] = values, told.copy()
+        named[name], named[f"_{name}"] = values, has_info.copy()
     return named
 
 

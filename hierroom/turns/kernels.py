@@ -9,12 +9,11 @@ import numpy as np
 from hierroom.support.compile.kernel import njit
 
 NO_GOAL = -1
-"""As in `hierroom.goals`."""
 NO_OUTCOME, REACHED, TIMED_OUT, OTHER = range(4)
 """How an option ended: there was none; its goal was reached; its horizon ran out; the episode ended."""
 OWN_REWARD, EXTRINSIC, BONUS, INTRINSIC, NOVELTY = range(-1, 4)
 KERNEL_REWARDS = {"extrinsic": EXTRINSIC, "bonus": BONUS, "intrinsic": INTRINSIC, "novelty": NOVELTY}
-"""Which reward a kernel writes: none, as somebody else does, or one of those that ship."""
+"""Which reward the kernel writes: none, as a user's own code does, or one of those that ship."""
 
 
 @njit(cache=True)
@@ -31,7 +30,7 @@ def begin_turns(ledger, n_actions):
 def record_turns(
     outcomes, actions, ledgers, steps, return_ends_with_option, horizon, n_actions, reward, bonus, autoreset
 ):
-    """Take the controller's turn in every environment, end the options that it ends, and say what it did.
+    """Take the controller's turn in every environment, and end the options that it ends.
 
     Args:
         outcomes: [N] records with the fields of `world.OUTCOME_FIELDS`.
@@ -41,7 +40,7 @@ def record_turns(
         return_ends_with_option: whether no reward after an option depends on what the controller did in it.
         horizon: steps after which an option ends without its goal.
         n_actions: the controller's number of actions.
-        reward: which reward to write: ``EXTRINSIC``, ``BONUS``, ``INTRINSIC``, ``NOVELTY``, or ``OWN_REWARD`` for 0.
+        reward: one of ``EXTRINSIC``, ``BONUS``, ``INTRINSIC``, ``NOVELTY``; or ``OWN_REWARD``, which writes 0.
         bonus: the size of the novelty bonus.
         autoreset: whether the next episode begins where one ended; else the meta-controller has no turn there.
 
@@ -139,28 +138,18 @@ def take_goals(masks, ledgers, actions):
 @njit(cache=True, nogil=True)
 def write_results(
     steps, ledgers, begins_anew,
-    rewards, terminated, truncated, success, events, elapsed, illegal, lengths, shortest, told,
+    rewards, terminated, truncated, success, events, elapsed, illegal, lengths, shortest, has_info,
 ):  # fmt: skip
-    """Write what a vector environment tells of a step.
+    """Write the rewards, ends and infos that a vector environment returns: arrays [N], from ``rewards`` on.
 
     Args:
         steps: [N] records of `records.STEP`.
         ledgers: [N] records of `records.LEDGER`, after the step.
-        begins_anew: whether infos tell of the next episode where one ended.
-        rewards: [N] float64, written, like all that follow.
-        terminated: [N] bool.
-        truncated: [N] bool.
-        success: [N] bool, this and all that follow are infos.
-        events: [N] int64, goal ids.
-        elapsed: [N] int64, 0 where nothing was done, else 1.
-        illegal: [N] int64, illegal actions.
-        lengths: [N] int64.
-        shortest: [N] int64.
-        told: [N] bool, of which environments infos tell: of all.
+        begins_anew: whether infos are of the next episode where one ended.
     """
     for n in range(steps.shape[0]):
         step, ledger = steps[n], ledgers[n]
-        rewards[n], terminated[n], truncated[n], told[n] = step.rewards, step.terminated, step.truncated, True
+        rewards[n], terminated[n], truncated[n], has_info[n] = step.rewards, step.terminated, step.truncated, True
         if begins_anew and step.episode_ended:
             success[n], events[n], elapsed[n], illegal[n], lengths[n] = False, NO_GOAL, 0, 0, 0
             shortest[n] = ledger.shortest

@@ -1,4 +1,4 @@
-"""Options: when one ends, and the ledger of the two agents' turns.
+"""The ledger of the two agents' turns: who acts next in each environment, and in pursuit of what.
 
 ``meta_0`` acts at reset and whenever its option ends: its goal is reached, its horizon has run out or the episode has
 ended. ``controller_0`` acts at every other moment, one primitive step a turn.
@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.array_pool import ArrayPool
 from hierroom.support.compile.kernel import compiled
-from hierroom.turns.kernels import OWN_REWARD, record_turns, take_goals
+from hierroom.turns.kernels import record_turns, take_goals
 from hierroom.turns.records import LEDGER, STEP, reset_values
 
 
@@ -26,31 +25,17 @@ class Ledger:
     for something new: it is reached where a goal is achieved, or comes into view, for the first time this episode.
 
     Args:
-        records: [N] records of `records.LEDGER`, of which the attributes are the fields.
+        records: [N] records of `records.LEDGER`; their fields are the attributes.
     """
 
-    is_meta_turn: NDArray[np.bool_]
-    goals: NDArray[np.integer]
-    last_goals: NDArray[np.integer]
-    last_outcomes: NDArray[np.integer]
-    first_events: NDArray[np.integer]
-    meta_turns: NDArray[np.integer]
-    option_steps: NDArray[np.integer]
-    option_rewards: NDArray[np.float64]
-    previous_actions: NDArray[np.integer]
-    illegal_goals: NDArray[np.integer]
-    illegal_actions: NDArray[np.integer]
-    shortest: NDArray[np.integer]
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> NDArray: ...
 
     def __init__(self, records: np.ndarray) -> None:
         self.records = records
-        self._steps = ArrayPool(self._empty_steps)
-        self._record: Callable[..., int] | None = None
         for name in LEDGER.names or ():
             setattr(self, name, records[name])
-
-    def _empty_steps(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
-        return (np.empty(len(self.records), STEP),), {}
 
     def __reduce__(self) -> tuple[type[Ledger], tuple[np.ndarray]]:
         """Copy it with the fields of its own records as arrays."""
@@ -74,43 +59,6 @@ class Ledger:
         self.meta_turns[envs] += 1
         self.is_meta_turn[envs] = False
 
-    def take_goals(self, masks: NDArray[np.bool_], actions: NDArray[np.int64]) -> None:
-        """Take the meta-controller's turn wherever it has one: see `kernels.take_goals`."""
-        _compiled_take()(masks, self.records, actions)
-
-    def record(
-        self,
-        actions: NDArray[np.int64],
-        outcomes: NDArray,
-        *,
-        return_ends_with_option: bool,
-        subgoal_horizon: int,
-        n_actions: int,
-        reward: int = OWN_REWARD,
-        novelty_bonus: float = 0.0,
-        autoreset: bool = False,
-    ) -> tuple[NDArray, int]:
-        """Take the controller's turn in every environment, and end the options that it ends.
-
-        Args:
-            actions: [N] its actions.
-            outcomes: [N] what came of them, records of the world.
-            return_ends_with_option: whether no reward after an option depends on what the controller did in it.
-            subgoal_horizon: steps after which an option ends without its goal.
-            n_actions: the controller's number of actions.
-            reward: which reward is written: see `kernels.OWN_REWARD`, for which it is zero yet.
-            novelty_bonus: the reward of ``NOVELTY`` for each new state.
-            autoreset: whether the next episode begins where one ended.
-
-        Returns:
-            [N] new records of `records.STEP`, and in how many environments the episode ended.
-        """
-        (steps,), _ = self._steps.take()
-        if self._record is None:
-            self._record = compiled_record(outcomes.dtype)
-        flags = return_ends_with_option, subgoal_horizon, n_actions, reward, novelty_bonus, autoreset
-        return steps, self._record(outcomes, actions, self.records, steps, *flags)
-
 
 @cache
 def compiled_record(outcome: np.dtype) -> Callable[..., int]:
@@ -120,6 +68,6 @@ def compiled_record(outcome: np.dtype) -> Callable[..., int]:
 
 
 @cache
-def _compiled_take() -> Callable[..., None]:
+def compiled_take() -> Callable[..., None]:
     """Compile `kernels.take_goals` for the types of a batch's arrays."""
     return compiled(take_goals, np.zeros((1, 1), bool), np.zeros(1, LEDGER), np.zeros(1, np.int64))

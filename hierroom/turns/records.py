@@ -102,7 +102,7 @@ class Step:
         records: [N] records of `STEP`.
         n_goals: number of goals G.
         before: the state that the step began in, where the controller's reward needs it, else None.
-        after: the state that it led to, before any environment was reset, likewise.
+    after: the state that it led to, before any environment was reset; None where ``before`` is.
 
     Attributes:
         actions: [N] int, the controller's actions; the number of actions where it was none of them.
@@ -185,8 +185,7 @@ class Step:
     def read_only(self, *, lacks_visits: bool = False) -> Iterator[None]:
         """Run a user's code in this context: it cannot change what happened.
 
-        Args:
-            lacks_visits: whether it did not ask for what ``is_novel`` needs.
+        With ``lacks_visits`` it did not ask for what ``is_novel`` needs.
         """
         self.records.flags.writeable = False  # of every array that is asked for within
         self._lacks_visits = lacks_visits
@@ -194,18 +193,6 @@ class Step:
             yield
         finally:
             self.records.flags.writeable, self._lacks_visits = True, False
-
-    def as_dict(self) -> dict[str, NDArray]:
-        """Return the fields by name."""
-        return {name: getattr(self, name) for name in _STEP_NAMES if name != "is_novel" or not self._lacks_visits}
-
-    def replaced(self, **arrays: NDArray) -> Step:
-        """Return a step in which some fields are others; whether episodes ended follows from how they did."""
-        records = self.records.copy()
-        for name, array in arrays.items():
-            records[name] = array
-        records["episode_ended"] = records["terminated"] | records["truncated"]
-        return Step(records, self.n_goals, self.before, self.after)
 
     def clear(self, envs: NDArray[np.integer], n_actions: int, shortest: NDArray[np.integer]) -> None:
         """Note that nothing was done in environments [M], whose episodes have the shortest lengths [M]."""

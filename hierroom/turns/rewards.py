@@ -76,11 +76,7 @@ class Intrinsic:
 
 
 class Novelty:
-    """1 at the exit, and a bonus for each state (cell, keys found, doors open) new in the episode.
-
-    Args:
-        bonus: for each such state.
-    """
+    """1 at the exit, and a bonus for each state (cell, keys found, doors open) new in the episode."""
 
     memories = ("visited",)
     needs_states = False
@@ -97,17 +93,6 @@ RewardSpec = str | Reward | Callable[[Step], Any]
 """The controller's reward, as `make_reward` takes it."""
 
 
-class FunctionReward:
-    """A plain function from a step to the rewards, as a reward.
-
-    Args:
-        function: as `Reward.rewards`.
-    """
-
-    def __init__(self, function: Callable[[Step], Any]) -> None:
-        self.rewards = function
-
-
 REWARDS: Mapping[RewardName, Callable[[float], Reward]] = {
     "extrinsic": lambda _: Extrinsic(),
     "bonus": lambda _: Bonus(),
@@ -119,18 +104,15 @@ REWARDS: Mapping[RewardName, Callable[[float], Reward]] = {
 
 @dataclass(frozen=True)
 class ControllerReward:
-    """A reward and what environments must know of it.
+    """A reward and what environments must know of it: its attributes are those of `Reward`.
 
     Args:
         name: for error messages.
-        reward: the reward.
-        ends_with_option: as for `Reward`.
-        memories: likewise.
-        needs_states: likewise.
+        rewards: the method or function that computes them.
     """
 
     name: str
-    reward: Reward
+    rewards: Callable[[Step], Any]
     ends_with_option: bool
     memories: tuple[str, ...]
     needs_states: bool
@@ -139,7 +121,7 @@ class ControllerReward:
         """Write the rewards for a step into its ``rewards``."""
         try:
             with step.read_only(lacks_visits="visited" not in self.memories):
-                given = np.array(self.reward.rewards(step))
+                given = np.array(self.rewards(step))
         except (Exception, SystemExit) as error:  # whatever a user's own code may raise
             raise_told(self.name, error)
         if given.shape != step.rewards.shape or given.dtype.kind not in "fiub":
@@ -153,7 +135,7 @@ class ControllerReward:
 
 
 def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> ControllerReward:
-    """The reward a user means.
+    """Return the reward that a user means.
 
     Args:
         spec: a name in `REWARDS`; the name of an entry point in the group ``hierroom.rewards``;
@@ -162,34 +144,32 @@ def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> Contr
         novelty_bonus: the size of the bonus of ``novelty``.
     """
     reward: Any = spec
+    name = f"the reward {getattr(spec, '__name__', type(spec).__name__)}"
     if isinstance(spec, str):
+        name = f"the reward {spec!r}"
         shipped = REWARDS.get(spec)  # pyright: ignore[reportArgumentType] - any text may be asked for
-        if shipped is not None:
-            reward = shipped(novelty_bonus)
-        else:
-            reward = load_plugin(spec, "reward", REWARDS, ENTRY_POINT_GROUP, "Class or :function")
-    name = (
-        f"the reward {spec!r}"
-        if isinstance(spec, str)
-        else f"the reward {getattr(spec, '__name__', type(spec).__name__)}"
-    )
+        reward = (
+            shipped(novelty_bonus)
+            if shipped
+            else load_plugin(spec, "reward", REWARDS, ENTRY_POINT_GROUP, "Class or :function")
+        )
     if isinstance(reward, type):
         try:
             reward = reward()
         except (Exception, SystemExit) as error:  # whatever a user's own code may raise
             raise InputError(f"{name} cannot be made: {in_one_line(error)}") from error
-    asking = reward  # a function has attributes that what it becomes has not
-    if not callable(getattr(reward, "rewards", None)):
+    rewards = getattr(reward, "rewards", None)
+    if not callable(rewards):
         if not callable(reward):
             raise InputError(f"a reward is a function of a step or has a method rewards(step); {name} is neither")
-        reward = FunctionReward(reward)
+        rewards = reward
     with own_code(name):  # to look at an attribute may run code
-        memories = getattr(asking, "memories", ())
+        memories = getattr(reward, "memories", ())
         usual = {"ends_with_option": False, "needs_states": True}
-        flags = {flag: getattr(asking, flag, value) for flag, value in usual.items()}
+        flags = {flag: getattr(reward, flag, value) for flag, value in usual.items()}
     if not isinstance(memories, (list, tuple)) or not all(isinstance(memory, str) for memory in memories):
         raise InputError(f"{name}: memories must be a list of names, not {shown(memories)}")
     for flag, value in flags.items():
         if not isinstance(value, (bool, np.bool_)):
             raise InputError(f"{name}: {flag} must be True or False, not {shown(value)}")
-    return ControllerReward(name, reward, memories=tuple(memories), **flags)
+    return ControllerReward(name, rewards, memories=tuple(memories), **flags)

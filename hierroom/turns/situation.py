@@ -42,13 +42,9 @@ class Situation(Observation):
         return self.view.level(m, self.legal[m])
 
     def validate_goals(self, actions: ArrayLike) -> tuple[NDArray[np.integer], NDArray[np.bool_]]:
-        """Return the goals that the meta-controller's actions mean.
+        """Return the goals [M] that actions [M] mean, -1 for no goal and for what is not legal, and which are legal.
 
-        Args:
-            actions: [M] whole numbers: goal ids, or no goal (G or -1).
-
-        Returns:
-            [M] goal ids, -1 for no goal and for what is not legal, and [M] whether the actions are legal.
+        Actions are goal ids, or no goal (G or -1).
         """
         given, no_goal_action = np.asarray(actions), self.goal_set.no_goal_action
         if given.shape != self.envs.shape or given.dtype.kind not in "iu":

@@ -16,7 +16,7 @@ from hierroom.controller import Observation, observation_spaces
 from hierroom.support.array_pool import ArrayPool
 from hierroom.support.errors import InputError
 from hierroom.turns.kernels import KERNEL_REWARDS, OWN_REWARD
-from hierroom.turns.ledger import Ledger, compiled_record
+from hierroom.turns.ledger import Ledger, compiled_record, compiled_take
 from hierroom.turns.records import META, N_OUTCOMES, STEP, Step, ledger_schema, reset_values
 from hierroom.turns.rewards import make_reward
 from hierroom.turns.situation import Situation
@@ -38,10 +38,9 @@ class Turns:
         memories: what the world remembers of each episode besides what the reward needs.
 
     Attributes:
-        config: what the environments are made of.
         world: the `World`.
-        ledger: who is to act in each environment, and what else there is to know of the turns.
-        reward: how the controller is rewarded.
+        ledger: who acts next in each environment, and what else is known of the turns.
+        reward: the controller's `ControllerReward`.
         last_records: [N] records of what the last step did, or None before the first one since a reset.
         n_ended: in how many environments it ended the episode.
     """
@@ -68,7 +67,7 @@ class Turns:
         self._steps = ArrayPool(self._empty_steps)
         self.last_records: np.ndarray | None = None
         self._last_step: Step | None = None
-        self._n_goals, self._record = len(world.goals), compiled_record(world.outcomes.dtype)
+        self._n_goals = len(world.goals)
         self._subgoal_horizon = np.iinfo(np.int64).max if horizon is None else int(horizon)
         self._kernel_reward = KERNEL_REWARDS.get(name, OWN_REWARD) if isinstance(name, str) else OWN_REWARD
         self._autoreset, self._measure_shortest = autoreset, measure_shortest
@@ -123,22 +122,13 @@ class Turns:
             self.ledger.shortest[envs] = self.world.shortest_lengths(envs)
 
     def due(self, agent: str) -> NDArray[np.integer]:
-        """Return the environments [M] in which an agent is to act now; the controller acts everywhere.
-
-        Args:
-            agent: ``"meta_0"`` or ``"controller_0"``.
-        """
+        """Return the environments [M] in which an agent acts now; the controller acts everywhere."""
         return np.flatnonzero(self.ledger.is_meta_turn) if agent == META else self._everywhere
 
     def observe(self, agent: str, envs: NDArray[np.integer]) -> Observation:
-        """Return what an agent observes now.
+        """Return what an agent observes now in environments [M], the meta-controller a `Situation`.
 
-        Args:
-            agent: ``"meta_0"`` or ``"controller_0"``.
-            envs: [M] the environments; where they are all there are, the next step overwrites the arrays.
-
-        Returns:
-            an `Observation`, for the meta-controller a `Situation`.
+        Where they are all there are, the next step overwrites the controller's arrays.
         """
         if agent == META:
             return self.situation(envs)
@@ -147,12 +137,9 @@ class Turns:
         return Observation(envs, self.world.observe(envs), self.world.goals, *given, self._all_legal[: len(envs)])
 
     def act(self, agent: str, observation: Observation, actions: ArrayLike) -> None:
-        """Take an agent's turn: the meta-controller's goals hold from now on, the controller's actions at `advance`.
+        """Take an agent's turn by what it observed in M environments and its actions [M], whole numbers (see `choose`).
 
-        Args:
-            agent: ``"meta_0"`` or ``"controller_0"``.
-            observation: what `observe` gave, of M environments.
-            actions: [M] whole numbers; see `choose`.
+        The meta-controller's goals count from now on, the controller's actions at `advance`.
         """
         if isinstance(observation, Situation):
             self.choose(observation, actions)
@@ -177,12 +164,9 @@ class Turns:
         return Situation(envs, view, goals, *given, masks, meta_turns, view.uniforms(meta_turns, goals.n_choices))
 
     def choose(self, situation: Situation, actions: ArrayLike) -> None:
-        """Take the meta-controller's turn; in environments where it is not its turn, nothing happens.
+        """Take the meta-controller's turn where it has one, in M environments.
 
-        Args:
-            situation: of M environments.
-            actions: [M] whole numbers: goal ids, or no goal (G or -1); one that is not legal counts as no goal, and
-                the ledger counts it.
+        Actions are goal ids [M], or no goal (G or -1); one that is not legal counts as no goal, and is counted.
         """
         envs = situation.envs
         goals, is_legal = situation.validate_goals(actions)
@@ -191,12 +175,8 @@ class Turns:
         self.ledger.begin_options(envs[is_turn], goals[is_turn])
 
     def choose_everywhere(self, actions: NDArray[np.int64]) -> None:
-        """Take the meta-controller's turn in every environment where it has one, without a look at the situation.
-
-        Args:
-            actions: [N] int64, goal ids or no goal (G or -1), as for `choose`.
-        """
-        self.ledger.take_goals(self.meta_masks(), actions)
+        """Take the meta-controller's turn wherever it has one, without a `Situation`: see `kernels.take_goals`."""
+        compiled_take()(self.meta_masks(), self.ledger.records, actions)
 
     def meta_masks(self) -> NDArray[np.bool_]:
         """Return the meta-controller's legal actions everywhere, [N, G + 1]; where it has no turn it can only wait."""
@@ -205,8 +185,7 @@ class Turns:
     def step(self, actions: ArrayLike) -> Step:
         """Take the controller's turn everywhere; where the meta-controller has not chosen there is no goal.
 
-        Args:
-            actions: [N] whole numbers; one that does not apply only costs the step.
+        Actions are whole numbers [N]; one that does not apply only costs the step.
         """
         if not self.world.has_begun:
             raise InputError("reset the environment before its first step")
@@ -216,15 +195,11 @@ class Turns:
         return step
 
     def take_step(self, actions: NDArray[np.int64]) -> np.ndarray:
-        """Take the controller's turn as `step` does, with actions [N] that were checked, after a reset.
-
-        Returns:
-            [N] records of `records.STEP`, which are those of `last_step`.
-        """
+        """Take the controller's turn as `step` does, after a reset, with valid actions; return `last_records`."""
         world, reward, ledger = self.world, self.reward, self.ledger
         before = world.get_state() if reward.needs_states else None
         outcomes, (records,) = world.step(actions), self._steps.take()[0]
-        self.n_ended = self._record(
+        self.n_ended = compiled_record(outcomes.dtype)(
             outcomes,
             actions,
             ledger.records,
@@ -281,19 +256,13 @@ class Turns:
         return spaces.Discrete(self.world.goals.n_choices if agent == META else self.world.n_actions)
 
     def get_state(self, envs: NDArray[np.integer] | None = None) -> dict[str, np.ndarray]:
-        """Return everything that changes in environments [M], all by default, as fresh arrays.
-
-        They are the ledger's fields and the world's arrays.
-        """
+        """Return the ledger's fields and the world's arrays in environments [M], all by default, as fresh arrays."""
         chosen = self._everywhere if envs is None else envs
         records = self.ledger.records[chosen]
         return {**{name: records[name].copy() for name in records.dtype.names or ()}, **self.world.get_arrays(chosen)}
 
     def set_state(self, state: Mapping[str, np.ndarray]) -> None:
-        """Go back to a state taken earlier with `get_state`.
-
-        It is refused if it cannot be the state of as many environments of the same kind.
-        """
+        """Go back to a state from `get_state`, of as many environments of the same kind."""
         names = self.ledger.records.dtype.names or ()
         ledger = {name: state[name] for name in names if name in state}
         world = {name: array for name, array in state.items() if name not in names}

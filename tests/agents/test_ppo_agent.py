@@ -21,7 +21,7 @@ from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
 from hierroom.train import parse
-from hierroom.turns.records import CONTROLLER, META, OTHER, REACHED, TIMED_OUT
+from hierroom.turns.records import CONTROLLER, META, OTHER, REACHED, TIMED_OUT, Step
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
 META_PPO = PPOConfig(sequence_length=4, sequences_per_update=4, minibatches=2, epochs=2, hidden_size=8)
@@ -165,14 +165,17 @@ def test_goals_are_drawn_at_random_until_enough_episodes_escape():
     before = agent.state_dict()["learner"]["backend"]["network"]
     step, ended = turns.step(np.ones(8, int)), np.ones(8, bool)
 
-    def all_ended(**ends):
-        return step.replaced(option_ended=ended, **ends)
+    def all_ended(*, terminated):
+        records = step.records.copy()
+        records["option_ended"] = records["episode_ended"] = True
+        records["terminated"], records["truncated"] = terminated, ~terminated
+        return Step(records, step.n_goals)
 
-    lost = all_ended(terminated=~ended, truncated=ended)
+    lost = all_ended(terminated=~ended)
     for _ in range(12):
         agent.record(lost, turns)
     assert not agent.is_learning
-    agent.record(all_ended(terminated=ended, truncated=~ended), turns)  # 8 of 104 escaped
+    agent.record(all_ended(terminated=ended), turns)  # 8 of 104 escaped
     assert agent.is_learning
     assert agent.statistics["is_learning"] == 1
     agent.record(lost, turns)  # goals given before are none of its turns

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from turns_helpers import bits
+from turns_helpers import bits, record
 
 from hierroom.goals import N_GOALS
 from hierroom.turns.ledger import Ledger
@@ -34,12 +34,12 @@ def test_the_return_of_the_controller_ends_with_the_episode_or_its_option(reward
     events, outcomes["terminated"], outcomes["truncated"], late, intrinsic, others = zip(*RETURNS, strict=True)
     outcomes["achieved"] = bits(events)
     ledger.option_steps[:] = np.where(late, 3, 0)
-    records, _ = ledger.record(
+    records, _ = record(
+        ledger,
         np.zeros(n, np.int64),
         outcomes,
         return_ends_with_option=make_reward(reward_name).ends_with_option,
         subgoal_horizon=4,
-        n_actions=5,
     )
     step = Step(records, N_GOALS)
     told = list(zip(step.return_terminated.tolist(), step.return_truncated.tolist(), strict=True))
@@ -72,8 +72,8 @@ def test_the_goal_achieved_instead_is_the_first_event_of_an_option():
             outcomes["achieved"], outcomes["n_first"] = bits(event), event >= 0
             if end and t == len(events):
                 outcomes[end] = True
-            records, _ = ledger.record(
-                np.zeros(1, np.int64), outcomes, return_ends_with_option=False, subgoal_horizon=4, n_actions=5
+            records, _ = record(
+                ledger, np.zeros(1, np.int64), outcomes, return_ends_with_option=False, subgoal_horizon=4
             )
             step = Step(records, N_GOALS)
             assert step.option_ended[0] == (t == len(events))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from turns_helpers import bits, make, well_or_wildly
+from turns_helpers import bits, make, record, well_or_wildly
 
 import hierroom
 from hierroom.goals import EXIT_GOAL, N_GOALS, GoalGraph
@@ -70,12 +70,12 @@ def test_rewards_and_ends_of_options_equal_numbers_worked_by_hand(story, reward_
         if end:
             outcomes[place][end] = True
         rule = make_reward(reward_name)
-        records, _ = ledger.record(
+        records, _ = record(
+            ledger,
             np.zeros(3, np.int64),
             outcomes,
             return_ends_with_option=rule.ends_with_option,
             subgoal_horizon=4,
-            n_actions=5,
         )
         step = Step(records, N_GOALS)
         assert not step.rewards.any()

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from ledger_twin import LedgerTwin, legal_goals
-from turns_helpers import make
+from turns_helpers import make, record
 
 from hierroom.turns.ledger import Ledger
 from hierroom.turns.records import LEDGER, STEP
@@ -49,7 +49,7 @@ def test_the_ledger_is_its_twin(seed, n, horizon, ends_with_option, autoreset):
         twin.values["goals"][is_turn], twin.values["is_meta_turn"][is_turn] = goals[is_turn], False
         twin.values["meta_turns"] += is_turn
         actions, outcomes = rng.integers(-2, 8, size=n), outcomes_of(rng, n)
-        records, n_ended = ledger.record(actions, outcomes, n_actions=5, **rules)
+        records, n_ended = record(ledger, actions, outcomes, **rules)
         expected = twin.record(actions, outcomes, **rules)
         assert {*expected, "rewards"} == {*(STEP.names or ())}
         for name, values in expected.items():

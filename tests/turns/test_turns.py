@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from turns_helpers import achieve, goal_ids, make
+from turns_helpers import achieve, fields, goal_ids, make
 
 from hierroom.complexity import analyze
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, GOAL_VECTORS
@@ -122,8 +122,8 @@ def test_advancing_is_a_step_that_knows_the_turns_it_ended():
         turns.act("controller_0", turns.observe("controller_0", turns.due("controller_0")), actions)
         advanced, step = turns.advance(), twin.step(actions)
         assert advanced is turns.last_step
-        for name, value in step.as_dict().items():
-            np.testing.assert_array_equal(advanced.as_dict()[name], value, err_msg=name)
+        for name, value in fields(step).items():
+            np.testing.assert_array_equal(fields(advanced)[name], value, err_msg=name)
         options = np.flatnonzero(step.option_ended)
         of_options = step.meta_rewards, step.meta_elapsed, step.terminated, step.truncated & ~step.terminated
         of_steps = step.rewards, np.ones(6), step.return_terminated, step.return_truncated

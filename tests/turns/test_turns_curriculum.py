@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from turns_helpers import make
+from turns_helpers import fields, make
 
 from hierroom.agents.player import OraclePlayer
 from hierroom.complexity import GraphSet
@@ -116,7 +116,7 @@ def test_going_back_restores_the_stage(stages):
         told = []
         for _ in range(9 * SETTINGS["max_steps"]):
             step = turn_left(turns)
-            told.append((stage_of(turns), *step.as_dict().values(), turns.world.state.levels.copy()))
+            told.append((stage_of(turns), *fields(step).values(), turns.world.state.levels.copy()))
         return told
 
     first = play_and_note(turns)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from turns_helpers import make, well_or_wildly
+from turns_helpers import fields, make, well_or_wildly
 
 from hierroom.meta import make_meta, take_turn
 from hierroom.support.errors import InputError
@@ -21,7 +21,7 @@ def played(turns, meta, actions):
     told = []
     for row in actions:
         take_turn(meta, turns)
-        told.append([*turns.step(row).as_dict().values(), *observed(turns).as_dict().values()])
+        told.append([*fields(turns.step(row)).values(), *observed(turns).as_dict().values()])
     return told
 
 

@@ -18,7 +18,7 @@ from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.make import WorldSpec
 
 CUT_OFF = ("turns", "agents", "learners", "runs", "envs", "lab")
-CUT_OFF_FILES = ("aec_env", "parallel_env", "gym_env", "vector_env", "meta", "controller")
+CUT_OFF_FILES = ("aec_env", "parallel_env", "gym_env", "vector_env", "meta")
 DRAWS_LEVELS = {"lab/report/replay.py", "lab/play/app.py", "lab/play/board.py", "lab/play/game.py"}
 
 

@@ -1,0 +1,55 @@
+"""What the AEC and the parallel environment share: the two agents' spaces, the state and the pictures of one world."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from hierroom.envs.single_env import SingleEnv
+from hierroom.goals import GraphSpecs
+from hierroom.turns.records import AGENTS
+from hierroom.worlds.env_config import FRAMES_PER_SECOND, EnvConfig
+from hierroom.worlds.world import RENDER_MODES
+
+
+def class_metadata() -> dict[str, Any]:
+    """Return the metadata of an environment's class, shared with no other class."""
+    return {"name": "hierroom_v0", "render_modes": list(RENDER_MODES), "render_fps": FRAMES_PER_SECOND}
+
+
+class TwoAgentEnv:
+    """An environment of PettingZoo on a `SingleEnv`; the arguments are those of `hierroom.aec_env.raw_env`."""
+
+    def __init__(self, /, graph: GraphSpecs = "c", *, render_mode: str | None = None, **entries: Any) -> None:
+        config = EnvConfig.of_arguments({"graph": graph, "reward": "intrinsic", **entries}, ("render_mode",))
+        self.single = SingleEnv(config, render_mode)
+        self.render_mode = render_mode
+        self.complexity = self.single.complexity
+        self.agents: list[str] = []
+        self.possible_agents = list(AGENTS)
+        self.observation_spaces = self.single.observation_spaces
+        self.action_spaces = self.single.action_spaces
+        self.state_space = self.single.turns.world.global_state_space
+
+    def observation_space(self, agent: str) -> spaces.Space:
+        """Return the observation space of an agent: the same object at every call."""
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> spaces.Space:
+        """Return the action space of an agent: the same object at every call."""
+        return self.action_spaces[agent]
+
+    def state(self) -> NDArray[np.uint8]:
+        """Return the whole grid [size, size, 4], as the world's `global_state` lays it out."""
+        return self.single.turns.world.global_state(self.single.goal)
+
+    def render(self) -> str | NDArray[np.uint8] | None:
+        """Return the level as text or as a picture [H, W, 3], or show it in a window, with the current subgoal."""
+        return self.single.render()
+
+    def close(self) -> None:
+        """Close the window, if one is open."""
+        self.single.close()
