@@ -32,9 +32,7 @@ def test_a_seed_is_whole_when_all_its_runs_are_done(monkeypatch):
     missing = []
     rows_of = committed.SweepTable.of
     monkeypatch.setattr(
-        page_statistics.SweepTable,
-        "of",
-        lambda self, runs: (rows := rows_of(self, runs))[~rows["seed"].isin(missing)],
+        page_statistics.SweepTable, "of", lambda self, runs: (rows := rows_of(self, runs))[~rows["seed"].isin(missing)]
     )
     assert page_statistics.n_whole_seeds("hippo") == 5
     missing.append("3")

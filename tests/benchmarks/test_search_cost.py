@@ -10,8 +10,7 @@ from hierroom.meta import make_meta, take_turn
 from hierroom.runs.assembly import make_turns
 from hierroom.runs.config.presets import find_preset
 from hierroom.runs.evaluation import evaluate
-from hierroom.support.errors import InputError
-from hierroom.worlds.escape_room.constants import EMPTY, KEY, OPEN_DOOR, UNSEEN, WALL
+from hierroom.worlds.escape_room.constants import UNSEEN
 from hierroom.worlds.escape_room.oracle import shortest_lengths
 
 ROOT = Path(__file__).parents[2]
@@ -21,7 +20,7 @@ sys.path.insert(0, str(ROOT))
 from benchmarks.informed import Informed  # noqa: E402
 from benchmarks.result_table import ResultTable  # noqa: E402
 from benchmarks.search_cost import HEADINGS, row_of  # noqa: E402
-from benchmarks.searching import FAINT, HOPEFUL, IDLE, Searching, imagine  # noqa: E402
+from benchmarks.searching import Searching  # noqa: E402
 
 CHAIN = str(BENCHMARKS / "graphs" / "chain.toml")
 
@@ -90,37 +89,6 @@ def test_it_goes_the_shortest_way_to_goals_it_saw():
         take_turn(make_meta("fixed-dfs"), turns)
         shortest[done] = shortest_lengths(turns.world.get_state(), turns.goals)[done]
     assert reached >= 5 * n
-
-
-def test_where_goals_may_lie():
-    """A corner of the centre was seen, 3 x 3 cells of it; then a door in its wall opens on one cell of another room."""
-    known, imagined = np.full((27, 27), UNSEEN, np.uint8), np.empty((27, 27), np.uint8)
-    known[9, 10:13] = known[10:13, 9] = WALL
-    known[10:13, 10:13] = EMPTY
-    known[12, 12] = KEY + 4
-
-    def counts(kind, latest):
-        imagine(known, (11, 11), latest, kind, imagined)
-        assert (imagined != UNSEEN)[known != UNSEEN].all()
-        imagined[known != UNSEEN] = UNSEEN
-        return tuple((imagined == what).sum() for what in (HOPEFUL, FAINT, IDLE))
-
-    key, door, exit_ = range(3)
-    centre, walls = 9 * 9 - 3 * 3, 6 + 6  # six more cells are in sight of those at the open sides
-    assert counts(key, -1) == (centre, 0, 0)
-    assert counts(door, -1) == (centre + walls, 0, 0)
-    assert counts(exit_, -1) == (0, 0, centre)
-    known[9, 11], known[8, 11] = OPEN_DOOR + 2, EMPTY
-    room = 7 * 13 - 1
-    assert counts(key, 2) == (room, centre, 0)
-    assert counts(door, 2) == (0, centre + walls, room)
-    assert counts(exit_, 2) == (room, 0, centre)
-
-
-def test_it_needs_goals():
-    turns = turns_in("a", 2)
-    with pytest.raises(InputError, match="always gives a goal"):
-        Searching(make_meta("none"), turns).step(turns)
 
 
 def test_a_row_of_the_table_is_that_of_the_results_page():

@@ -133,12 +133,7 @@ def test_a_method_is_called_by_the_settings_that_tell_its_rows_apart():
         {"method": "hippo", "variant": "larger", "meta": "random", "size": "31"},
         {"method": "ppo", "variant": "", "meta": "", "size": "31"},
     ]
-    assert trained.method_names(rows) == [
-        "hippo as it is",
-        "hippo larger fixed-dfs",
-        "hippo larger random",
-        "ppo",
-    ]
+    assert trained.method_names(rows) == ["hippo as it is", "hippo larger fixed-dfs", "hippo larger random", "ppo"]
 
 
 def test_methods_that_cannot_be_told_apart_by_name_are_refused():

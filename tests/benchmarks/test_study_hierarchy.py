@@ -114,12 +114,6 @@ def test_the_lower_of_two_milestones_is_taken(hierarchy, tables):
     assert {one.outcome for one in compared(easier)} == {"steps_to_95"}
 
 
-def test_of_a_single_graph_no_trend_is_told(hierarchy, tables, monkeypatch, capsys):
-    write_tables(tables, runs=[row for row in csv.DictReader((tables / "runs.csv").open()) if row["graph"] == "easy"])
-    with pytest.raises(InputError, match="the measure of the hardest must be one of"):
-        printed(hierarchy, tables, monkeypatch, capsys)
-
-
 def test_a_single_seed_leaves_open_on_how_many_hierarchy_pays(hierarchy, tables, monkeypatch, capsys):
     every = [*csv.DictReader((tables / "runs.csv").open())]
     lines = printed(hierarchy, tables, monkeypatch, capsys, "--seeds", "1", "--out", f"{tables}/out.csv")
@@ -142,10 +136,7 @@ def test_a_single_seed_leaves_open_on_how_many_hierarchy_pays(hierarchy, tables,
     [
         (["--flat", "ppo"], "the table's methods are hippo, ppo-bonus; there is no 'ppo'"),
         (["--hardest-by", "luck"], "the measure of the hardest must be one of .*expected_steps, not 'luck'"),
-        (
-            ["--measures", "none.csv"],
-            "there is no table of measures none.csv; run this",
-        ),
+        (["--measures", "none.csv"], "there is no table of measures none.csv; run this"),
         (["--resamples", "1"], "resamples must be at least 2"),
         (["--level", "95"], "between 0 and 1, not 95"),
     ],

@@ -39,8 +39,7 @@ def test_ratios_where_one_or_both_never_get_there_or_are_there_before_training()
 
 def test_only_graphs_that_both_were_trained_on_are_compared_and_no_twins():
     rows = rows_of(
-        ppo={"one": [100], "two": [200], "one-twin": [1]},
-        hippo={"one": [50], "three": [70], "one-twin": [100]},
+        ppo={"one": [100], "two": [200], "one-twin": [1]}, hippo={"one": [50], "three": [70], "one-twin": [100]}
     )
     both = pair(rows, MEASURES, ("ppo", "hippo"))
     assert both.graphs == ("one",)

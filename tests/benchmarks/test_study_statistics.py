@@ -266,10 +266,7 @@ def test_methods_are_told_apart_by_what_differs(module):
         (lambda rows: [{**row, "graph": row["graph"] * 2} for row in rows], "4 graphs are in no row .* such as 'aa'"),
         (lambda rows: rows + rows[:1], "seed 0 of hippo on a stands in the table twice"),
         (lambda rows: [{**row, "steps_to_95": "many"} for row in rows], "steps_to_95 of hippo on a is no number"),
-        (
-            lambda rows: [{**row, "steps": str(i)} for i, row in enumerate(rows)],
-            "hippo are of different lengths",
-        ),
+        (lambda rows: [{**row, "steps": str(i)} for i, row in enumerate(rows)], "hippo are of different lengths"),
     ],
 )
 def test_bad_tables_are_one_line(module, change, message):

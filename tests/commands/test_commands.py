@@ -3,7 +3,6 @@
 import re
 from dataclasses import dataclass
 from functools import cache
-from itertools import pairwise
 
 import pytest
 from children import run_child, run_python
@@ -90,18 +89,6 @@ def test_choices_are_shown_and_options_grouped():
     assert "--goal-mask {reachable,existing,seen,none}" in text
     assert "--reward REWARD" in text
     assert "--preset {default,long,large,learned,paper,algorithm1}" in text
-
-
-@pytest.mark.parametrize("name", [name for name in COMMANDS if name != "paper"])
-def test_each_help_text_is_one_paragraph(name):
-    """No line is broken before it is full: the next line's first word would not have fitted."""
-    lines = [re.sub(r"^│|│$", "", line) for line in help_of(name)[0].splitlines() if line.startswith("│")]
-    for line, following in pairwise(lines):
-        indent = len(following) - len(following.lstrip())
-        is_text = indent >= 7 and following.strip() and not following.strip().startswith(("-", "{"))
-        if is_text and len(line) - len(line.lstrip()) == indent and line.strip():
-            first = following.split()[0]
-            assert len(line.rstrip()) + 1 + len(first) >= len(line) - 2, (line, following)
 
 
 @pytest.mark.parametrize(

@@ -37,8 +37,7 @@ single_graphs = st.one_of(
     ),
 )
 all_specs = st.one_of(
-    single_graphs,
-    st.sampled_from(["rooms:2", "rooms:3", "rooms:4", "hitting_time:8..16", "expected_steps:90..150"]),
+    single_graphs, st.sampled_from(["rooms:2", "rooms:3", "rooms:4", "hitting_time:8..16", "expected_steps:90..150"])
 )
 
 
@@ -170,15 +169,12 @@ def test_two_files_of_one_name_are_told_apart_or_refused(tmp_path):
         (["hitting_time:30..20"], "from low to high, not from 30 to 20"),
         (["hitting_time:1..2"], r"up to 7 rooms has hitting_time in 1\.\.2; the values go from 8.36"),
         (["rooms:8"], "rooms:N takes a number of rooms from 2 to 7, not 8"),
-        (["rooms:1"], "from 2 to 7, not 1"),
         (["rooms:four"], "a set of goal graphs must be rooms:N"),
         ([["a", "z"]], "a graph must be a letter from a to g.*not 'z'"),
-        ([["a", 3]], "not 3"),
         ([[]], "give at least one goal graph"),
         ([["a", "b"], "c"], "cannot exclude c: it is not among the goal graphs of a and b"),
         (["g", "rooms:3"], "cannot exclude rooms:3: none of its graphs is among the goal graphs of g"),
         (["rooms:2", "a"], "no goal graph is left of rooms:2: all are excluded"),
-        (["rooms:3", "width:1..2"], "not 'width:1..2'"),
     ],
 )
 def test_one_clear_message(arguments, message):

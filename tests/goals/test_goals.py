@@ -75,10 +75,8 @@ def test_graphs_are_values():
     [
         ((), 1, "a goal graph needs at least one locked room: key_rooms is empty"),
         ((0, 3), 1, "the key of room 2 must lie in a room from 0 to 2, not in 3"),
-        ((0, -1), 1, "the key of room 2 must lie in a room from 0 to 2, not in -1"),
         ((0,), 0, "the exit must lie behind a door, in a room from 1 to 1, not in room 0"),
         ((0, 0), 3, "the exit must lie in a room from 1 to 2, not in 3"),
-        ((0, 0), -1, "the exit must lie in a room from 1 to 2, not in -1"),
         ((1,), 1, r"key_rooms must form a tree rooted at room 0, but the key of room 1 lies behind a cycle: \[1\]"),
         ((0, 3, 2), 1, r"the key of room 2 lies behind a cycle: \[0, 3, 2\]"),
         ((0, 0.5), 1, "key_rooms takes whole numbers"),
@@ -86,7 +84,6 @@ def test_graphs_are_values():
         ((True,), 1, "key_rooms takes whole numbers"),
         (None, 1, r"key_rooms takes a list of whole numbers \(rooms\), not None"),
         ((0,), "1", "exit_room takes whole numbers"),
-        ((0,), None, "exit_room takes whole numbers"),
     ],
 )
 def test_what_is_no_goal_graph(key_rooms, exit_room, message):
@@ -121,9 +118,6 @@ def test_toml_round_trip(graph, tmp_path):
         ("key_rooms = 0\nexit_room = 1", "graph.toml: key_rooms takes a list of whole numbers \\(rooms\\), not 0"),
         ("key_rooms = [0]\nexit = 1", "nothing else; it holds exit, key_rooms"),
         ("key_rooms = [0]\nexit_room = 0", "graph.toml: the exit must lie behind a door"),
-        ("key_rooms = 'c'\nexit_room = 1", "graph.toml: key_rooms takes a list of whole numbers"),
-        ("key_rooms = [[0]]\nexit_room = 1", "graph.toml: key_rooms takes whole numbers"),
-        ("key_rooms = [0]\nexit_room = []", "exit_room"),
     ],
 )
 def test_bad_files(text, message, tmp_path):
@@ -285,10 +279,3 @@ def test_the_dependency_graph_as_the_paper_draws_it():
 def test_a_toml_file_that_cannot_be_written_is_one_clear_line(tmp_path):
     with pytest.raises(InputError, match=r"cannot write .*c\.toml: No such file or directory"):
         GoalGraph.named("c").to_toml(tmp_path / "nowhere" / "c.toml")
-
-
-def test_a_name_may_have_any_printable_character(tmp_path):
-    """Beyond 16 bits too, which JSON would write as two halves that are no character in TOML."""
-    graph = GoalGraph((0, 1), 2, label='"é" \\ 🗝')
-    graph.to_toml(tmp_path / "graph.toml")
-    assert GoalGraph.from_toml(tmp_path / "graph.toml").label == graph.label

@@ -190,10 +190,7 @@ def test_a_curve_without_a_value_at_first():
     assert late.between(10, 20).area == 2
 
 
-@given(
-    arrays(float, 5, elements=st.floats(0, 1)),
-    st.lists(st.integers(1, 99), max_size=6, unique=True),
-)
+@given(arrays(float, 5, elements=st.floats(0, 1)), st.lists(st.integers(1, 99), max_size=6, unique=True))
 def test_more_points_on_the_same_lines_change_no_area(values, more):
     coarse = curve([0, 20, 50, 70, 100], values)
     steps = np.union1d(coarse.steps, more)

@@ -484,21 +484,14 @@ def test_too_many_groups(tmp_path, compare):
     ("change", "match"),
     [
         (lambda text: text.replace("length_over_shortest", "detour"), "has no column length_over_shortest"),
-        (lambda text: text.replace("1000000,", "million,"), "begins with 'million', not with a number of steps"),
         (lambda text: text + text.splitlines()[-1] + "\n", "the steps of graph c do not increase"),
         (lambda text: text.replace(",200,", ",,"), "episodes is a number of at least 1, not ''"),
-        (lambda text: text + "1,2\n", "line 23 has not as many entries"),
     ],
 )
 def test_broken_evaluations(runs, compare, change, match):
     path = runs / "random-0" / "evaluations.csv"
     path.write_text(change(path.read_text()))
     refused(compare, f"evaluations.csv is broken: .*{match}", runs)
-
-
-def test_evaluations_that_are_no_text(runs, compare):
-    (runs / "random-0" / "evaluations.csv").write_bytes(b"steps\n\xff\n")
-    refused(compare, r"random-0.evaluations\.csv is broken: line 2 is no row of text", runs)
 
 
 def test_a_folder_of_something_else_is_not_touched(runs, compare):

@@ -148,9 +148,7 @@ def test_from_play_on_the_command_line(capsys):
     ("options", "message"),
     [
         (ComplexityArguments(from_play="no-such-run"), "there is no run no-such-run, and the agents that ship"),
-        (ComplexityArguments(from_play="random", all=True), "measures one goal graph"),
         (ComplexityArguments(from_play="random", graph="hitting_time:8..9"), "measures one goal graph"),
-        (ComplexityArguments(from_play="random", graph=("a", "b")), "measures one goal graph"),
         (ComplexityArguments(from_play="random", graph="a", exclude="b"), "measures one goal graph"),
         (ComplexityArguments(from_play="random", episodes=0), "episodes must be at least 1, not 0"),
     ],

@@ -125,11 +125,7 @@ def test_graphs_that_not_every_group_has_have_curves_too(tmp_path):
         evaluated_runs.make_run(tmp_path / name, {graph: evaluated_runs.line(1.0)}, meta=meta)
     curves = compare_runs(read_runs([tmp_path])[0], None)
     found = {(curves.labels[row["group"]], row["graph"], row["n"]) for row in curve_rows(curves)}
-    assert found == {
-        ("fixed-dfs", "a", 1),
-        ("random", "a", 1),
-        ("random", "b", 1),
-    }
+    assert found == {("fixed-dfs", "a", 1), ("random", "a", 1), ("random", "b", 1)}
 
 
 def test_groups_of_a_sweep_are_called_by_their_variants(tmp_path):

@@ -238,14 +238,6 @@ def test_a_shard_of_no_runs_does_nothing(tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.slow
-def test_rows_tell_an_entry_that_a_sweep_had_one_value_of_when_it_grows(tmp_path):
-    Sweep(plan("gamma=0.9", "method=ppo", seeds=1), tmp_path).fill(processes=1)
-    grown = Sweep(plan("gamma=0.9,0.99", "method=ppo", seeds=1), tmp_path)
-    grown.fill(processes=1)
-    assert [*grown.table.read()["gamma"]] == ["0.9", "0.99"]
-
-
 def test_entries_may_stand_behind_options(monkeypatch, capsys, tmp_path):
     told = []
     for words in (

@@ -25,18 +25,6 @@ def state_after(steps, **mine):
     return {**outline, "tables": tables, "steps": steps, "seconds": 0.0, "compile_seconds": 0.0}
 
 
-def test_rows_after_a_checkpoint_are_deleted_and_those_before_stay_as_they_were(tmp_path):
-    folder = RunFolder.create(tmp_path / "run", SMALL)
-    for steps in (10, 20):
-        folder.metrics.append([{"steps": steps, "success_rate": 0.1 + 0.2, "episode_length": float("nan")}])
-        folder.save_checkpoint(state_after(steps))
-    metrics = folder.path / "metrics.csv"
-    first = metrics.read_bytes().splitlines(keepends=True)[:2]
-    again = RunFolder.open(folder.path)
-    again.keep_rows(again.load_checkpoint(10))
-    assert metrics.read_bytes() == b"".join(first)
-
-
 def test_a_run_keeps_its_goal_graph(tmp_path):
     own = tmp_path / "own.toml"
     GoalGraph((0, 1), 2).to_toml(own)

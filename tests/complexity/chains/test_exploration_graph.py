@@ -169,12 +169,6 @@ def test_a_memory_is_seen():
     assert "play is NOT Markov" in played._repr_html_()
 
 
-def test_a_policy_and_a_limit():
-    assert measure_env(Corridor(), cell, 4, lambda observation: 1, episodes=3).empirical_steps == 4
-    with pytest.warns(UserWarning, match="no episode reaches"):
-        assert measure_env(Corridor(), cell, 4, lambda observation: 1, episodes=3, max_steps=3).success_rate == 0
-
-
 def test_bad_input_is_one_line():
     half = nx.DiGraph()
     half.add_edge(0, 1, weight=0.5)
