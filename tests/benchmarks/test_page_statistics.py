@@ -1,17 +1,14 @@
 """Which correlations the pages show, and of how many seeds they are."""
 
-import sys
 from pathlib import Path
 
 import pytest
 
+from benchmarks import committed, page_statistics
+from benchmarks.study.tables import read_rows
 from hierroom.support.errors import InputError
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT))
-
-from benchmarks import committed, page_statistics  # noqa: E402
-from benchmarks.study.tables import read_rows  # noqa: E402
 
 
 def test_each_table_of_the_pages_is_computed_once_and_no_other_is_committed():

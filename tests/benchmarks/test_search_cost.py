@@ -1,11 +1,14 @@
 """The controller of benchmarks/searching.py: it escapes, knows just what it saw, and goes straight."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from benchmarks.informed import Informed
+from benchmarks.result_table import ResultTable
+from benchmarks.search_cost import HEADINGS, row_of
+from benchmarks.searching import Searching
 from hierroom.meta import make_meta, take_turn
 from hierroom.runs.assembly import make_turns
 from hierroom.runs.config.presets import find_preset
@@ -15,12 +18,6 @@ from hierroom.worlds.escape_room.oracle import shortest_lengths
 
 ROOT = Path(__file__).parents[2]
 BENCHMARKS = ROOT / "benchmarks"
-sys.path.insert(0, str(ROOT))
-
-from benchmarks.informed import Informed  # noqa: E402
-from benchmarks.result_table import ResultTable  # noqa: E402
-from benchmarks.search_cost import HEADINGS, row_of  # noqa: E402
-from benchmarks.searching import Searching  # noqa: E402
 
 CHAIN = str(BENCHMARKS / "graphs" / "chain.toml")
 

@@ -1,11 +1,6 @@
 """Which of two methods is first, on steps that are known."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from benchmarks.study.lead import Lead, leads, sentence
 from benchmarks.study.paired import Paired

@@ -1,19 +1,12 @@
 """Two methods on the same goal graphs, on tables whose answers are known."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 from study_tables import measured_rows, run_rows
 
+from benchmarks.study.bootstrap import Bootstrap
+from benchmarks.study.paired import median_ratios, pair, ratios
 from hierroom.support.errors import InputError
-
-ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT))
-
-from benchmarks.study.bootstrap import Bootstrap  # noqa: E402
-from benchmarks.study.paired import median_ratios, pair, ratios  # noqa: E402
 
 GRAPHS = ("one", "two", "three", "four")
 MEASURES = measured_rows(GRAPHS, twins=("one",), rooms=(2, 3, 4, 5))

@@ -1,12 +1,7 @@
 """Whether the lead of a method grows with a measure, on ratios that are known."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from benchmarks.study import interval_coverage, ratio_coverage
 from benchmarks.study.bootstrap import Bootstrap

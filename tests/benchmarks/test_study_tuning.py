@@ -1,16 +1,11 @@
 """The study's settings with the largest area under the learning curve, on tables whose answers are known."""
 
 import sys
-from pathlib import Path
 
 import pytest
 
+from benchmarks.study import tuning
 from hierroom.support.errors import InputError
-
-ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT))
-
-from benchmarks.study import tuning  # noqa: E402
 
 
 def run_of(method, graph, area, seed=100, **settings):

@@ -7,18 +7,16 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from benchmarks import committed, figures, hindsight, tables
+from benchmarks.result_table import ResultTable
+from benchmarks.study import page_tables
+from benchmarks.study.correlations import correlations
+from benchmarks.study.picture import digest
+from benchmarks.study.tables import MEASURES_PATH, first_seeds, read_measures, read_rows
+from benchmarks.study.trained import by_rule, measures_of, medians, read_trained
 from hierroom.support.errors import InputError
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT))
-
-from benchmarks import committed, figures, hindsight, tables  # noqa: E402
-from benchmarks.result_table import ResultTable  # noqa: E402
-from benchmarks.study import page_tables  # noqa: E402
-from benchmarks.study.correlations import correlations  # noqa: E402
-from benchmarks.study.picture import digest  # noqa: E402
-from benchmarks.study.tables import MEASURES_PATH, first_seeds, read_measures, read_rows  # noqa: E402
-from benchmarks.study.trained import by_rule, measures_of, medians, read_trained  # noqa: E402
 
 
 @pytest.mark.slow
