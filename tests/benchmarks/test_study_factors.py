@@ -122,16 +122,6 @@ def test_runs_of_different_lengths_are_not_compared():
         factors.factors(rows, MEASURES, options())
 
 
-def test_a_method_is_called_by_the_settings_that_tell_its_rows_apart():
-    rows = [
-        {"method": "hippo", "variant": "as it is", "meta": "fixed-dfs", "size": "19"},
-        {"method": "hippo", "variant": "larger", "meta": "fixed-dfs", "size": "31"},
-        {"method": "hippo", "variant": "larger", "meta": "random", "size": "31"},
-        {"method": "ppo", "variant": "", "meta": "", "size": "31"},
-    ]
-    assert trained.method_names(rows) == ["hippo as it is", "hippo larger fixed-dfs", "hippo larger random", "ppo"]
-
-
 def test_methods_that_cannot_be_told_apart_by_name_are_refused():
     rows = [
         {"method": "hippo", "variant": "", "meta": "random"},

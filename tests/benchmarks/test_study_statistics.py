@@ -12,7 +12,6 @@ from benchmarks.study.correlations import (
     estimates,
     interval,
     noise_of_twins,
-    rank_correlations,
     resampled,
     split_half,
     twin_factor,
@@ -124,29 +123,6 @@ def test_the_bootstrap_draws_graphs_and_seeds():
     assert only_graphs.high - only_graphs.low < high - low
 
 
-@pytest.mark.slow
-def test_intervals_hold_the_truth_about_as_often_as_they_say():
-    """In a population of graphs with Pearson's correlation r, Spearman's is 6 / pi asin(r / 2).
-
-    The median of five normal seeds with deviation 1 has a variance of 0.2868, so r is 0.8 / sqrt(1.2868).
-    """
-    truth = 6 / np.pi * np.arcsin(0.8 / np.sqrt(1.2868) / 2)
-    rng, held = np.random.default_rng(2), 0
-    for _ in range(30):
-        x = rng.normal(size=50)
-        y = 0.8 * x + 0.6 * rng.normal(size=50)
-        outcomes = y[:, None] + rng.normal(size=(50, 5))
-        found = []
-        for _ in range(60):
-            graphs = rng.integers(50, size=50)
-            drawn = medians(resampled(outcomes[graphs], rng))
-            found.append(spearmanr(x[graphs], drawn)[0])
-        value = spearmanr(x, medians(outcomes))[0]
-        _, low, high = interval(value, found, 0.8)
-        held += low <= truth <= high
-    assert held >= 19  # 24 expected; fewer than 19 has a chance of 1%, and the seed is fixed
-
-
 def test_an_interval_is_moved_by_what_its_resamples_are_off():
     """The resamples 0.50, 0.51, ... 0.70 have a mean of 0.60, and their 5% and 95% points are 0.51 and 0.69."""
     resamples = np.linspace(0.5, 0.7, 21)
@@ -184,18 +160,9 @@ def test_split_half():
 
 
 def test_the_ceiling_is_what_a_measure_without_noise_reaches():
-    """By Spearman and Brown's formula, and where the measure is the true difficulty of 400 graphs with noisy seeds."""
+    """By Spearman and Brown's formula."""
     assert ceiling(Estimate(0.6, -0.2, 1.0)) == pytest.approx((0.75**0.5, 0, 1))
     assert np.isnan(ceiling(Estimate(np.nan, np.nan, np.nan))).all()
-    rng = np.random.default_rng(5)
-    truth = rng.normal(size=400)
-    noisy = {f"g{i}": (truth[i] + rng.normal(size=10) * 2 + 20).tolist() for i in range(400)}
-    trained = trained_of(noisy)
-    halves = split_half(trained, n_splits=50)
-    of_truth = np.array([truth[int(graph[1:])] for graph in trained.graphs])
-    found = rank_correlations(np.column_stack([of_truth, medians(trained.outcomes)]))[0, 1]
-    assert halves.value < found - 0.1
-    assert ceiling(halves).value == pytest.approx(found, abs=0.03)
 
 
 def test_noise_of_twins():

@@ -11,6 +11,7 @@ from escape_room import FEATURES
 import hierroom
 from hierroom.__main__ import COMMANDS, main
 from hierroom.agents.config import METHODS, FeatureName, MethodName
+from hierroom.complexity.tables import COLUMNS, ColumnName
 from hierroom.runs.config.config import PresetName
 from hierroom.runs.config.presets import PRESETS
 from hierroom.support.cli import LISTS, read_arguments
@@ -20,14 +21,10 @@ from hierroom.worlds.env_config import GoalMaskName, RewardName
 from hierroom.worlds.escape_room.goal_kernels import GOAL_MASKS
 
 
-def run(*arguments):
-    return run_python(*arguments)
-
-
 @cache
 def help_of(*words):
     """The help text of a command, and the modules that it imports."""
-    done = run("-X", "importtime", "-m", "hierroom", *words, "--help")
+    done = run_python("-X", "importtime", "-m", "hierroom", *words, "--help")
     assert done.returncode == 0, done.stderr
     return done.stdout, {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
 
@@ -45,7 +42,7 @@ def test_the_version(capsys):
 
 
 def test_an_unknown_command_is_refused_with_those_of_similar_names():
-    done = run("-m", "hierroom", "trian", "--graph", "a")
+    done = run_python("-m", "hierroom", "trian", "--graph", "a")
     assert done.returncode == 2
     assert done.stderr == "error: there is no command 'trian'; did you mean train? python -m hierroom lists all\n"
     with pytest.raises(InputError, match=r"there is no command '--foo'; python -m hierroom lists all"):
@@ -53,7 +50,7 @@ def test_an_unknown_command_is_refused_with_those_of_similar_names():
 
 
 def test_training_is_a_module_as_well():
-    done = run("-m", "hierroom.train", "--help")
+    done = run_python("-m", "hierroom.train", "--help")
     assert done.stdout == help_of("train")[0]
 
 
@@ -74,8 +71,9 @@ def test_help_is_printed_without_loading_torch(name):
         (RewardName, REWARDS),
         (GoalMaskName, GOAL_MASKS),
         (PresetName, PRESETS),
+        (ColumnName, COLUMNS),
     ],
-    ids=["method", "feature", "reward", "goal mask", "preset"],
+    ids=["method", "feature", "reward", "goal mask", "preset", "column to sort by"],
 )
 def test_the_command_line_has_every_choice(choices, table):
     assert set(choices.__args__) == set(table)
@@ -164,7 +162,7 @@ def test_all_lists_are_known():
 
 
 def test_a_shell_completes_commands_options_and_choices(tmp_path):
-    script = run("-m", "hierroom", "train", "--tyro-print-completion", "bash")
+    script = run_python("-m", "hierroom", "train", "--tyro-print-completion", "bash")
     assert script.returncode == 0, script.stderr
     (tmp_path / "completion.bash").write_text(script.stdout)
     lines = ["train --warm-s", "train --method ppo-b", "ev", "evaluate --goal-m", "paper table", "paper table3 --se"]

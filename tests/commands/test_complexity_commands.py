@@ -5,13 +5,11 @@ import io
 import json
 import re
 import sys
-from typing import get_args
 
 import pytest
 from children import run_child
 
 from hierroom.commands.complexity import ComplexityArguments, main, show
-from hierroom.complexity.tables import COLUMNS, ColumnName
 from hierroom.goals import GoalGraph
 from hierroom.lab.paper import PAPER_TABLE_2, table_2
 from hierroom.support.errors import InputError
@@ -151,18 +149,6 @@ def test_an_error_is_one_line_and_exit_code_2():
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("error: rooms:N takes a number of rooms from 2 to 8, not 40")
     assert done.stderr.count("\n") == 1
-
-
-def test_columns_to_sort_by_are_choices():
-    done = command("--sort", "depth")
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert "invalid choice 'depth' for argument '--sort'" in done.stderr
-    listed = "".join(line.strip("│ ") for line in command("--help").stdout.splitlines())
-    for said in (done.stderr, listed):
-        assert all(column in said for column in COLUMNS)
-    assert f"--sort {{None,{','.join(COLUMNS)}}}" in listed
-    assert get_args(ColumnName) == tuple(COLUMNS)
 
 
 def test_a_graph_that_is_listed_by_another_name_is_told(tmp_path, printed, capsys):

@@ -5,7 +5,6 @@ import io
 import json
 
 import pytest
-from children import run_python
 
 from hierroom.commands.complexity import ComplexityArguments, show
 from hierroom.complexity import Walk, analyze
@@ -92,11 +91,3 @@ def test_levels_have_no_walk(printed):
 def test_options_that_contradict_each_other(options, words):
     with pytest.raises(InputError, match=words):
         show(ComplexityArguments(**options))
-
-
-def test_the_command():
-    done = run_python("-m", "hierroom", "complexity", "--all", "--measures")
-    assert done.returncode == 0, done.stderr
-    assert "MDPs of 7 goal graphs, without drop, horizon 20" in done.stdout
-    wrong = run_python("-m", "hierroom", "complexity", "--measures", "--horizon", "2")
-    assert (wrong.returncode, wrong.stderr.count("\n")) == (2, 1)

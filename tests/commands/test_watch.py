@@ -6,7 +6,6 @@ import sys
 import numpy as np
 import pictures
 import pytest
-from children import run_child
 
 import hierroom
 from hierroom.agents.playback import description, film, save_episodes, without_colours
@@ -246,15 +245,3 @@ def test_the_keys_of_the_window(monkeypatch):
     assert paused_and_one_step[:2] == ([0, 0, 0, 1, 1], "closed")
     assert play((1, pygame.K_UP))[2] == 100
     assert play((1, pygame.K_DOWN))[2] == 100  # never faster than that
-
-
-def test_the_command_as_a_user_calls_it(run, tmp_path):
-    command = [sys.executable, "-m", "hierroom", "watch", str(run), "--text", "--failures", "--most", "20"]
-    done = run_child(command, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert "in the first" in done.stdout
-    done = run_child([*command, "--out", "a.avi"], cwd=tmp_path)
-    assert (done.returncode, done.stderr) == (
-        2,
-        "error: episodes are written as .gif, .mp4, .txt, .json, not as a.avi\n",
-    )

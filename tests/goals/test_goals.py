@@ -92,9 +92,6 @@ def test_what_is_no_goal_graph(key_rooms, exit_room, message):
     assert "\n" not in str(caught.value)
 
 
-# Files.
-
-
 @pytest.mark.parametrize("graph", [*NAMED_GRAPHS.values(), GoalGraph((0, 1, 2, 3, 4, 5, 6, 7, 8), 9)])
 def test_toml_round_trip(graph, tmp_path):
     path = tmp_path / "graph.toml"
@@ -218,9 +215,6 @@ def test_a_graph_named_by_its_rooms_keeps_its_name_and_its_numbers():
 def test_a_name_whose_rooms_are_no_graph(name, error):
     with pytest.raises(InputError, match=error):
         as_goal_graph(name)
-
-
-# Goals.
 
 
 @pytest.mark.parametrize(

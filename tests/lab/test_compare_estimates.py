@@ -39,11 +39,6 @@ def test_scores_of_all_strata_are_pooled():
     assert interquartile_mean([several]) == pytest.approx([1.5])
 
 
-def test_each_column_of_scores_by_itself():
-    both = np.concatenate([stratum(9, 1, 2, 100), stratum(0, 0, 4, 4)], axis=2)
-    assert interquartile_mean([both]) == pytest.approx([5.5, 2])
-
-
 def test_resamples_in_front_change_nothing():
     scores = np.random.default_rng(0).random((6, 5, 3, 4))  # six resamples
     others = scores[:, :2] + 1
@@ -131,18 +126,6 @@ def test_intervals_cover_the_truth(statistic):
     ]
     covered = np.mean([one.lows[0] <= 0 <= one.highs[0] for one in found])
     assert covered == pytest.approx(0.926, abs=0.04)
-
-
-def test_an_interval_covers_the_probability_of_improvement():
-    """Two normal distributions a deviation apart: P(X > Y) is Phi(1 / sqrt(2)) = 0.760."""
-    generator, covered = np.random.default_rng(0), []
-    for n in range(200):
-        ours, theirs = generator.normal(1, size=(12, 1, 1)), generator.normal(0, size=(12, 1, 1))
-        found = estimate(
-            [ours, theirs], lambda s: probability_of_improvement([s[0][..., 0, :]], [s[1][..., 0, :]]), 300, n
-        )
-        covered.append(found.lows[0] <= stats.norm.cdf(1 / np.sqrt(2)) <= found.highs[0])
-    assert 0.89 <= np.mean(covered) <= 0.99
 
 
 def curve(steps, values):

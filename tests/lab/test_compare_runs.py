@@ -168,9 +168,6 @@ def test_a_run_on_many_graphs_is_one_run(tmp_path, compare):
         assert float(many[name]) == pytest.approx(float(one[name]))
 
 
-# --- What is compared by.
-
-
 def test_by_default_what_differs(tmp_path, compare):
     for seed in range(2):
         for gamma in (0.99, 0.9):
@@ -281,9 +278,6 @@ def test_a_folder_is_named_without_its_seed_wherever_that_stands(tmp_path, folde
     assert read_run(run).choice("warm_start") == name
 
 
-# --- What a reader must know.
-
-
 def test_runs_that_are_mixed_are_told(tmp_path, compare):
     for seed, gamma in enumerate((0.9, 0.95)):
         make_run(tmp_path / "r" / f"{seed}", {"c": line(0.5)}, seed=seed, gamma=gamma, size=11 + 2 * seed)
@@ -301,22 +295,6 @@ def test_an_unfinished_run_ends_the_comparison(runs, compare):
     assert float(found["final_iqm"]) == pytest.approx(0.25)
     assert float(found["auc_iqm"]) == pytest.approx(0.125)
     assert (found["steps_to_50"], found["reached_50"]) == ("", "0.0")  # 0.8 is there after 625,000
-
-
-def test_what_comes_after_the_shortest_run_does_not_count(tmp_path, compare):
-    """The second group overtakes the first, but only after 500,000 steps, where a run of it ends."""
-    for seed in range(2):
-        make_run(tmp_path / "r" / f"a{seed}", {"c": line(0.6)}, meta="oracle", seed=seed)
-        late = make_run(
-            tmp_path / "r" / f"b{seed}",
-            {"c": lambda steps: 1.0 if steps > 500_000 else 0.1},
-            steps=(0, 500_000) if seed else (0, 500_000, 500_001, 1_000_000),
-            meta="random",
-            seed=seed,
-        )
-    assert f"the end of {late}; what others have after that is not used" in compare(tmp_path / "r", by="meta")
-    pairs = rows("compare/improvement.csv")
-    assert [float(pair["probability"]) for pair in pairs] == [1, 1]
 
 
 def test_unequal_lengths_and_episodes_are_told(runs, compare):
@@ -371,9 +349,6 @@ def test_a_run_given_twice_counts_once(runs, compare):
     assert row("compare/summary.csv", group="random", graph="all")["n_runs"] == "4"
 
 
-# --- The figure.
-
-
 @pytest.mark.parametrize(("graphs", "size"), [("c", 1), ("abcdefg", 8)])
 def test_the_figure(tmp_path, compare, graphs, size):
     for n, meta in enumerate(("fixed-dfs", "random")):
@@ -400,9 +375,6 @@ def test_many_graphs_have_one_panel(tmp_path, compare):
     compare(tmp_path / "r", draws=True)
     assert pixels(Path("compare/curves.png")).shape[1] == pytest.approx(300 * 3.3, abs=2)
     assert len(rows("compare/summary.csv")) == 27
-
-
-# --- What cannot be compared is refused in one line.
 
 
 def refused(compare, match, *arguments, **options):

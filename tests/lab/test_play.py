@@ -163,9 +163,6 @@ def test_an_agent_elsewhere(run):
     assert int(game.state.levels[0].steps) == 1
 
 
-# --- The window.
-
-
 @pytest.fixture
 def app(monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")

@@ -181,21 +181,10 @@ def test_an_error_is_one_line_of_characters_that_can_be_seen(name):
     line.encode()
 
 
-@pytest.mark.parametrize("command", ["train", "evaluate", "watch", "compare", "complexity", "paper"])
 @pytest.mark.parametrize("encoding", ["utf-8", "ascii"])
-def test_an_unknown_option_is_refused_by_every_command(command, encoding, tmp_path):
-    path = {"PYTHONPATH": str(Path(hierroom.__file__).parents[1]), "PYTHONIOENCODING": encoding}
-    done = run_python(
-        "-m",
-        "hierroom",
-        command,
-        *(["table2"] if command == "paper" else ["run"]),
-        "--nonsense",
-        cwd=tmp_path,
-        env={**os.environ, **path},
-    )
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert "Unrecognized options: " in done.stderr
-    assert "--nonsense" in done.stderr
+def test_an_unknown_option_is_refused_whatever_the_terminal_can_show(encoding, tmp_path):
+    env = {**os.environ, "PYTHONPATH": str(Path(hierroom.__file__).parents[1]), "PYTHONIOENCODING": encoding}
+    done = run_python("-m", "hierroom", "evaluate", "run", "--nonsense", cwd=tmp_path, env=env)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "Unrecognized options: --nonsense" in done.stderr
     assert "Traceback" not in done.stderr

@@ -64,18 +64,6 @@ def test_rows_that_a_checkpoint_does_not_count_are_deleted_whatever_they_are(tai
     assert table.path.read_bytes() == whole + b"40,nan,nan\r\n"
 
 
-def test_kept_rows_stay_byte_for_byte(table):
-    lines = table.path.read_bytes().splitlines(keepends=True)
-    assert CSVTable(table.path).keep(2) == 2
-    assert table.path.read_bytes() == b"".join(lines[:3])
-    assert table.keep(0) == 0
-    assert table.path.read_bytes() == b""
-    table.append(ROWS)
-    assert table.path.read_bytes() == b"".join(lines)
-    assert CSVTable(table.path.with_name("none.csv")).keep(2) == 0
-    assert not table.path.with_name("none.csv").exists()
-
-
 def test_rows_are_counted(table):
     assert (table.n_rows, CSVTable(table.path).n_rows, CSVTable(table.path.with_name("none.csv")).n_rows) == (3, 3, 0)
     table.append([{"steps": 40, "more": 1}, {"steps": 50}])

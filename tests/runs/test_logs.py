@@ -6,11 +6,13 @@ Weights & Biases and MLflow are stand-ins here, which take what the real ones ta
 import json
 import math
 import re
+import signal
 import sys
 from types import ModuleType, SimpleNamespace
 
 import pytest
 from children import run_python
+from stopped_run import stop_at_update
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 import hierroom
@@ -173,18 +175,7 @@ def test_a_resumed_run_goes_on_where_it_is_shown(libraries, tmp_path, capsys):
 
 
 def test_an_interrupted_run_says_so_and_how_to_go_on(libraries, tmp_path, monkeypatch, capsys):
-    from hierroom.runs.trainer import Trainer
-
-    advance = Trainer.advance
-
-    def interrupted(self):
-        import os
-        import signal
-
-        os.kill(os.getpid(), signal.SIGINT)
-        advance(self)
-
-    monkeypatch.setattr(Trainer, "advance", interrupted)
+    stop_at_update(monkeypatch, signal.SIGINT, 1)
     assert main([*OPTIONS, "--steps", "4096", "--out", str(tmp_path / "run"), "--log", "wandb,mlflow"]) == 130
     assert libraries.wandb.ends == [130]
     assert libraries.mlflow.status == [("run1", "KILLED")]

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from stopped_run import stop_at_update
 from turns_helpers import make
 
 import hierroom
@@ -294,13 +295,7 @@ def test_a_learned_meta_controller_implies_its_preset(monkeypatch):
 
 
 def test_an_interrupt_is_saved_and_raised(tmp_path, monkeypatch, capsys):
-    advance = Trainer.advance
-
-    def interrupted(self):
-        signal.raise_signal(signal.SIGINT)
-        advance(self)
-
-    monkeypatch.setattr(Trainer, "advance", interrupted)
+    stop_at_update(monkeypatch, signal.SIGINT, 1)
     with pytest.raises(KeyboardInterrupt):
         hierroom.train(out=tmp_path / "run", **SMALL | {"steps": 100_000})
     assert "stopped and saved" in capsys.readouterr().out

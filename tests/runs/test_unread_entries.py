@@ -17,18 +17,15 @@ from hierroom.train import main as train
         ({}, ()),
         ({"novelty_bonus": 9.0}, ("novelty_bonus",)),
         ({"novelty_bonus": 9.0, "method": "ppo-novelty"}, ()),
-        ({"novelty_bonus": 9.0, "reward": "novelty"}, ()),
         ({"curiosity_weight": 3.0}, ("curiosity_weight",)),
         ({"curiosity_weight": 3.0, "method": "ppo-rnd"}, ()),
         ({"meta_start_success": 0.9}, ("meta_start_success",)),
         ({"meta_start_success": 0.9, "meta": "learned"}, ()),
-        ({"method": "ppo", "meta": "none"}, ()),
         ({"method": "ppo", "meta": "random"}, ("meta",)),
         ({"method": "ppo-bonus", "subgoal_horizon": 5, "goal_mask": "none"}, ("subgoal_horizon", "goal_mask")),
         ({"method": "ppo", "reward": "intrinsic", "meta": "random"}, ()),
         ({"method": "ppo", "reward": "own:Reward", "meta": "random"}, ()),
         ({"method": "ppo", "meta": "own:Meta", "goal_mask": "none"}, ()),
-        ({"method": "ppo-sketch", "meta": "random"}, ()),
     ],
 )
 def test_an_entry_is_read_by_some(changes, unread):

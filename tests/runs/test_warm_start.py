@@ -96,13 +96,6 @@ def test_what_does_not_fit_is_one_clear_line(run, change, said):
     assert "\n" not in str(caught.value)
 
 
-def test_no_run_no_folder_left_behind(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(InputError, match="nowhere is not a run folder"):
-        train(["--warm-start", "nowhere", "--out", "run"])
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_warm_start_is_resumed_without_the_run_it_came_from(run, tmp_path):
     flags = ["--graph", "a", "--size", "11", "--max-steps", "60", "--num-envs", "8", "--minibatches", "2"]
     flags += ["--network", run.config().agents.network or "", "--warm-start", str(tmp_path / "before")]
