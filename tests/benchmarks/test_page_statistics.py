@@ -20,7 +20,6 @@ def test_each_table_of_the_pages_is_computed_once_and_no_other_is_committed():
 
 @pytest.mark.parametrize("name", sorted({name for name, _ in page_statistics.shown_correlations()}))
 def test_they_are_of_all_whole_seeds(name):
-    """Tests of the tables compare the values."""
     (row, *_) = read_rows(ROOT / "benchmarks" / "results" / name / "correlations.csv")
     assert int(row["seeds_min"]) == int(row["seeds_max"]) == page_statistics.n_whole_seeds(name)
 

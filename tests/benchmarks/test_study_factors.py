@@ -155,24 +155,6 @@ def test_a_figure_has_a_line_for_each_method_and_an_arrow_where_it_is_infinite()
         forest.draw(found[:1])
 
 
-def test_methods_stand_in_groups_by_milestone_and_method():
-    names = ["hippo as it is", "hippo one", "ppo one", "hippo two", "ppo two", "hippo three"]
-    milestones = ["steps_to_50", "steps_to_50", "steps_to_50", "steps_to_95", "steps_to_50", "steps_to_50"]
-    ratio, success = trained_estimate(2.0), trained_estimate(0.9)
-    found = [
-        factors.Factor(name, outcome, 3, 3, 3, ratio, success, 3)
-        for name, outcome in zip(names, milestones, strict=True)
-    ]
-    (axes,) = forest.draw(found).axes
-    labels = [label.get_text() for label in axes.get_yticklabels()]
-    assert labels == ["hippo one", "hippo three", "ppo one", "ppo two", "hippo two"]
-    assert axes.get_yticks().tolist() == [0, 1, 2, 3, 4 + forest.GAP]
-
-
-def trained_estimate(value):
-    return factors.Estimate(value, value / 2, 2 * value)
-
-
 def test_the_command_draws_a_picture(monkeypatch, capsys, tmp_path):
     write_tables(tmp_path, runs=rows_of("as it is", "slower"), measures=MEASURES)
     words = [f"{tmp_path}/runs.csv", "--measures", f"{tmp_path}/measures.csv", "--out", f"{tmp_path}/new/f.png"]

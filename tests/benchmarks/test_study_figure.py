@@ -44,30 +44,6 @@ def test_marks_stand_at_the_medians_and_above_all_where_half_never_got_there(tab
         assert {text.get_text() for text in axes.texts} == {"a", "b", "c"}
 
 
-def test_graphs_that_share_a_count_stand_side_by_side():
-    counts = np.array([2.0, 4, 2, 2, 8, 2, 4, 4, 2, 4, 8, 8])
-    spread = figure._spread(counts)
-    assert len(np.unique(spread)) == len(counts)
-    assert np.abs(spread - counts).max() < 1, "half of the way to the next"
-    for count in (2, 4, 8):
-        assert spread[counts == count].mean() == pytest.approx(count)
-    measured = np.arange(12.0)
-    assert figure._spread(measured) is measured
-
-
-def test_a_measure_with_a_wide_range_has_a_logarithmic_axis(tables, monkeypatch):
-    options = figure.Options(tables / "runs.csv", tables / "f.png", ("narrow", "wide", "width"))
-    measured = [
-        {**row, "narrow": str(1 + i), "wide": str(1 + 10 * i)}
-        for i, row in enumerate(figure.known_measures(tables / "measures.csv"))
-    ]
-    for name in ("narrow", "wide"):
-        monkeypatch.setitem(figure.MEASURES, name, 1)
-    trained = figure.read_trained(figure.read_rows(options.table), measured, "steps_to_95")
-    scales = [axes.get_xscale() for axes in figure.draw(trained, measured, options).axes]
-    assert scales == ["linear", "log", "linear"]  # width begins with 0
-
-
 def test_a_path_without_an_ending_is_that_of_a_png(tables, monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", words(tables, "--shown", "width", "--out", f"{tables}/new/f"))
     assert figure.main() == 0

@@ -127,7 +127,6 @@ def best_settings(*sweeps):
 
 
 def settings_of(runs, sweeps):
-    """The settings of runs as `best_settings` gives them: only what is tuned for a method."""
     tuned = {method: names for method, *names in best_settings(*sweeps)}
     settings = set()
     for run in runs:

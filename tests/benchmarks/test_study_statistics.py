@@ -65,7 +65,6 @@ def test_never_reached_ranks_last_and_alike():
 
 
 def test_given_goals_is_the_correlation_of_what_goals_leave():
-    """The partial correlation is that of the residuals of both regressions on the ranks of the number of goals."""
     rng = np.random.default_rng(0)
     goals = rng.integers(3, 7, 40).astype(float)
     x, y = goals + rng.normal(size=40), goals + rng.normal(size=40)
@@ -166,7 +165,6 @@ def test_the_ceiling_is_what_a_measure_without_noise_reaches():
 
 
 def test_noise_of_twins():
-    """Twins take 1.5 times as many steps, in the same order."""
     steps = {f"g{i}": [10 * i + 10] * 3 for i in range(6)} | {f"g{i}-twin": [15 * i + 15] * 3 for i in range(4)}
     trained = trained_of(steps, [f"g{i}" for i in range(4)])
     assert trained.graphs == tuple(f"g{i}" for i in range(6))

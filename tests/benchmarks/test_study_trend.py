@@ -38,16 +38,6 @@ def test_of_graphs_that_are_alike_nothing_is_told():
     assert sentence({}) == ""
 
 
-def test_noise_of_the_seeds_widens_the_interval():
-    rng = np.random.default_rng(0)
-    first, second = found(3).steps
-    noisy = Paired(
-        "steps_to_50", tuple("abcdefgh"), (first * np.exp(rng.normal(size=(8, 3))), second), (RATIOS, RATIOS)
-    )
-    told = trends(noisy, MEASURES, Bootstrap(resamples=200))["exit_depth"]
-    assert told.low < told.value < 1
-
-
 def test_intervals_of_ratios_of_equal_methods_hold_1(capsys):
     ratio_coverage.main(ratio_coverage.Options(tables=5, resamples=40))
     rows = capsys.readouterr().out.splitlines()[2:]

@@ -23,7 +23,6 @@ from hierroom.worlds.escape_room.goal_kernels import GOAL_MASKS
 
 @cache
 def help_of(*words):
-    """The help text of a command, and the modules that it imports."""
     done = run_python("-X", "importtime", "-m", "hierroom", *words, "--help")
     assert done.returncode == 0, done.stderr
     return done.stdout, {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}

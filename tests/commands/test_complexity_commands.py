@@ -22,8 +22,6 @@ def command(*arguments, name="complexity"):
 
 @pytest.fixture
 def printed(capsys):
-    """What the command prints for its options, in this process."""
-
     def show_and_read(**options):
         show(ComplexityArguments(**options))
         return capsys.readouterr().out

@@ -33,7 +33,6 @@ def run(tmp_path_factory):
 
 @pytest.fixture
 def watched(run, monkeypatch, capsys):
-    """A function from options to what the command prints, where there is no screen."""
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
         monkeypatch.delenv(name, raising=False)
 
@@ -218,7 +217,6 @@ def test_the_keys_of_the_window(monkeypatch):
     frames = [np.full((20, 20, 3), n, np.uint8) for n in range(5)]
 
     def play(*keys_at):
-        """Which picture is shown each time, where keys are pressed after some of these times, and how it ended."""
         shown, window = [], Window(frames_per_second=1e6)
         show = window.show
 

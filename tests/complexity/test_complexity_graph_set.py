@@ -21,7 +21,6 @@ def canonical(graphs):
 
 
 def renumbered(graph, rng):
-    """The same graph with its rooms in another order."""
     order = rng.permutation(graph.n_rooms - 1) + 1
     new = {0: 0, **{old: int(position) for old, position in enumerate(order, start=1)}}
     key_rooms = {new[room]: new[home] for room, home in enumerate(graph.key_rooms, start=1)}
@@ -119,7 +118,6 @@ def test_an_interval_is_of_the_walk_and_the_reading_that_are_given():
 
 
 def test_an_interval_is_cut_from_its_low_to_its_high_end():
-    """As the stages were before sets of graphs: by the interval's own quantity, and not from the easiest graph on."""
     graphs = GraphSet("hitting_time:8..90")
     value = {graph: analyze(graph).hitting_time for graph in graphs.graphs}
     edges = np.linspace(8, 90, 8)

@@ -53,7 +53,6 @@ def test_depths_of_a_branching_graph():
 
 
 def test_renamed_rooms_make_the_same_graph():
-    """Graph d with its rooms in another order."""
     renamed = GoalGraph((3, 0, 0), 2)
     assert renamed != NAMED_GRAPHS["d"]
     assert renamed.canonical() == NAMED_GRAPHS["d"].canonical()
@@ -126,7 +125,6 @@ def test_bad_files(text, message, tmp_path):
 
 
 def test_a_graph_of_a_file_has_its_name(tmp_path):
-    """That of its entry, else that of the file, even where it is one of the paper's graphs."""
     path = tmp_path / "mine.toml"
     path.write_text("key_rooms = [0, 1]\nexit_room = 2\n")
     assert GoalGraph.from_toml(path).name == "mine"
@@ -202,13 +200,10 @@ def test_a_graph_named_by_its_rooms_keeps_its_name_and_its_numbers():
 @pytest.mark.parametrize(
     ("name", "error"),
     [
-        ("keys-0-exit", "not 'keys-0-exit'"),
         ("keys-0--1-exit-1", "not 'keys-0--1-exit-1'"),
         ("keys-0-exit-1\n", "not 'keys-0-exit-1"),
-        ("keys-00-exit-1", "not 'keys-00-exit-1'"),
         ("keys-0-exit-01", "not 'keys-0-exit-01'"),
         ("keys-0-9-exit-1", "the key of room 2 must lie in a room from 0 to 2, not in 9"),
-        ("keys-1-exit-1", "must form a tree"),
         ("keys-0-1.toml", "cannot read the goal graph keys-0-1.toml"),
     ],
 )

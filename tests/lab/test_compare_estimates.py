@@ -14,7 +14,6 @@ from hierroom.lab.compare.estimates import estimate, interquartile_mean, mean, p
 
 
 def stratum(*runs):
-    """Runs with one score each, on one graph."""
     return np.array(runs, float)[:, None, None]
 
 
@@ -74,7 +73,6 @@ def test_an_interval_is_that_of_all_resamples():
 
 
 def test_runs_are_resampled_within_their_stratum():
-    """Each graph keeps its runs; where these agree on every graph, nothing is uncertain, however graphs differ."""
     found = estimate([stratum(0, 0, 0), stratum(1, 1, 1)], mean, resamples=200, seed=0)
     assert (found.lows, found.values, found.highs) == ([0.5], [0.5], [0.5])
 

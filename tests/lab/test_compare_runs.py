@@ -27,7 +27,6 @@ ENDS = {"fixed-dfs": (0.7, 0.8, 0.9, 1.0), "random": (0.2, 0.4, 0.6, 0.8)}
 
 @pytest.fixture
 def runs(tmp_path):
-    """Two meta-controllers, four seeds each, on graph c."""
     for meta, ends in ENDS.items():
         for seed, end in enumerate(ends):
             make_run(tmp_path / "runs" / f"{meta}-{seed}", {"c": line(end)}, meta=meta, seed=seed)
@@ -144,7 +143,6 @@ def test_the_same_twice_gives_the_same_files(runs, compare):
 
 
 def test_graphs_are_strata_and_panels(tmp_path, compare):
-    """Two graphs, on which all seeds agree: nothing is uncertain, and the interquartile mean is over all of them."""
     for graph, end in (("a", 1.0), ("g", 0.5)):
         for seed in range(3):
             make_run(tmp_path / "runs" / f"{graph}{seed}", {graph: line(end)}, seed=seed)
@@ -153,19 +151,6 @@ def test_graphs_are_strata_and_panels(tmp_path, compare):
         found = row("compare/summary.csv", graph=graph)
         assert [float(found[f"final_iqm{end}"]) for end in ("", "_low", "_high")] == [expected] * 3
         assert float(found["auc_mean"]) == pytest.approx(expected / 2)
-
-
-def test_a_run_on_many_graphs_is_one_run(tmp_path, compare):
-    for seed, end in enumerate((0.2, 0.4, 0.6, 0.8)):
-        graphs = {name: line(end) for name in "abcdefg"}
-        make_run(tmp_path / "many" / str(seed), graphs, graph="hitting_time:8..30", seed=seed)
-        make_run(tmp_path / "one" / str(seed), {"c": line(end)}, seed=seed)
-    compare(tmp_path / "many", out="many")
-    compare(tmp_path / "one", out="one")
-    many, one = (row(f"{name}/summary.csv", graph="all") for name in ("many", "one"))
-    assert (many["n_runs"], many["n_scores"], one["n_scores"]) == ("4", "28", "4")
-    for name in ("final_mean", "final_mean_low", "final_mean_high"):
-        assert float(many[name]) == pytest.approx(float(one[name]))
 
 
 def test_by_default_what_differs(tmp_path, compare):
@@ -186,7 +171,6 @@ def test_by_default_no_more_than_needed(tmp_path, compare):
 
 
 def test_what_a_sweep_calls_a_run_is_what_it_is_called_here(tmp_path, compare):
-    """Variants that differ in several entries are told by their names; a run of no sweep has none."""
     for seed in range(2):
         for name, entries in {"slow, HiPPO": {"gamma": 0.9, "learning_rate": 1e-4}, "quick": {"gamma": 0.99}}.items():
             path = make_run(tmp_path / "r" / f"{name}{seed}", {"c": line(0.5)}, seed=seed, **entries)
@@ -308,7 +292,6 @@ def test_unequal_lengths_and_episodes_are_told(runs, compare):
 
 
 def test_other_points_are_interpolated(tmp_path, compare):
-    """Straight lines, evaluated wherever: the same numbers, but for steps that only some have."""
     make_run(tmp_path / "r" / "0", {"c": line(0.4)}, steps=(0, 300, 1_000_000), seed=0, num_envs=8)
     make_run(tmp_path / "r" / "1", {"c": line(0.8)}, steps=(0, 12_345, 500_000, 1_000_900), seed=1)
     printed = compare(tmp_path / "r", by="method")

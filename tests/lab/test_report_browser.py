@@ -107,7 +107,6 @@ class Reader:
         return told
 
     def picture(self, identity):
-        """What a canvas shows, which is not all one colour."""
         data = self.ask(f"byId('{identity}').toDataURL()")
         with Image.open(io.BytesIO(base64.b64decode(data.partition(",")[2]))) as image:
             assert len(image.convert("RGB").getcolors(1 << 20)) > 3

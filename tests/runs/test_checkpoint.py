@@ -21,7 +21,6 @@ CONTENT = to_bytes(state_after(1, weights=torch.arange(300.0), name="mine"))
 
 
 def signed(content):
-    """Any content with a digest as if it was a checkpoint."""
     return content + b"\nsha256 " + hashlib.sha256(content).hexdigest().encode() + b"\n"
 
 
@@ -39,7 +38,6 @@ def test_what_is_written_is_read():
 
 @given(st.data())
 def test_a_damaged_checkpoint_is_never_read(data):
-    """One bit is another, a block is zeros, it is cut off, or something follows."""
     damaged = bytearray(CONTENT)
     place = data.draw(st.integers(0, len(CONTENT) - 1))
     match data.draw(st.sampled_from(("bit", "block", "end", "more"))):

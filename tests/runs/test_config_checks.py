@@ -42,7 +42,6 @@ def edit(run: RunFolder, part: str | None, name: str, value: object) -> None:
     [(None, "seed", 1), ("ppo", "gamma", 0.5), ("env", "graph", ["b"]), ("meta_ppo", "gamma", 0.5)],
 )
 def test_what_has_changed_since_training_is_told_and_refused(run, part, name, value):
-    """Each of these resumed without a word."""
     edit(run, part, name, value)
     told = f"meta_ppo.{name}" if part == "meta_ppo" else name
     for use in (lambda: session.resume(run.config(), run.path), lambda: load(run.path)):
@@ -127,7 +126,6 @@ def test_a_device_that_cannot_compute_is_one_line(device):
     ],
 )
 def test_what_could_not_be_read_back_is_refused_before_training(entry, value, said, tmp_path):
-    """Each of these trained to the end and could not be loaded then, or ended in a traceback."""
     with pytest.raises(InputError, match=said):
         hierroom.train(SMALL.changed(**{entry: value}), out=tmp_path / "run")
     assert not (tmp_path / "run").exists()

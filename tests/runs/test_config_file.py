@@ -80,7 +80,6 @@ PLAIN = [name for name in TrainConfig().entries if name not in OTHERS]
 
 @pytest.mark.parametrize("preset", PRESETS)
 def test_every_entry_can_stand_in_a_file(preset):
-    """A file with every entry of a preset is that preset; JSON writes the values that it has as TOML does."""
     config = find_preset(preset)
     entries = {name: "None" if config.entries[name] is None else config.entries[name] for name in PLAIN}
     lines = [f"{name} = {json.dumps(value)}" for name, value in entries.items()]
@@ -182,7 +181,6 @@ def test_a_resumed_run_takes_no_other_config():
 
 @pytest.mark.parametrize("graph", ["a", "mine.toml", "hitting_time:8..13"])
 def test_a_run_is_repeated_from_its_folder(graph, tmp_path):
-    """The same config, and a new folder; even after the file of its goal graph is gone."""
     GoalGraph((0, 1, 1), 3).to_toml("mine.toml")
     Path("own.toml").write_text(f'size = 13\nnum_envs = 4\nminibatches = 2\ngraph = "{graph}"\npreset = "paper"')
     _, first = session.begin(parse(["--config", "own.toml"]).config, None)

@@ -28,7 +28,6 @@ def steps(table: CSVTable) -> list[int]:
 @given(cut=st.integers(1, 90), tail=st.binary(max_size=40))
 @settings(max_examples=200, derandomize=True)
 def test_whatever_a_crash_left_after_the_last_whole_row_is_no_row(tmp_path_factory, cut, tail):
-    """It is not read, and the next rows replace it."""
     path = tmp_path_factory.mktemp("torn") / "metrics.csv"
     CSVTable(path).append(ROWS)
     whole = path.read_bytes()
@@ -186,7 +185,6 @@ def test_numbers(table):
 
 
 def test_rows_stay_when_the_disk_is_full(table, monkeypatch):
-    """A disk that takes a part of a row, and then nothing more."""
     write, before = os.write, table.path.read_bytes()
 
     def nearly_full(number, content):

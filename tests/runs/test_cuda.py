@@ -103,7 +103,6 @@ def test_a_run_that_was_stopped_ends_with_every_file_equal(at, options, run, tmp
 
 
 def test_a_run_moves_between_devices(run, tmp_path):
-    """A state that was saved on either is one for both, in memory as in a file."""
     config, state = RunFolder.open(run).config(), RunFolder.open(run).load_checkpoint()
     for device in ("cpu", DEVICE, "cpu"):
         trainer = Trainer(config.changed(device=device, steps=4096), begins=False)

@@ -352,7 +352,6 @@ def test_evaluating_and_resuming_say_what_changed_and_go_on(monkeypatch, capsys)
 
 
 def evaluated(capsys, arguments: list[str]) -> str:
-    """What the command says besides its results."""
     capsys.readouterr()
     assert evaluate.main([*arguments, "--episodes", "2"]) == 0
     return re.sub(r"(?m)^(?!warning).*\n?", "", capsys.readouterr().err)  # the progress bar is there too

@@ -109,7 +109,6 @@ def test_what_was_left_out_in_training_stays_out_unless_other_graphs_are_named(t
 
 
 def test_a_run_on_a_set_of_graphs_goes_on_without_their_files(tmp_path, monkeypatch):
-    """The sets are equal turn by turn, though the file is gone and the folder another."""
     monkeypatch.chdir(tmp_path)
     own = GoalGraph((0, 1, 1), 3)
     own.to_toml("mine.toml")

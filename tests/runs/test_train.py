@@ -50,7 +50,6 @@ def without_clock(state: dict) -> dict:
 
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory) -> Path:
-    """The folder of a short run."""
     out = tmp_path_factory.mktemp("trained") / "run"
     assert train([*FLAGS, "--steps", "4096", "--out", str(out)]) == 0
     return out

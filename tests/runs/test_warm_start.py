@@ -40,7 +40,6 @@ def run(request, tmp_path_factory) -> RunFolder:
 
 
 def observed(trainer):
-    """What the controller observes now."""
     return trainer.turns.observe(CONTROLLER, trainer.turns.due(CONTROLLER))
 
 
@@ -65,7 +64,6 @@ def test_weights_and_nothing_else(run):
 
 
 def test_the_weights_act(run):
-    """What the policy does is what the trained one does: the compiled kernels read what was loaded."""
     warm = Trainer(run.config().changed(seed=5, warm_start=str(run.path)))
     trained = Trainer(run.config().changed(seed=5))
     trained.controller.load_state_dict(run.load_checkpoint()["agents"][CONTROLLER])

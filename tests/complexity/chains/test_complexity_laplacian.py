@@ -57,7 +57,6 @@ def test_a_large_graph_against_a_dense_pseudo_inverse():
 
 
 def solve_exactly(matrix, right):
-    """Gauss-Jordan elimination in fractions."""
     rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
     for column in range(len(rows)):
         pivot = next(r for r in range(column, len(rows)) if rows[r][column])
@@ -97,7 +96,6 @@ def test_graph_a_in_exact_fractions():
 
 
 def corridor(n, ahead, back):
-    """The walk on n nodes in a row."""
     return np.diag(np.full(n - 1, ahead), 1) + np.diag(np.full(n - 1, back), -1)
 
 

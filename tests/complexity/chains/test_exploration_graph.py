@@ -35,7 +35,6 @@ def cell(env):
 
 
 def test_a_plain_graph_is_a_uniform_walk():
-    """From the end of a path to the other end: n^2 steps."""
     chain = Chain.from_networkx(nx.path_graph(6), 0, 5)
     assert chain.expected_steps == pytest.approx(25)
     assert chain.labels == tuple("012345")

@@ -51,15 +51,6 @@ def test_the_chain_of_a_walk_is_that_walk(measured):
         assert width < 0.4 * interval.value or name == "exit within 10"
 
 
-def test_empirical_reach_counts_episodes(measured):
-    report, episodes = measured
-    lengths = np.array([len(nodes) - 1 for nodes in episodes])
-    times = np.array([0, 10, 50, 100, 10_000])
-    np.testing.assert_allclose(report.empirical_reach(times), (lengths[:, None] <= times).mean(axis=0))
-    error = np.sqrt(0.25 / len(episodes))
-    assert np.abs(report.chain.reach_probability(times) - report.empirical_reach(times)).max() < 4 * error
-
-
 @pytest.mark.slow
 def test_intervals_hold_the_truth_about_as_often_as_they_say():
     assumed, rng = analyze("a"), np.random.default_rng(2)
@@ -234,7 +225,6 @@ def test_the_test_on_a_table_worked_by_hand():
 
 
 def test_rare_branches_do_not_look_like_a_memory():
-    """Two forks that are independent of each other, one way of which is rarely taken."""
     rng, chances = np.random.default_rng(7), []
     for rare, n in ((0.01, 1000), (0.1, 600)):
         for _ in range(100):
