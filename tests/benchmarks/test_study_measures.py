@@ -38,15 +38,6 @@ def test_rows_hold_the_measures_and_what_is_there_is_kept(tmp_path, monkeypatch)
     assert measured[2:] == ["a"]  # other settings
 
 
-def test_levels_are_measured_where_they_are_asked_for():
-    settings = table.Settings(
-        size=11, episodes=2, max_steps=9, chain_episodes=2, chain_steps=9, levels=1, level_horizon=40
-    )
-    row = table.measured_row(GoalGraph((0,), 1), settings)
-    assert row["level_planning_window"] >= 3
-    assert row["level_states"] > 100
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -78,16 +78,6 @@ def test_the_command_line_has_every_choice(choices, table):
     assert set(choices.__args__) == set(table)
 
 
-def test_choices_are_shown_and_options_grouped():
-    text, _ = help_of("train")
-    for group in ("options", "env options", "agents options", "ppo options", "meta-ppo options"):
-        assert f"─ {group} ─" in text
-    assert "--method {ppo,ppo-bonus," in text
-    assert "--goal-mask {reachable,existing,seen,none}" in text
-    assert "--reward REWARD" in text
-    assert "--preset {default,long,large,learned,paper,algorithm1}" in text
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [

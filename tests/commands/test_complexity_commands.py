@@ -122,8 +122,6 @@ def test_the_longest_names_fit_into_80_columns(printed, monkeypatch):
         (["--graph", "z"], "a graph must be a letter from a to g"),
         (["--graph", "a", "--all"], "by only one of --graph and --all"),
         (["--graph", "rooms:40"], "rooms:N takes a number of rooms from 2 to 8, not 40"),
-        (["--graph", "a", "b", "--exclude", "c"], "cannot exclude c"),
-        (["--graph", "a", "b", "--from-play", "random"], "--from-play measures one goal graph"),
         (["--json", "--csv"], "choose one of --json, --csv, --latex, --markdown, not 2"),
         (["--draw", "x.png"], "--draw draws one graph"),
         (["--graph", "a", "--draw", "x.gif"], "drawings are written as .png, .pdf, .svg, not as x.gif"),
@@ -134,7 +132,6 @@ def test_the_longest_names_fit_into_80_columns(printed, monkeypatch):
         ),
         (["--trust-run"], "--trust-run go with --from-play, which is missing"),
         (["--walk=-0.5", "1", "0.5"], "the probability stay of a walk must be from 0 to 1, not -0.5"),
-        (["--graph", "hitting_time:9"], "a set of goal graphs must be rooms:N, hitting_time:LOW..HIGH or"),
     ],
 )
 def test_invalid_input_raises_input_error(arguments, message):

@@ -79,9 +79,7 @@ def test_levels_have_no_walk(printed):
     [
         ({"measures": True, "graph": "g", "horizon": 5}, "at least 7 steps, but the horizon is 5"),
         ({"graph": "g", "horizon": 5}, "go with --measures"),
-        ({"graph": "g", "levels": 2}, "go with --measures"),
         ({"measures": True, "graph": "g", "levels": 1, "walk": (0.5, 0.4, 0.1)}, "which no --walk and no --reading"),
-        ({"measures": True, "graph": "g", "levels": -1}, "at least one level"),
         ({"measures": True, "graph": "g", "sort": "std"}, "neither --draw nor --sort"),
         ({"measures": True, "graph": "g", "horizon": 0}, "horizon"),
         ({"measures": True, "from_play": "random"}, "--from-play"),

@@ -6,15 +6,7 @@ from pictures import has_colour, pixels
 
 from hierroom.complexity import AugmentedGraph
 from hierroom.complexity.augmented import kinds_of_nodes
-from hierroom.complexity.drawing.draw import (
-    EXIT_COLOUR,
-    INK,
-    ROOM_COLOURS,
-    caption,
-    draw_augmented,
-    draw_goal_graph,
-    draw_graph,
-)
+from hierroom.complexity.drawing.draw import EXIT_COLOUR, INK, ROOM_COLOURS, draw_augmented, draw_goal_graph, draw_graph
 from hierroom.complexity.drawing.drawn_places import place_augmented, place_goals
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
 from hierroom.support.errors import InputError
@@ -123,15 +115,6 @@ def test_onto_axes_of_ones_own():
     assert "door\n2" in [text.get_text() for text in left.texts]
     assert "exit" in [text.get_text() for text in right.texts]
     assert {text.get_fontsize() for text in right.texts} == {8.5 * 0.6, 9 * 0.6}
-
-
-def test_the_caption_explains_what_there_is():
-    without, with_drop = (caption(AugmentedGraph(NAMED_GRAPHS["c"], drop)) for drop in (False, True))
-    assert "drop:" in with_drop
-    assert "drop:" not in without
-    assert "self-loop at every node (0.8)" in without
-    assert "x 3" not in without
-    assert "x 3" in caption(AugmentedGraph(NAMED_GRAPHS["e"]))
 
 
 def test_goals_never_overlap():

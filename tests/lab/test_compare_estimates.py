@@ -38,14 +38,6 @@ def test_scores_of_all_strata_are_pooled():
     assert interquartile_mean([several]) == pytest.approx([1.5])
 
 
-def test_resamples_in_front_change_nothing():
-    scores = np.random.default_rng(0).random((6, 5, 3, 4))  # six resamples
-    others = scores[:, :2] + 1
-    for statistic in (interquartile_mean, mean):
-        at_once = statistic([scores, others])
-        np.testing.assert_allclose(at_once, [statistic(pair) for pair in zip(scores, others, strict=True)])
-
-
 def test_probability_of_improvement_by_hand():
     ours, theirs = np.array([[1.0], [3.0]]), np.array([[2.0], [3.0]])
     # 1 is below 2 and 3; 3 is above 2 and as good as 3

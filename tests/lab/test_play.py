@@ -313,11 +313,9 @@ def test_the_command(run, monkeypatch):
 
 def test_what_cannot_be_used_is_one_line(run, monkeypatch, tmp_path, capfd):
     for argv, message in (
-        (["--graph", "z"], "a graph must be a letter from a to g"),
         (["--size", "5"], "size must be a whole number from 11 to 63, not 5"),
         (["--agent", str(tmp_path)], "is not a run folder"),
         (["--agent", str(run), "--drop-key"], "was trained without --drop-key"),
-        (["--seed", "-1"], "seed must be at least 0, not -1"),
     ):
         with pytest.raises(InputError, match=message):
             main(argv)

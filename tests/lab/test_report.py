@@ -337,13 +337,10 @@ def test_json_in_a_script_cannot_end_it():
     ("arguments", "message"),
     [
         ([], "give the folders of the runs"),
-        (["nowhere"], "nowhere is neither a run folder"),
         (["{run}", "--out", "report.pdf"], "a report is an .html file, not report.pdf"),
         (["{run}", "--out", "no/report.html"], "cannot write no/report.html: there is no folder no"),
         (["{run}", "--episodes", "0"], "episodes must be at least 1, not 0"),
-        (["{run}", "--replays", "-1"], "replays must be at least 0, not -1"),
         (["{run}", "--by", "gama"], "is it gamma?"),
-        (["{run}", "--by", "method, num-envy"], "is it num_envs?"),
     ],
 )
 def test_what_cannot_be_used_is_one_line(arguments, message, runs, tmp_path, monkeypatch):

@@ -10,6 +10,7 @@ import torch
 from learner_envs import SPACE, RandomEnvs
 from same_run import differences
 from stopped_run import stop_at_update
+from test_resume import FLAGS, LEARNED
 from tiny_sweep import tiny_words
 
 from hierroom.commands.sweep import main as sweep
@@ -24,11 +25,6 @@ from hierroom.turns.records import CONTROLLER
 pytestmark = pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
 
 DEVICE = "cuda"
-FLAGS = ["--graph", "a", "--size", "11", "--max-steps", "60", "--num-envs", "8", "--sequence-length", "16"]
-FLAGS += ["--minibatches", "2", "--epochs", "1", "--hidden-size", "8", "--evaluations", "3"]
-FLAGS += ["--evaluation-episodes", "8", "--steps", "2048"]
-LEARNED = ["--meta", "learned", "--meta-start-success", "0", "--meta-ppo.sequence-length", "2"]
-LEARNED += ["--meta-ppo.sequences-per-update", "4", "--meta-ppo.minibatches", "2"]
 RUNS = {
     "fixed": [],
     "paper": ["--preset", "paper"],
@@ -40,7 +36,7 @@ RUNS = {
 
 @pytest.fixture(scope="module", params=RUNS)
 def options(request) -> list[str]:
-    return [*RUNS[request.param], *FLAGS, "--device", DEVICE]
+    return [*RUNS[request.param], "--graph", "a", *FLAGS, "--device", DEVICE]
 
 
 @pytest.fixture(scope="module")

@@ -215,10 +215,6 @@ def test_what_cannot_be_played_is_refused_at_once(run):
     for player in (agent, "random", "oracle"):
         with pytest.raises(InputError, match="seed must be at least 0, not -1"):
             hierroom.rollout(player, seed=-1)
-        with pytest.raises(InputError, match="seed must be a whole number, not None"):
-            hierroom.rollout(player, seed=None)
-    with pytest.raises(InputError, match="num_envs must be a whole number of at least 1, not 0"):
-        hierroom.rollout(agent, num_envs=0)
 
 
 def test_other_environments_pay_what_the_agent_was_trained_with(run):

@@ -28,9 +28,7 @@ def named(arguments: str) -> str:
     [
         ("", "hippo-fixed-dfs-c-seed0"),
         ("--method ppo --graph g --seed 3", "ppo-g-seed3"),
-        ("--preset long", "hippo-fixed-dfs-c-seed0-long"),
         ("--meta learned", "hippo-learned-c-seed0"),
-        ("--meta learned --preset default", "hippo-learned-c-seed0-default"),
         ("--num-envs 8 --gamma 0.9", "hippo-fixed-dfs-c-seed0-gamma0.9-num_envs8"),
         ("--preset paper --gamma 0.9", "hippo-fixed-dfs-c-seed0-paper"),  # it does not differ
         ("--steps 2_000_000", "hippo-fixed-dfs-c-seed0-steps2M"),
@@ -42,7 +40,6 @@ def named(arguments: str) -> str:
         ("--meta mine.own:Nearest --network nets:Gated", "hippo-Nearest-c-seed0-network-Gated"),
         ("--warm-start runs/before", "hippo-fixed-dfs-c-seed0-warm_start-before"),
         ("--graph graphs/mine.toml", "hippo-fixed-dfs-mine-seed0"),
-        ("--graph a rooms:3 --exclude c", "hippo-fixed-dfs-a-rooms-3-no-c-seed0"),
         ("--graph expected_steps:100..140", "hippo-fixed-dfs-expected_steps-100..140-seed0"),
         ("--method ppo --graph expected_steps:100.25..140", "ppo-expected_steps-100.-c56d-seed0"),
         ("--threads 7 --device cuda:1", "hippo-fixed-dfs-c-seed0"),

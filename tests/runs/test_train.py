@@ -278,28 +278,6 @@ def test_wrong_input_is_one_line_and_writes_nothing(arguments, said, tmp_path, m
     assert sorted(Path().rglob("*")) == before
 
 
-@pytest.mark.parametrize(
-    ("arguments", "change", "said"),
-    [
-        (["--method", "sarsa"], {"method": "sarsa"}, "the methods are"),
-        (["--goal-mask", "some"], {"goal_mask": "some"}, "goal_mask is one of"),
-        (["--features", "smell"], {"features": ("smell",)}, "features are"),
-    ],
-)
-def test_a_name_that_is_none_of_a_few_is_refused_by_the_command_and_from_python(
-    arguments, change, said, tmp_path, monkeypatch, capsys
-):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(SystemExit) as ended:
-        train([*FLAGS, *arguments])
-    assert ended.value.code == 2
-    assert f"invalid choice '{arguments[1]}' for argument '{arguments[0]}'" in capsys.readouterr().err
-    with pytest.raises(InputError, match=said) as caught:
-        Trainer(SMALL.changed(**change))
-    assert "\n" not in str(caught.value)
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_broken_run_folder_is_refused_in_one_line(trained, tmp_path, monkeypatch):
     def evaluated(folder: Path) -> str:
         with pytest.raises(InputError) as caught:

@@ -50,8 +50,6 @@ def test_commands_say_so(tmp_path, monkeypatch, capsys):
     assert "keys-0-exit-1" in said.partition("subgoal_horizon")[0], "two graphs that are the same are told of, too"
     assert sweep(["meta_ppo.gamma=0.9,0.99", "method=hippo,ppo", "--list"]) == 0
     assert capsys.readouterr().err == "warning: meta_ppo.gamma is given, and has no effect on any run of the sweep\n"
-    assert sweep(["novelty_bonus=0.03,0.2", "method=hippo,ppo", "--list"]) == 0
-    assert capsys.readouterr().err == "warning: novelty_bonus is given, and has no effect on any run of the sweep\n"
     assert sweep(["novelty_bonus=0.1,0.2", "method=hippo,ppo-novelty", "--list"]) == 0
     assert capsys.readouterr().err == ""
     (tmp_path / "plan.toml").write_text('method = "hippo"\n[[variants]]\nname = "x"\nnovelty_bonus = 0.5\n')

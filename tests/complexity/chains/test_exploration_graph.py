@@ -123,15 +123,6 @@ def test_an_episode_that_begins_elsewhere_is_refused_before_the_next_one(second,
     assert done == [1]
 
 
-def test_each_dash_is_explained():
-    told = "-: no deviation was observed, as fewer than two episodes escaped"
-    assert told in str(measure_trajectories([["a", "b"]], "b"))
-    cut = measure_trajectories([["a", "b"], ["a", "a"]], "b")
-    assert "-: not observed, as episodes were truncated after 1 steps" in str(cut)
-    both = str(measure_trajectories([["a", "b"], ["a", "a", "b"]], "b"))
-    assert "not observed" not in both
-
-
 def test_a_chain_of_counts_needs_a_label_for_each_node():
     played = measure_trajectories([["a", "b"]], "b")
     with pytest.raises(InputError, match="counts over 2 nodes need 2 labels, not 1"):
@@ -172,18 +163,13 @@ def test_bad_input_is_one_line():
     half = nx.DiGraph()
     half.add_edge(0, 1, weight=0.5)
     half.add_edge(1, 0)
-    heavy = nx.DiGraph()
-    heavy.add_weighted_edges_from([(0, 1, 2.0)])
     words = nx.DiGraph()
     words.add_edge(0, 1, weight="much")
     twins = nx.DiGraph([(1, "1")])
     for attempt, message in (
         (lambda: Chain.from_networkx(nx.path_graph(3), 0, 7), "no node 7 among the 3 nodes 0, 1, 2"),
         (lambda: Chain.from_networkx(nx.path_graph("sab"), "s", "s"), "two nodes, but both are 's'"),
-        (lambda: Chain.from_matrix([[0, 1], [1, 0]], 1, 1), "two nodes, but both are '1'"),
-        (lambda: Chain.from_networkx(nx.Graph(), 0, 1), "at least one node"),
         (lambda: Chain.from_networkx(half, 0, 1), "1 of 2 have it"),
-        (lambda: Chain.from_networkx(heavy, 0, 1), "sum to at most 1"),
         (lambda: Chain.from_networkx(words, 0, 1), "must be a number"),
         (lambda: Chain.from_networkx(twins, 1, "1"), "two of them are called '1'"),
         (lambda: Chain.from_matrix([[0, 1], [1, 0]], 0, 2), "from 0 to 1"),
