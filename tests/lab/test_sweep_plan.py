@@ -134,12 +134,6 @@ def test_the_digest_of_a_run_that_excludes_graphs_is_not_that_of_before_these_we
     assert [len(decides) for decides in decided] == [4, 5]
 
 
-def test_a_plan_holds_configs_as_training_does():
-    (run,) = plan("seed=0").runs()
-    assert isinstance(run.config, TrainConfig)
-    assert run.config.env.size == 11
-
-
 def test_an_entry_that_is_new_leaves_digests_as_they_are_and_another_default_does_not():
     """If this fails: an entry with another default needs another RESULTS_VERSION; for a new entry renew the text."""
     defaults = json.dumps(json.loads(to_json(TrainConfig(threads=1).to_dict())), sort_keys=True)

@@ -62,6 +62,7 @@ def test_the_command_line_counts_more_than_the_file_and_the_file_more_than_the_p
 def test_the_reward_of_the_method_can_be_asked_for_again():
     assert parse(["--config", written('reward = "bonus"')]).config.env.reward == "bonus"
     assert parse(["--config", "own.toml", "--reward", "None"]).config.env.reward is None
+    assert read_config(written('reward = "mine:Reward"')).env.reward == "mine:Reward"
 
 
 def test_a_learned_meta_controller_implies_its_preset_wherever_it_is_named():
@@ -192,10 +193,6 @@ def test_a_run_is_repeated_from_its_folder(graph, tmp_path):
     assert second.config().preset == "paper"
     _, third = session.begin(read_config(second.path / "config.json", seed=7), None)
     assert third.config() == first.config().changed(seed=7)
-
-
-def test_an_own_reward_is_named_in_a_file():
-    assert read_config(written('reward = "mine:Reward"')).env.reward == "mine:Reward"
 
 
 def test_no_entry_is_named_twice():

@@ -182,12 +182,6 @@ def test_an_interrupted_run_says_so_and_how_to_go_on(libraries, tmp_path, monkey
     assert f"--resume {tmp_path / 'run'} --log wandb,mlflow\n" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("given", [None, ["tensorboard"], 3])
-def test_what_is_no_text_names_no_logger(given):
-    with pytest.raises(InputError, match=r"^log is a text of names joined by commas, or 'none', not "):
-        logger_names(given)
-
-
 def test_none_shows_it_nowhere(tmp_path):
     hierroom.train(**TINY, evaluations=0, out=tmp_path / "run", log="none")
     assert not list((tmp_path / "run").glob("events*"))
@@ -243,10 +237,11 @@ def test_a_folder_of_that_name_is_no_package(tmp_path):
     assert "--log mlflow needs the package mlflow" in done.stderr
 
 
-@pytest.mark.parametrize("text", ["", "tensorbord", "none,wandb", "wandb,,mlflow"])
-def test_unknown_loggers_are_refused(libraries, text):
-    with pytest.raises(InputError, match="--log takes tensorboard, wandb, mlflow, joined by commas, or none, not"):
-        logger_names(text)
+@pytest.mark.parametrize("given", ["", "tensorbord", "none,wandb", "wandb,,mlflow", None, ["tensorboard"], 3])
+def test_unknown_loggers_are_refused(libraries, given):
+    said = "--log takes tensorboard, wandb, mlflow" if isinstance(given, str) else "log is a text of names"
+    with pytest.raises(InputError, match=f"^{said}.* joined by commas, or '?none'?, not "):
+        logger_names(given)
 
 
 def test_names(libraries):
