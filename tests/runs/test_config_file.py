@@ -82,6 +82,7 @@ PLAIN = [name for name in TrainConfig().entries if name not in OTHERS]
 @pytest.mark.parametrize("preset", PRESETS)
 def test_every_entry_can_stand_in_a_file(preset):
     config = find_preset(preset)
+    assert config.preset == preset
     entries = {name: "None" if config.entries[name] is None else config.entries[name] for name in PLAIN}
     lines = [f"{name} = {json.dumps(value)}" for name, value in entries.items()]
     of_meta = vars(config.meta_ppo).items()
@@ -200,10 +201,6 @@ def test_no_entry_is_named_twice():
     config = TrainConfig()
     names = [field.name for part in (config.env, config.agents, config.ppo, config) for field in fields(part)]
     assert len(names) == len(set(names))
-
-
-def test_presets_know_their_names():
-    assert {name: config.preset for name, config in PRESETS.items()} == {name: name for name in PRESETS}
 
 
 def test_the_file_on_the_page_is_read():

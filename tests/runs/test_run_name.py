@@ -40,7 +40,6 @@ def named(arguments: str) -> str:
         ("--meta mine.own:Nearest --network nets:Gated", "hippo-Nearest-c-seed0-network-Gated"),
         ("--warm-start runs/before", "hippo-fixed-dfs-c-seed0-warm_start-before"),
         ("--graph graphs/mine.toml", "hippo-fixed-dfs-mine-seed0"),
-        ("--graph expected_steps:100..140", "hippo-fixed-dfs-expected_steps-100..140-seed0"),
         ("--method ppo --graph expected_steps:100.25..140", "ppo-expected_steps-100.-c56d-seed0"),
         ("--threads 7 --device cuda:1", "hippo-fixed-dfs-c-seed0"),
         (f"--features {' '.join(FEATURES[:-1])}", "hippo-fixed-dfs-c-seed0-features-without-frontier-places"),

@@ -237,7 +237,6 @@ def test_evaluate_prints_a_table_and_json(trained, capsys):
         (["--novelty-bonus", "-1"], "novelty_bonus must be a number from 0 to 1,000,000"),
         (["--method", "ppo-rnd", "--curiosity-weight", "-1"], "curiosity_weight must be at least 0, not -1"),
         (["--size", "10"], "size must be a whole number from 11 to 63"),
-        (["--steps", "0"], "steps must be at least 1"),
         (["--max-steps", "0"], "max_steps must be"),
         (["--resume", "nowhere"], "is not a run folder"),
         (
