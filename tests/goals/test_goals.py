@@ -74,8 +74,10 @@ def test_graphs_are_values():
     [
         ((), 1, "a goal graph needs at least one locked room: key_rooms is empty"),
         ((0, 3), 1, "the key of room 2 must lie in a room from 0 to 2, not in 3"),
+        ((0, -1), 1, "the key of room 2 must lie in a room from 0 to 2, not in -1"),
         ((0,), 0, "the exit must lie behind a door, in a room from 1 to 1, not in room 0"),
         ((0, 0), 3, "the exit must lie in a room from 1 to 2, not in 3"),
+        ((0, 0), -1, "the exit must lie in a room from 1 to 2, not in -1"),
         ((1,), 1, r"key_rooms must form a tree rooted at room 0, but the key of room 1 lies behind a cycle: \[1\]"),
         ((0, 3, 2), 1, r"the key of room 2 lies behind a cycle: \[0, 3, 2\]"),
         ((0, 0.5), 1, "key_rooms takes whole numbers"),
@@ -200,6 +202,8 @@ def test_a_graph_named_by_its_rooms_keeps_its_name_and_its_numbers():
 @pytest.mark.parametrize(
     ("name", "error"),
     [
+        ("keys-0-exit", "not 'keys-0-exit'"),
+        ("keys-00-exit-1", "not 'keys-00-exit-1'"),
         ("keys-0--1-exit-1", "not 'keys-0--1-exit-1'"),
         ("keys-0-exit-1\n", "not 'keys-0-exit-1"),
         ("keys-0-exit-01", "not 'keys-0-exit-01'"),

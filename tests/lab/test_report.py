@@ -177,17 +177,6 @@ def test_graphs_in_which_keys_can_be_dropped_are_points_and_rows_of_their_own(tm
     assert "a, keys can be dropped40.49" in "".join(page.text.split("\n")).replace("  ", "")
 
 
-def test_graphs_of_the_same_name_that_are_none_are_not_drawn_as_one(tmp_path):
-    for keys, method in (("[0, 1, 0]", "hippo"), ("[0, 0, 0]", "ppo")):
-        (tmp_path / "mine.toml").write_text(f"key_rooms = {keys}\nexit_room = 3\n")
-        folder, graph = tmp_path / "in" / method, str(tmp_path / "mine.toml")
-        evaluated_runs.make_run(folder, {"mine": evaluated_runs.line(0.5)}, graph=graph, method=method)
-    evaluated_runs.make_run(tmp_path / "in" / "other", {"a": evaluated_runs.line(0.5)}, method="ppo-bonus")
-    page = report(tmp_path, tmp_path / "in", "--replays", 0)
-    assert "two different goal graphs are called mine" in page.text
-    assert page.data["points"] == []
-
-
 def test_greedy_actions_are_told(tmp_path):
     hierroom.train(**TINY, evaluations=1, out=tmp_path / "run")
     assert report(tmp_path, tmp_path / "run", "--greedy").data["is_greedy"]

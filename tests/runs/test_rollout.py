@@ -304,11 +304,3 @@ def test_training_in_another_thread_than_the_main_one(tmp_path):
     thread.start()
     thread.join()
     assert trained[0].steps == 512
-
-
-def test_train_is_a_function_and_a_command():
-    from hierroom.train import parse
-
-    assert hierroom.train.__name__ == "train"
-    assert parse(["--graph", "a"]).config.env.graph == "a"
-    assert callable(hierroom.train)  # still, after the file of that name was imported

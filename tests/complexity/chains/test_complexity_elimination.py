@@ -66,6 +66,13 @@ def test_several_small_walks_at_once(weights):
     np.testing.assert_allclose(found, [means, means[order]], rtol=1e-13)
 
 
+def test_a_mean_beyond_all_floats_is_one_clear_line():
+    weights = np.array([[0, 1e-200, 0], [0.5, 0, 1e-200], [0, 0, 0]])
+    for attempt in (mean_first_passage_time, lambda weights, target: expected_visits(weights, 0, target)):
+        with pytest.raises(InputError, match=r"at most about 1e\+290 steps"):
+            attempt(weights, 2)
+
+
 @settings(max_examples=60)
 @given(walks())
 def test_visits_of_ill_conditioned_walks(weights):

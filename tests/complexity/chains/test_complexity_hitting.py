@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from exact_walks import passage_exactly
 
 from hierroom.complexity import (
     AugmentedGraph,
@@ -49,6 +50,13 @@ def test_mean_and_variance_on_a_complete_graph(form):
     expected = np.where(np.arange(n) == 2, 0, 1)
     np.testing.assert_allclose(means, expected / chance, rtol=1e-12)
     np.testing.assert_allclose(variances, expected * (1 - chance) / chance**2, rtol=1e-12)
+
+
+def test_staying_written_out_or_left_out_is_the_same():
+    moves = birth_death([0.2, 0.3], [0.1, 0.4])
+    written_out = moves + np.diag(1 - moves.sum(axis=1))
+    np.testing.assert_allclose(mean_first_passage_time(moves, 2), mean_first_passage_time(written_out, 2), rtol=1e-12)
+    np.testing.assert_allclose(first_passage_variance(moves, 2), first_passage_variance(written_out, 2), rtol=1e-12)
 
 
 @FORMS
@@ -102,8 +110,11 @@ def test_sensitivity_is_the_slope(letter):
         ([[0.5, -0.1], [0.5, 0.5]], r"finite weights that are not negative, but W\[0, 1\] is -0.1"),
         ([[0.5, 0.5], [np.nan, 0.5]], r"W\[1, 0\] is nan"),
         (sp.csr_array(np.array([[0.0, 0.0], [-1.0, 0.0]])), r"W\[1, 0\] is -1"),
+        ([[0.5, np.inf], [0.5, 0.5]], r"W\[0, 1\] is inf"),
         ([[0.5, 0.5]], "square matrix with at least one node"),
         (np.zeros((0, 0)), "square matrix with at least one node"),
+        (np.zeros((2, 2, 2)), "square matrix"),
+        ([["a", "b"], ["c", "d"]], "square matrix of numbers"),
         ([[0, 1j], [0, 0]], "square matrix of numbers: it holds complex numbers"),
         (sp.csr_array(np.array([[0, 1j], [0, 0]])), "square matrix of numbers: it holds complex numbers"),
         ([[0.0, 3.0], [1.0, 0.0]], "row 0 of W sums to 3; divide rates or counts by their total"),
@@ -176,3 +187,15 @@ def test_sensitivity_where_the_target_may_be_missed(chance_to_miss):
     w = np.zeros((3, 3))
     w[0, 1], w[0, 2] = chance_to_miss, 1 - chance_to_miss
     assert np.isnan(passage_time_sensitivity(w, 0, 2).data).all()
+
+
+@pytest.mark.parametrize("scale", [1e-25, 1e-35])
+def test_variance_of_a_walk_that_hardly_ever_ends(scale):
+    """Means so large that one step's difference of two of them is rounding: only the second moment is right."""
+    rng, n = np.random.default_rng(0), 5
+    moves = rng.random((n, n)) * ~np.eye(n, dtype=bool)
+    weights = np.zeros((n + 1, n + 1))
+    weights[:n, :n] = moves / (moves.sum(axis=1, keepdims=True) * 1.001)
+    weights[:n, n] = scale * rng.random(n)
+    expected = [float(variance) for variance in passage_exactly(weights, n)[1]]
+    np.testing.assert_allclose(first_passage_variance(weights, n), expected, rtol=1e-13)

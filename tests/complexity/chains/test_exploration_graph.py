@@ -10,7 +10,7 @@ from gymnasium import spaces
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hierroom.complexity import Chain, analyze, measure_env, measure_trajectories
+from hierroom.complexity import Chain, measure_env, measure_trajectories
 from hierroom.support.errors import InputError
 
 
@@ -49,17 +49,6 @@ def test_weights_are_probabilities_or_rates():
     assert Chain.from_networkx(graph, "start", "end", weight=None).expected_steps == pytest.approx(2)
     counted = nx.MultiDiGraph([("a", "b"), ("a", "b"), ("a", "c"), ("c", "b")])
     assert Chain.from_networkx(counted, "a", "b").expected_steps == pytest.approx(1 + 1 / 3)
-
-
-def test_a_graph_and_a_matrix_of_the_paper_s_walk_agree_with_the_report():
-    report = analyze("f")
-    chain = Chain.from_matrix(report.chain.weights, 0, report.augmented.exit, report.augmented.labels)
-    assert chain.expected_steps == pytest.approx(report.expected_steps)
-    assert chain.std == pytest.approx(report.std)
-    assert chain.hitting_time == pytest.approx(report.hitting_time)
-    graph = nx.from_scipy_sparse_array(report.chain.weights, create_using=nx.DiGraph)
-    again = Chain.from_networkx(graph, 0, report.augmented.exit)
-    assert again.expected_steps == pytest.approx(report.expected_steps)
 
 
 def test_nodes_of_a_matrix_have_names():
