@@ -19,7 +19,7 @@ SMALL = TrainConfig(EnvConfig("a", size=11))
 
 def state_after(steps, **mine):
     """The outline of what a checkpoint holds, and in it what a meta-controller saves."""
-    outline = {"config": "{}", "turns": {}, "levels": {}, "agents": {"meta_0": mine, "controller_0": {}}, "log": {}}
+    outline = {"config": "{}", "turns": {}, "agents": {"meta_0": mine, "controller_0": {}}, "log": {}}
     tables = dict.fromkeys(checkpoint.TABLES, 0)
     return {**outline, "tables": tables, "steps": steps, "seconds": 0.0, "compile_seconds": 0.0}
 
