@@ -81,13 +81,6 @@ class Turns:
     def __len__(self) -> int:
         return len(self._everywhere)
 
-    def __getstate__(self) -> dict[str, Any]:
-        """Leave out compiled code, which can be neither copied nor pickled."""
-        return {name: value for name, value in self.__dict__.items() if name != "_record"}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state, _record=compiled_record(state["world"].outcomes.dtype))
-
     def _empty_steps(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
         return (np.empty(len(self), STEP),), {}
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.clients import CLIENTS, run, versions
+
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "benchmarks"))
-from clients import CLIENTS, run, versions  # noqa: E402
 
 SAID = {
     "TorchRL": r"240 steps, \d+ episodes ended, loss ",

@@ -1,17 +1,14 @@
 """Which correlations the pages show, and of how many seeds they are."""
 
-import sys
 from pathlib import Path
 
 import pytest
 
+from benchmarks import committed, page_statistics
+from benchmarks.study.tables import read_rows
 from hierroom.support.errors import InputError
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT))
-
-from benchmarks import committed, page_statistics  # noqa: E402
-from benchmarks.study.tables import read_rows  # noqa: E402
 
 
 def test_each_table_of_the_pages_is_computed_once_and_no_other_is_committed():
@@ -23,7 +20,6 @@ def test_each_table_of_the_pages_is_computed_once_and_no_other_is_committed():
 
 @pytest.mark.parametrize("name", sorted({name for name, _ in page_statistics.shown_correlations()}))
 def test_they_are_of_all_whole_seeds(name):
-    """Tests of the tables compare the values."""
     (row, *_) = read_rows(ROOT / "benchmarks" / "results" / name / "correlations.csv")
     assert int(row["seeds_min"]) == int(row["seeds_max"]) == page_statistics.n_whole_seeds(name)
 
@@ -32,9 +28,7 @@ def test_a_seed_is_whole_when_all_its_runs_are_done(monkeypatch):
     missing = []
     rows_of = committed.SweepTable.of
     monkeypatch.setattr(
-        page_statistics.SweepTable,
-        "of",
-        lambda self, runs: (rows := rows_of(self, runs))[~rows["seed"].isin(missing)],
+        page_statistics.SweepTable, "of", lambda self, runs: (rows := rows_of(self, runs))[~rows["seed"].isin(missing)]
     )
     assert page_statistics.n_whole_seeds("hippo") == 5
     missing.append("3")

@@ -7,12 +7,8 @@ import numpy as np
 import pytest
 from study_tables import measured_rows, run_rows, write_tables
 
+from benchmarks.study import factors, forest, trained
 from hierroom.support.errors import InputError
-
-ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT))
-
-from benchmarks.study import factors, forest, trained  # noqa: E402
 
 GRAPHS = ("one", "two", "three")
 MEASURES = measured_rows(GRAPHS, rooms=(2, 3, 4), goals=(2, 4, 6), settings=(0, 0, 0))
@@ -126,21 +122,6 @@ def test_runs_of_different_lengths_are_not_compared():
         factors.factors(rows, MEASURES, options())
 
 
-def test_a_method_is_called_by_the_settings_that_tell_its_rows_apart():
-    rows = [
-        {"method": "hippo", "variant": "as it is", "meta": "fixed-dfs", "size": "19"},
-        {"method": "hippo", "variant": "larger", "meta": "fixed-dfs", "size": "31"},
-        {"method": "hippo", "variant": "larger", "meta": "random", "size": "31"},
-        {"method": "ppo", "variant": "", "meta": "", "size": "31"},
-    ]
-    assert trained.method_names(rows) == [
-        "hippo as it is",
-        "hippo larger fixed-dfs",
-        "hippo larger random",
-        "ppo",
-    ]
-
-
 def test_methods_that_cannot_be_told_apart_by_name_are_refused():
     rows = [
         {"method": "hippo", "variant": "", "meta": "random"},
@@ -172,24 +153,6 @@ def test_a_figure_has_a_line_for_each_method_and_an_arrow_where_it_is_infinite()
     }
     with pytest.raises(InputError, match="there is no method beside hippo"):
         forest.draw(found[:1])
-
-
-def test_methods_stand_in_groups_by_milestone_and_method():
-    names = ["hippo as it is", "hippo one", "ppo one", "hippo two", "ppo two", "hippo three"]
-    milestones = ["steps_to_50", "steps_to_50", "steps_to_50", "steps_to_95", "steps_to_50", "steps_to_50"]
-    ratio, success = trained_estimate(2.0), trained_estimate(0.9)
-    found = [
-        factors.Factor(name, outcome, 3, 3, 3, ratio, success, 3)
-        for name, outcome in zip(names, milestones, strict=True)
-    ]
-    (axes,) = forest.draw(found).axes
-    labels = [label.get_text() for label in axes.get_yticklabels()]
-    assert labels == ["hippo one", "hippo three", "ppo one", "ppo two", "hippo two"]
-    assert axes.get_yticks().tolist() == [0, 1, 2, 3, 4 + forest.GAP]
-
-
-def trained_estimate(value):
-    return factors.Estimate(value, value / 2, 2 * value)
 
 
 def test_the_command_draws_a_picture(monkeypatch, capsys, tmp_path):

@@ -1,13 +1,8 @@
 """Which of two methods is first, on steps that are known."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[2]))
-
-from benchmarks.study.lead import Lead, leads, sentence
+from benchmarks.study.lead import Lead, leads
 from benchmarks.study.paired import Paired
 
 NEVER, NONE = np.inf, np.nan
@@ -22,10 +17,3 @@ def test_each_count_against_the_same_by_hand():
     # its last seed is there with the other's
     assert flat == Lead(first=3, with_every_seed=1, reached=3, runs_reached=10, runs=14)
     assert hierarchical == Lead(first=1, with_every_seed=1, reached=4, runs_reached=11, runs=14)
-
-
-def test_the_sentences():
-    assert sentence(FOUND, ("ppo-bonus", "hippo")) == (
-        "First to 50%, of 5 goal graphs: ppo-bonus on 3 (every seed on 1), hippo on 1 (every seed on 1). "
-        "Every seed gets there: ppo-bonus on 3 (10 of 14 runs), hippo on 4 (11 of 14 runs)."
-    )

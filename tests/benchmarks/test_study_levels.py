@@ -6,12 +6,8 @@ from pathlib import Path
 import pytest
 from study_tables import measured_rows, run_rows, write_tables
 
+from benchmarks.study import levels
 from hierroom.support.errors import InputError
-
-ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT))
-
-from benchmarks.study import levels  # noqa: E402
 
 GRAPHS = ("one", "two", "three")
 MEASURES = measured_rows(GRAPHS, rooms=(2, 3, 4), goals=(2, 4, 6), settings=(0, 0, 0))

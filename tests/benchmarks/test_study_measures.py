@@ -1,27 +1,18 @@
 """The table of measures of the study's goal graphs."""
 
 import csv
-import importlib
 import math
-from pathlib import Path
 
 import pytest
 
+from benchmarks.study import measures_table as table
+from benchmarks.study.tables import known_measures, read_measures
 from hierroom.complexity import analyze
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
 
-ROOT = Path(__file__).parents[2]
 
-
-@pytest.fixture
-def module(monkeypatch):
-    monkeypatch.syspath_prepend(ROOT)
-    return lambda name: importlib.import_module(f"benchmarks.study.{name}")
-
-
-def test_rows_hold_the_measures_and_what_is_there_is_kept(module, tmp_path, monkeypatch):
-    table = module("measures_table")
+def test_rows_hold_the_measures_and_what_is_there_is_kept(tmp_path, monkeypatch):
     settings = table.Settings(horizon=8, size=11, episodes=8, max_steps=40, chain_episodes=8, chain_steps=300)
     fork = GoalGraph((0, 0), 2)
     graphs = {"a": (GoalGraph((0,), 1), ""), "b": (fork, ""), "b-twin": (GoalGraph((0, 0), 1, label="b-twin"), "b")}
@@ -47,16 +38,6 @@ def test_rows_hold_the_measures_and_what_is_there_is_kept(module, tmp_path, monk
     assert measured[2:] == ["a"]  # other settings
 
 
-def test_levels_are_measured_where_they_are_asked_for(module):
-    table = module("measures_table")
-    settings = table.Settings(
-        size=11, episodes=2, max_steps=9, chain_episodes=2, chain_steps=9, levels=1, level_horizon=40
-    )
-    row = table.measured_row(GoalGraph((0,), 1), settings)
-    assert row["level_planning_window"] >= 3
-    assert row["level_states"] > 100
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -65,15 +46,15 @@ def test_levels_are_measured_where_they_are_asked_for(module):
         ('"graph\n', "cannot read the table"),
     ],
 )
-def test_another_table_is_refused(module, tmp_path, text, message):
+def test_another_table_is_refused(tmp_path, text, message):
     path = tmp_path / "measures.csv"
     path.write_text(text)
     with pytest.raises(InputError, match=message) as caught:
-        module("tables").read_measures(path)
+        read_measures(path)
     assert "\n" not in str(caught.value)
 
 
-def test_a_table_without_rows_is_to_be_made(module, tmp_path):
+def test_a_table_without_rows_is_to_be_made(tmp_path):
     (tmp_path / "measures.csv").write_text("graph,twin_of,rooms,goals,settings\n")
     with pytest.raises(InputError, match=r"measures\.csv holds no measures; make it: python -m"):
-        module("tables").known_measures(tmp_path / "measures.csv")
+        known_measures(tmp_path / "measures.csv")

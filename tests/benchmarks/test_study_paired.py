@@ -1,19 +1,12 @@
 """Two methods on the same goal graphs, on tables whose answers are known."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 from study_tables import measured_rows, run_rows
 
+from benchmarks.study.bootstrap import Bootstrap
+from benchmarks.study.paired import median_ratios, pair, ratios
 from hierroom.support.errors import InputError
-
-ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT))
-
-from benchmarks.study.bootstrap import Bootstrap  # noqa: E402
-from benchmarks.study.paired import median_ratios, pair, ratios  # noqa: E402
 
 GRAPHS = ("one", "two", "three", "four")
 MEASURES = measured_rows(GRAPHS, twins=("one",), rooms=(2, 3, 4, 5))
@@ -39,8 +32,7 @@ def test_ratios_where_one_or_both_never_get_there_or_are_there_before_training()
 
 def test_only_graphs_that_both_were_trained_on_are_compared_and_no_twins():
     rows = rows_of(
-        ppo={"one": [100], "two": [200], "one-twin": [1]},
-        hippo={"one": [50], "three": [70], "one-twin": [100]},
+        ppo={"one": [100], "two": [200], "one-twin": [1]}, hippo={"one": [50], "three": [70], "one-twin": [100]}
     )
     both = pair(rows, MEASURES, ("ppo", "hippo"))
     assert both.graphs == ("one",)

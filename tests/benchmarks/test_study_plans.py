@@ -1,8 +1,6 @@
 """The plans of the study: its goal graphs, what its sweeps change, and the settings that were tuned."""
 
 import csv
-import importlib
-import sys
 from collections import Counter
 from dataclasses import replace
 from itertools import product
@@ -10,35 +8,28 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.study import comparisons, tuning
+from benchmarks.study import graphs as study
+from benchmarks.study.trained import method_names
 from hierroom.complexity import GraphSet
 from hierroom.lab.sweep.plan import read_plan
 from hierroom.runs.config.presets import PRESETS
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT))
-
-from benchmarks.study import tuning  # noqa: E402
-from benchmarks.study.trained import method_names  # noqa: E402
 
 
-@pytest.fixture
-def module(monkeypatch):
-    monkeypatch.syspath_prepend(ROOT)
-    return lambda name: importlib.import_module(f"benchmarks.study.{name}")
-
-
-def test_the_graphs_are_all_of_five_rooms_and_a_sample_none_twice(module):
-    graphs = module("graphs").study_graphs(n_sampled=3)
+def test_the_graphs_are_all_of_five_rooms_and_a_sample_none_twice():
+    graphs = study.study_graphs(n_sampled=3)
     rooms = [graph.n_rooms for graph in graphs]
     assert [rooms.count(n) for n in range(2, 8)] == [1, 3, 9, 26, 3, 3]
     assert len({graph.canonical() for graph in graphs}) == len({graph.name for graph in graphs}) == len(graphs)
-    assert graphs == module("graphs").study_graphs(n_sampled=3)
-    assert graphs != module("graphs").study_graphs(n_sampled=3, seed=1)
+    assert graphs == study.study_graphs(n_sampled=3)
+    assert graphs != study.study_graphs(n_sampled=3, seed=1)
 
 
-def test_twins_are_isomorphic_and_other_graphs(module):
-    originals = {graph.name: graph for graph in module("graphs").study_graphs(0)}
-    twins = module("graphs").twins()
+def test_twins_are_isomorphic_and_other_graphs():
+    originals = {graph.name: graph for graph in study.study_graphs(0)}
+    twins = study.twins()
     assert len(twins) == 9
     for name, twin in twins.items():
         assert twin.canonical() == originals[name].canonical()
@@ -50,11 +41,10 @@ def plan(name):
     return read_plan(ROOT / "benchmarks" / "sweeps" / f"{name}.toml")
 
 
-def test_the_sweeps_train_the_study_s_graphs_and_their_twins_alike(module):
-    graphs = module("graphs")
+def test_the_sweeps_train_the_study_s_graphs_and_their_twins_alike():
     plans = [plan("study"), plan("study_twins")]
     assert replace(plans[0], graphs=()) == replace(plans[1], graphs=())
-    wanted = [graphs.study_graphs(), tuple(graphs.twins().values())]
+    wanted = [study.study_graphs(), tuple(study.twins().values())]
     for one, own in zip(plans, wanted, strict=True):
         runs = one.runs()
         assert len(runs) == 20 * len(own)
@@ -137,7 +127,6 @@ def best_settings(*sweeps):
 
 
 def settings_of(runs, sweeps):
-    """The settings of runs as `best_settings` gives them: only what is tuned for a method."""
     tuned = {method: names for method, *names in best_settings(*sweeps)}
     settings = set()
     for run in runs:
@@ -204,7 +193,7 @@ def cell(run):
 
 
 @pytest.mark.parametrize("name", ["study_factors", "study_factors_paper_features"])
-def test_three_factors_are_crossed_with_all_else_alike(module, name):
+def test_three_factors_are_crossed_with_all_else_alike(name):
     runs = plan(f"{name}_crossed").runs()
     names = method_names([run.identity for run in runs])
     cells = {method: cell(run) for run, method in zip(runs, names, strict=True)}
@@ -217,7 +206,7 @@ def test_three_factors_are_crossed_with_all_else_alike(module, name):
     wholes = {run.digest for run in plan(name).runs()}
     assert Counter(run.digest in wholes for run in runs) == {True: 5 * 12 * 3, False: 3 * 12 * 3}
     path = ROOT / "benchmarks" / "study" / f"{name}_crossed_comparisons.toml"
-    planned = module("comparisons").read_comparisons(path)
+    planned = comparisons.read_comparisons(path)
     changes = [
         [
             (before, after)

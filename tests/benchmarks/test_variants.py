@@ -1,6 +1,5 @@
 """What the paper may have done instead: the network's sequences are its steps, and the return goes on beyond a goal."""
 
-import sys
 from pathlib import Path
 
 import gymnasium
@@ -9,15 +8,13 @@ import torch
 from escape_room import WORLD
 from torch import nn
 
+from benchmarks import variants
 from hierroom.agents.features import Features
 from hierroom.lab.sweep.plan import read_plan
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, PICKUP, RIGHT
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "benchmarks"))
-
-import variants  # noqa: E402
 
 
 def test_a_sequence_of_the_plain_network_is_its_steps_with_resets():

@@ -5,7 +5,6 @@ import io
 import json
 
 import pytest
-from children import run_python
 
 from hierroom.commands.complexity import ComplexityArguments, show
 from hierroom.complexity import Walk, analyze
@@ -80,9 +79,7 @@ def test_levels_have_no_walk(printed):
     [
         ({"measures": True, "graph": "g", "horizon": 5}, "at least 7 steps, but the horizon is 5"),
         ({"graph": "g", "horizon": 5}, "go with --measures"),
-        ({"graph": "g", "levels": 2}, "go with --measures"),
         ({"measures": True, "graph": "g", "levels": 1, "walk": (0.5, 0.4, 0.1)}, "which no --walk and no --reading"),
-        ({"measures": True, "graph": "g", "levels": -1}, "at least one level"),
         ({"measures": True, "graph": "g", "sort": "std"}, "neither --draw nor --sort"),
         ({"measures": True, "graph": "g", "horizon": 0}, "horizon"),
         ({"measures": True, "from_play": "random"}, "--from-play"),
@@ -92,11 +89,3 @@ def test_levels_have_no_walk(printed):
 def test_options_that_contradict_each_other(options, words):
     with pytest.raises(InputError, match=words):
         show(ComplexityArguments(**options))
-
-
-def test_the_command():
-    done = run_python("-m", "hierroom", "complexity", "--all", "--measures")
-    assert done.returncode == 0, done.stderr
-    assert "MDPs of 7 goal graphs, without drop, horizon 20" in done.stdout
-    wrong = run_python("-m", "hierroom", "complexity", "--measures", "--horizon", "2")
-    assert (wrong.returncode, wrong.stderr.count("\n")) == (2, 1)

@@ -6,7 +6,6 @@ import sys
 import numpy as np
 import pictures
 import pytest
-from children import run_child
 
 import hierroom
 from hierroom.agents.playback import description, film, save_episodes, without_colours
@@ -34,7 +33,6 @@ def run(tmp_path_factory):
 
 @pytest.fixture
 def watched(run, monkeypatch, capsys):
-    """A function from options to what the command prints, where there is no screen."""
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
         monkeypatch.delenv(name, raising=False)
 
@@ -219,7 +217,6 @@ def test_the_keys_of_the_window(monkeypatch):
     frames = [np.full((20, 20, 3), n, np.uint8) for n in range(5)]
 
     def play(*keys_at):
-        """Which picture is shown each time, where keys are pressed after some of these times, and how it ended."""
         shown, window = [], Window(frames_per_second=1e6)
         show = window.show
 
@@ -246,15 +243,3 @@ def test_the_keys_of_the_window(monkeypatch):
     assert paused_and_one_step[:2] == ([0, 0, 0, 1, 1], "closed")
     assert play((1, pygame.K_UP))[2] == 100
     assert play((1, pygame.K_DOWN))[2] == 100  # never faster than that
-
-
-def test_the_command_as_a_user_calls_it(run, tmp_path):
-    command = [sys.executable, "-m", "hierroom", "watch", str(run), "--text", "--failures", "--most", "20"]
-    done = run_child(command, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert "in the first" in done.stdout
-    done = run_child([*command, "--out", "a.avi"], cwd=tmp_path)
-    assert (done.returncode, done.stderr) == (
-        2,
-        "error: episodes are written as .gif, .mp4, .txt, .json, not as a.avi\n",
-    )

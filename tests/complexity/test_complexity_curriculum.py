@@ -36,7 +36,6 @@ def test_one_clear_message(make, message):
 
 
 def end(sampler, is_escape, envs=range(N_ENVS)):
-    """A step that ends the episodes of some environments."""
     ended = np.isin(np.arange(N_ENVS), envs)
     return sampler.add(ended, ended & is_escape)
 

@@ -21,7 +21,6 @@ def canonical(graphs):
 
 
 def renumbered(graph, rng):
-    """The same graph with its rooms in another order."""
     order = rng.permutation(graph.n_rooms - 1) + 1
     new = {0: 0, **{old: int(position) for old, position in enumerate(order, start=1)}}
     key_rooms = {new[room]: new[home] for room, home in enumerate(graph.key_rooms, start=1)}
@@ -37,8 +36,7 @@ single_graphs = st.one_of(
     ),
 )
 all_specs = st.one_of(
-    single_graphs,
-    st.sampled_from(["rooms:2", "rooms:3", "rooms:4", "hitting_time:8..16", "expected_steps:90..150"]),
+    single_graphs, st.sampled_from(["rooms:2", "rooms:3", "rooms:4", "hitting_time:8..16", "expected_steps:90..150"])
 )
 
 
@@ -104,23 +102,16 @@ def test_every_graph_of_an_interval_and_no_other_the_easiest_first():
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_an_interval_measures_graphs_as_they_are_played(drop_key):
-    found = GraphSet("expected_steps:100..150", drop_key=drop_key).graphs
-    assert found
-    assert all(100 <= analyze(graph, drop_key).expected_steps <= 150 for graph in found)
-
-
-def test_an_interval_is_of_the_walk_and_the_reading_that_are_given():
+def test_an_interval_is_of_the_walk_the_reading_and_the_actions_that_are_given(drop_key):
     walk, reading = Walk(0.5, 0.4, 0.1), Reading("own room", "through the start", "start")
-    found = GraphSet("expected_steps:20..40", walk=walk, reading=reading).graphs
+    found = GraphSet("expected_steps:20..40", drop_key=drop_key, walk=walk, reading=reading).graphs
     assert found
-    values = [analyze(graph, walk=walk, reading=reading).expected_steps for graph in found]
+    values = [analyze(graph, drop_key, walk, reading).expected_steps for graph in found]
     assert values == sorted(values)
     assert 20 <= values[0] <= values[-1] <= 40
 
 
 def test_an_interval_is_cut_from_its_low_to_its_high_end():
-    """As the stages were before sets of graphs: by the interval's own quantity, and not from the easiest graph on."""
     graphs = GraphSet("hitting_time:8..90")
     value = {graph: analyze(graph).hitting_time for graph in graphs.graphs}
     edges = np.linspace(8, 90, 8)
@@ -170,15 +161,12 @@ def test_two_files_of_one_name_are_told_apart_or_refused(tmp_path):
         (["hitting_time:30..20"], "from low to high, not from 30 to 20"),
         (["hitting_time:1..2"], r"up to 7 rooms has hitting_time in 1\.\.2; the values go from 8.36"),
         (["rooms:8"], "rooms:N takes a number of rooms from 2 to 7, not 8"),
-        (["rooms:1"], "from 2 to 7, not 1"),
         (["rooms:four"], "a set of goal graphs must be rooms:N"),
         ([["a", "z"]], "a graph must be a letter from a to g.*not 'z'"),
-        ([["a", 3]], "not 3"),
         ([[]], "give at least one goal graph"),
         ([["a", "b"], "c"], "cannot exclude c: it is not among the goal graphs of a and b"),
         (["g", "rooms:3"], "cannot exclude rooms:3: none of its graphs is among the goal graphs of g"),
         (["rooms:2", "a"], "no goal graph is left of rooms:2: all are excluded"),
-        (["rooms:3", "width:1..2"], "not 'width:1..2'"),
     ],
 )
 def test_one_clear_message(arguments, message):

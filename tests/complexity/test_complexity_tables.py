@@ -37,14 +37,11 @@ def test_latex_has_a_line_for_each_graph_and_escapes_names():
     assert signs[5] == r"b\textbar{}c & \textgreater{}7.2 \\"
 
 
-def test_markdown_has_equal_cells():
+def test_markdown_has_equal_cells_and_csv_is_in_full_precision():
+    assert list_text(REPORTS, "csv").splitlines()[1].split(",")[-2] == repr(REPORTS[0].expected_steps)
     lines = list_text(REPORTS, "markdown").splitlines()
     assert {line.count("|") for line in lines} == {len(COLUMNS) + 1}
     assert lines[2] == "| a | 2 | 1 | 5 | 5 | 8.36 | 28.0 | 20.3 |"
-
-
-def test_csv_is_in_full_precision():
-    assert list_text(REPORTS, "csv").splitlines()[1].split(",")[-2] == repr(REPORTS[0].expected_steps)
 
 
 def test_a_frame():

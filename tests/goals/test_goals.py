@@ -53,7 +53,6 @@ def test_depths_of_a_branching_graph():
 
 
 def test_renamed_rooms_make_the_same_graph():
-    """Graph d with its rooms in another order."""
     renamed = GoalGraph((3, 0, 0), 2)
     assert renamed != NAMED_GRAPHS["d"]
     assert renamed.canonical() == NAMED_GRAPHS["d"].canonical()
@@ -86,16 +85,12 @@ def test_graphs_are_values():
         ((True,), 1, "key_rooms takes whole numbers"),
         (None, 1, r"key_rooms takes a list of whole numbers \(rooms\), not None"),
         ((0,), "1", "exit_room takes whole numbers"),
-        ((0,), None, "exit_room takes whole numbers"),
     ],
 )
 def test_what_is_no_goal_graph(key_rooms, exit_room, message):
     with pytest.raises(InputError, match=message) as caught:
         GoalGraph(key_rooms, exit_room)
     assert "\n" not in str(caught.value)
-
-
-# Files.
 
 
 @pytest.mark.parametrize("graph", [*NAMED_GRAPHS.values(), GoalGraph((0, 1, 2, 3, 4, 5, 6, 7, 8), 9)])
@@ -121,9 +116,6 @@ def test_toml_round_trip(graph, tmp_path):
         ("key_rooms = 0\nexit_room = 1", "graph.toml: key_rooms takes a list of whole numbers \\(rooms\\), not 0"),
         ("key_rooms = [0]\nexit = 1", "nothing else; it holds exit, key_rooms"),
         ("key_rooms = [0]\nexit_room = 0", "graph.toml: the exit must lie behind a door"),
-        ("key_rooms = 'c'\nexit_room = 1", "graph.toml: key_rooms takes a list of whole numbers"),
-        ("key_rooms = [[0]]\nexit_room = 1", "graph.toml: key_rooms takes whole numbers"),
-        ("key_rooms = [0]\nexit_room = []", "exit_room"),
     ],
 )
 def test_bad_files(text, message, tmp_path):
@@ -135,7 +127,6 @@ def test_bad_files(text, message, tmp_path):
 
 
 def test_a_graph_of_a_file_has_its_name(tmp_path):
-    """That of its entry, else that of the file, even where it is one of the paper's graphs."""
     path = tmp_path / "mine.toml"
     path.write_text("key_rooms = [0, 1]\nexit_room = 2\n")
     assert GoalGraph.from_toml(path).name == "mine"
@@ -212,21 +203,17 @@ def test_a_graph_named_by_its_rooms_keeps_its_name_and_its_numbers():
     ("name", "error"),
     [
         ("keys-0-exit", "not 'keys-0-exit'"),
+        ("keys-00-exit-1", "not 'keys-00-exit-1'"),
         ("keys-0--1-exit-1", "not 'keys-0--1-exit-1'"),
         ("keys-0-exit-1\n", "not 'keys-0-exit-1"),
-        ("keys-00-exit-1", "not 'keys-00-exit-1'"),
         ("keys-0-exit-01", "not 'keys-0-exit-01'"),
         ("keys-0-9-exit-1", "the key of room 2 must lie in a room from 0 to 2, not in 9"),
-        ("keys-1-exit-1", "must form a tree"),
         ("keys-0-1.toml", "cannot read the goal graph keys-0-1.toml"),
     ],
 )
 def test_a_name_whose_rooms_are_no_graph(name, error):
     with pytest.raises(InputError, match=error):
         as_goal_graph(name)
-
-
-# Goals.
 
 
 @pytest.mark.parametrize(
@@ -285,10 +272,3 @@ def test_the_dependency_graph_as_the_paper_draws_it():
 def test_a_toml_file_that_cannot_be_written_is_one_clear_line(tmp_path):
     with pytest.raises(InputError, match=r"cannot write .*c\.toml: No such file or directory"):
         GoalGraph.named("c").to_toml(tmp_path / "nowhere" / "c.toml")
-
-
-def test_a_name_may_have_any_printable_character(tmp_path):
-    """Beyond 16 bits too, which JSON would write as two halves that are no character in TOML."""
-    graph = GoalGraph((0, 1), 2, label='"é" \\ 🗝')
-    graph.to_toml(tmp_path / "graph.toml")
-    assert GoalGraph.from_toml(tmp_path / "graph.toml").label == graph.label

@@ -38,8 +38,6 @@ def test_enumeration_counts():
 
 @pytest.mark.parametrize("n_rooms", [2, 3, 4, 5])
 def test_enumeration_against_brute_force(n_rooms):
-    """Of all the key_rooms and exits there are, each is isomorphic to exactly one graph of the enumeration."""
-
     def as_tree(graph):
         tree = nx.DiGraph()
         tree.add_nodes_from((room, {"kind": (room == 0, room == graph.exit_room)}) for room in range(graph.n_rooms))

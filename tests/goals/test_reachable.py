@@ -14,7 +14,6 @@ from hierroom.worlds.escape_room.reachable import reachable_states
 @pytest.mark.parametrize("drop_key", [False, True])
 @pytest.mark.parametrize("letter", "ac")
 def test_play_follows_the_table(letter, drop_key):
-    """Random play in the level and on the table: the exit at the same step, and as many places and ways to stand."""
     world = Engine([NAMED_GRAPHS[letter]], size=11, drop_key=drop_key, seed=3, max_steps=2**30)
     table = reachable_states(world.state)
     rng, seen, state = np.random.default_rng(0), {}, 0

@@ -132,25 +132,11 @@ def test_the_goal_graph_is_that_of_the_environments():
         count_transitions(turns_in(graph, n=2), OraclePlayer(), 0)
 
 
-@pytest.mark.slow
-def test_from_play_on_the_command_line(capsys):
-    show(ComplexityArguments(from_play="oracle", graph="b", episodes=30))
-    text = capsys.readouterr().out
-    assert "goal graph b, 30 episodes played, 100.0% escaped" in text
-    assert "expected_steps" in text
-    show(ComplexityArguments(from_play="random", graph="e", episodes=2, json=True))
-    table = json.loads(capsys.readouterr().out)
-    assert table["episodes"] == 2
-    assert table["assumed"]["expected_steps"] == pytest.approx(112.7, abs=0.05)
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         (ComplexityArguments(from_play="no-such-run"), "there is no run no-such-run, and the agents that ship"),
-        (ComplexityArguments(from_play="random", all=True), "measures one goal graph"),
         (ComplexityArguments(from_play="random", graph="hitting_time:8..9"), "measures one goal graph"),
-        (ComplexityArguments(from_play="random", graph=("a", "b")), "measures one goal graph"),
         (ComplexityArguments(from_play="random", graph="a", exclude="b"), "measures one goal graph"),
         (ComplexityArguments(from_play="random", episodes=0), "episodes must be at least 1, not 0"),
     ],

@@ -221,11 +221,7 @@ def test_all_from_nothing_and_nothing_twice(tmp_path):
     first = run_child(command, cwd=tmp_path, check=True)
     assert "4/4" in first.stderr
     told = " ".join(first.stdout.split())
-    for words in (
-        "Table 2",
-        "PPO+Sketch, success paper 0.4",
-        "(c) paper HiPPO > PPO+Sketch > PPO > PPO+Bonus",
-    ):
+    for words in ("Table 2", "PPO+Sketch, success paper 0.4", "(c) paper HiPPO > PPO+Sketch > PPO > PPO+Bonus"):
         assert words in told
     for name in ("figure3-19", "figure4-19", "figure5-19"):
         pixels = np.asarray(Image.open(tmp_path / "p" / f"{name}.png").convert("RGB"))

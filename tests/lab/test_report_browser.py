@@ -22,16 +22,8 @@ pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(not (BROWSER and DRIVER), reason="there is no Chromium with its driver on this machine"),
 ]
-FLAGS = [
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
+FLAGS = ["--headless", "--no-sandbox", "--no-first-run"]
+FLAGS += [f"--disable-{name}" for name in ("gpu", "quic", "background-networking", "component-update", "sync")]
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +99,6 @@ class Reader:
         return told
 
     def picture(self, identity):
-        """What a canvas shows, which is not all one colour."""
         data = self.ask(f"byId('{identity}').toDataURL()")
         with Image.open(io.BytesIO(base64.b64decode(data.partition(",")[2]))) as image:
             assert len(image.convert("RGB").getcolors(1 << 20)) > 3

@@ -26,6 +26,13 @@ from hierroom.support.errors import InputError
 TIMES = ("seconds", "steps_per_second")
 
 
+@pytest.fixture
+def own_code(tmp_path, monkeypatch):
+    """Modules are written to the folder of the test, which is the current one."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
+
+
 def results(path: Path) -> list[dict[str, str]]:
     """The rows but for what tells the time, in one order."""
     with path.open(newline="") as file:
@@ -118,9 +125,7 @@ def test_what_no_run_can_use_is_refused_before_any_is_trained(tmp_path, words, m
 
 
 @pytest.mark.slow
-def test_a_row_tells_the_own_code_that_made_it(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
+def test_a_row_tells_the_own_code_that_made_it(own_code, tmp_path, capsys):
     own = tmp_path / "own_reward_of_a_sweep.py"
     own.write_text("import numpy as np\n\ndef none(step):\n    return np.zeros(len(step.events))\n")
     words = tiny_words(f"reward={own.stem}:none,intrinsic", "method=ppo", "seed=0")
@@ -140,9 +145,7 @@ def test_a_row_tells_the_own_code_that_made_it(tmp_path, monkeypatch, capsys):
     assert results(tmp_path / "out" / "sweep.csv") == rows
 
 
-def test_own_code_that_is_not_found_is_not_said_to_have_changed(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
+def test_own_code_that_is_not_found_is_not_said_to_have_changed(own_code, tmp_path):
     sweep = Sweep(plan("reward=a_reward_that_moves:none", "method=ppo", "seed=0"), tmp_path / "out")
     (run,) = sweep.plan.runs()
     Path("a_reward_that_moves.py").write_text("")
@@ -154,9 +157,7 @@ def test_own_code_that_is_not_found_is_not_said_to_have_changed(tmp_path, monkey
 
 
 @pytest.mark.slow
-def test_own_code_of_other_meta_controllers_is_told_too(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
+def test_own_code_of_other_meta_controllers_is_told_too(own_code, tmp_path):
     Path("a_meta_of_a_sweep.py").write_text("def first(level):\n    return level.goals[0] if level.goals else None\n")
     sweep = Sweep(plan(metas=("a_meta_of_a_sweep:first",), seeds=1), tmp_path / "out")
     assert not sweep.fill(processes=1).failures
@@ -168,9 +169,7 @@ def test_own_code_of_other_meta_controllers_is_told_too(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_run_does_not_go_on_with_other_code(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
+def test_a_run_does_not_go_on_with_other_code(own_code, tmp_path):
     own = Path("a_reward_that_changes.py")
     own.write_text("import numpy as np\n\ndef none(step):\n    return np.zeros(len(step.events))\n")
     sweep = Sweep(plan(f"reward={own.stem}:none", "method=ppo", "seed=0"), tmp_path / "out")
@@ -188,9 +187,7 @@ def test_a_run_does_not_go_on_with_other_code(tmp_path, monkeypatch):
     assert sweep.made_with_other_code() == []
 
 
-def test_a_process_does_not_mix_code_that_it_loaded_with_code_that_it_did_not(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
+def test_a_process_does_not_mix_code_that_it_loaded_with_code_that_it_did_not(own_code, tmp_path, monkeypatch):
     monkeypatch.setattr(job, "_loaded_files", {})
     own = Path("a_reward_edited_meanwhile.py")
     own.write_text("import numpy as np\n\ndef one(step):\n    return np.zeros(len(step.events))\n\ntwo = one\n")
@@ -238,14 +235,6 @@ def test_a_shard_of_no_runs_does_nothing(tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.slow
-def test_rows_tell_an_entry_that_a_sweep_had_one_value_of_when_it_grows(tmp_path):
-    Sweep(plan("gamma=0.9", "method=ppo", seeds=1), tmp_path).fill(processes=1)
-    grown = Sweep(plan("gamma=0.9,0.99", "method=ppo", seeds=1), tmp_path)
-    grown.fill(processes=1)
-    assert [*grown.table.read()["gamma"]] == ["0.9", "0.99"]
-
-
 def test_entries_may_stand_behind_options(monkeypatch, capsys, tmp_path):
     told = []
     for words in (
@@ -285,7 +274,6 @@ def start(out: Path) -> subprocess.Popen:
 
 
 def children(process: subprocess.Popen) -> list[int]:
-    """The processes that train for a sweep."""
     path = Path(f"/proc/{process.pid}/task/{process.pid}/children")
     pids = [int(pid) for pid in path.read_text().split()]
     return [pid for pid in pids if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]

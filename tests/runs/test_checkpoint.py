@@ -18,10 +18,10 @@ from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 
 CONTENT = to_bytes(state_after(1, weights=torch.arange(300.0), name="mine"))
+STATE = {"format": CHECKPOINT_FORMAT, **state_after(1)}
 
 
 def signed(content):
-    """Any content with a digest as if it was a checkpoint."""
     return content + b"\nsha256 " + hashlib.sha256(content).hexdigest().encode() + b"\n"
 
 
@@ -39,7 +39,6 @@ def test_what_is_written_is_read():
 
 @given(st.data())
 def test_a_damaged_checkpoint_is_never_read(data):
-    """One bit is another, a block is zeros, it is cut off, or something follows."""
     damaged = bytearray(CONTENT)
     place = data.draw(st.integers(0, len(CONTENT) - 1))
     match data.draw(st.sampled_from(("bit", "block", "end", "more"))):
@@ -89,18 +88,9 @@ def test_nothing_in_a_checkpoint_is_executed(tmp_path):
         ([1, 2], f"has format None, this hierroom reads {CHECKPOINT_FORMAT}"),
         ({"format": True}, f"has format True, this hierroom reads {CHECKPOINT_FORMAT}"),
         ({"format": CHECKPOINT_FORMAT}, "cannot be used: Object missing required field `config`"),
-        (
-            {"format": CHECKPOINT_FORMAT, **state_after(1), "steps": -1},
-            "cannot be used: Expected `int` >= 0 - at `$.steps`",
-        ),
-        (
-            {"format": CHECKPOINT_FORMAT, **state_after(1), "agents": [1]},
-            "cannot be used: Expected `object`, got `array` - at `$.agents`",
-        ),
-        (
-            {"format": CHECKPOINT_FORMAT, **state_after(1), "seconds": float("nan")},
-            "cannot be used: Expected `float` >= 0.0 - at `$.seconds`",
-        ),
+        ({**STATE, "steps": -1}, "cannot be used: Expected `int` >= 0 - at `$.steps`"),
+        ({**STATE, "agents": [1]}, "cannot be used: Expected `object`, got `array` - at `$.agents`"),
+        ({**STATE, "seconds": float("nan")}, "cannot be used: Expected `float` >= 0.0 - at `$.seconds`"),
     ],
 )
 def test_what_is_no_checkpoint_is_refused_with_a_valid_digest(value, said):

@@ -28,7 +28,6 @@ def steps(table: CSVTable) -> list[int]:
 @given(cut=st.integers(1, 90), tail=st.binary(max_size=40))
 @settings(max_examples=200, derandomize=True)
 def test_whatever_a_crash_left_after_the_last_whole_row_is_no_row(tmp_path_factory, cut, tail):
-    """It is not read, and the next rows replace it."""
     path = tmp_path_factory.mktemp("torn") / "metrics.csv"
     CSVTable(path).append(ROWS)
     whole = path.read_bytes()
@@ -62,18 +61,6 @@ def test_rows_that_a_checkpoint_does_not_count_are_deleted_whatever_they_are(tai
     assert table.path.read_bytes() == whole
     torn.append([{"steps": 40}])
     assert table.path.read_bytes() == whole + b"40,nan,nan\r\n"
-
-
-def test_kept_rows_stay_byte_for_byte(table):
-    lines = table.path.read_bytes().splitlines(keepends=True)
-    assert CSVTable(table.path).keep(2) == 2
-    assert table.path.read_bytes() == b"".join(lines[:3])
-    assert table.keep(0) == 0
-    assert table.path.read_bytes() == b""
-    table.append(ROWS)
-    assert table.path.read_bytes() == b"".join(lines)
-    assert CSVTable(table.path.with_name("none.csv")).keep(2) == 0
-    assert not table.path.with_name("none.csv").exists()
 
 
 def test_rows_are_counted(table):
@@ -198,7 +185,6 @@ def test_numbers(table):
 
 
 def test_rows_stay_when_the_disk_is_full(table, monkeypatch):
-    """A disk that takes a part of a row, and then nothing more."""
     write, before = os.write, table.path.read_bytes()
 
     def nearly_full(number, content):

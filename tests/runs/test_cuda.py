@@ -10,28 +10,21 @@ import torch
 from learner_envs import SPACE, RandomEnvs
 from same_run import differences
 from stopped_run import stop_at_update
+from test_resume import FLAGS, LEARNED
 from tiny_sweep import tiny_words
 
 from hierroom.commands.sweep import main as sweep
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.distillation import RandomNetworkDistillation
 from hierroom.learners.ppo import Learner
-from hierroom.runs.assembly import make_turns
 from hierroom.runs.folder.run_folder import RunFolder
-from hierroom.runs.trained_agent import load
 from hierroom.runs.trainer import Trainer
-from hierroom.support.errors import InputError
 from hierroom.train import main as train
 from hierroom.turns.records import CONTROLLER
 
 pytestmark = pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
 
 DEVICE = "cuda"
-FLAGS = ["--graph", "a", "--size", "11", "--max-steps", "60", "--num-envs", "8", "--sequence-length", "16"]
-FLAGS += ["--minibatches", "2", "--epochs", "1", "--hidden-size", "8", "--evaluations", "3"]
-FLAGS += ["--evaluation-episodes", "8", "--steps", "2048"]
-LEARNED = ["--meta", "learned", "--meta-start-success", "0", "--meta-ppo.sequence-length", "2"]
-LEARNED += ["--meta-ppo.sequences-per-update", "4", "--meta-ppo.minibatches", "2"]
 RUNS = {
     "fixed": [],
     "paper": ["--preset", "paper"],
@@ -43,7 +36,7 @@ RUNS = {
 
 @pytest.fixture(scope="module", params=RUNS)
 def options(request) -> list[str]:
-    return [*RUNS[request.param], *FLAGS, "--device", DEVICE]
+    return [*RUNS[request.param], "--graph", "a", *FLAGS, "--device", DEVICE]
 
 
 @pytest.fixture(scope="module")
@@ -105,19 +98,7 @@ def test_a_run_that_was_stopped_ends_with_every_file_equal(at, options, run, tmp
     assert differences(run, Path(out)) == []
 
 
-def test_it_plays_on_the_cpu_as_on_the_gpu(run):
-    trained = load(run, trust=True)
-    trainer = Trainer(RunFolder.open(run).config(), begins=False)
-    trainer.load_state_dict(RunFolder.open(run).load_checkpoint())
-    played = []
-    for pair in (trained.pair(4, seed=1), trainer.freeze(4, seed=1)):
-        turns = make_turns(trained.config, 4, seed=9, levels="evaluation")
-        played.append([pair.step(turns).actions.tolist() for _ in range(40)])
-    assert played[0] == played[1]
-
-
 def test_a_run_moves_between_devices(run, tmp_path):
-    """A state that was saved on either is one for both, in memory as in a file."""
     config, state = RunFolder.open(run).config(), RunFolder.open(run).load_checkpoint()
     for device in ("cpu", DEVICE, "cpu"):
         trainer = Trainer(config.changed(device=device, steps=4096), begins=False)
@@ -149,12 +130,6 @@ def test_generators_of_the_gpu_are_left_alone_and_its_memory_does_not_fill(run):
         memory.append(torch.cuda.memory_allocated())
     assert torch.equal(torch.cuda.get_rng_state(), before)
     assert max(memory[8:]) <= max(memory[4:8])
-
-
-def test_a_gpu_that_is_not_there_is_told_of_in_a_line(tmp_path):
-    with pytest.raises(InputError, match="has no device 'cuda:99' to compute on"):
-        train([*FLAGS, "--device", "cuda:99", "--out", str(tmp_path / "run")])
-    assert not list(tmp_path.iterdir())
 
 
 def test_processes_of_a_sweep_share_the_gpu(tmp_path):

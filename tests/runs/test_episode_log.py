@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-import torch
 from escape_room import WORLD
+from same_state import equal
 from turns_helpers import make
 
 from hierroom.agents.player import OraclePlayer
@@ -54,12 +54,6 @@ def test_success_length_and_return_are_those_of_the_window():
     assert log.means["success_rate"] == 199 / WINDOW
     assert log.means["episode_length"] == (200 * 10 + 300 * 30) / WINDOW
     assert log.means["episode_return"] == 0.5
-
-
-def equal(one: dict, other: dict) -> bool:
-    return torch.equal(one["returns"], other["returns"]) and all(
-        one[name] == other[name] for name in ("episodes", "window", "achieved")
-    )
 
 
 def test_a_step_that_ends_no_episode_adds_its_rewards_and_a_state_comes_back():

@@ -65,8 +65,6 @@ def run(tmp_path_factory):
 
 @pytest.fixture
 def evaluated(run, capsys):
-    """A function from options to what the command says of sampled actions."""
-
     def evaluated(*options):
         assert command.main([str(run), "--episodes", "100", "--json", *options]) == 0
         return json.loads(capsys.readouterr().out)["sampled"]
@@ -117,7 +115,6 @@ class Whole:
 
 
 def sizes_in(turns, player, episodes):
-    """The number of environments in each step of play."""
     return [len(step.rewards) for step in Play(turns, player, episodes)]
 
 

@@ -1,13 +1,7 @@
 """The short form of `tests/fuzz/checkpoints.py`, with a seed that does not change."""
 
-import sys
-from pathlib import Path
-
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
-
-import checkpoints
+from fuzz import checkpoints
 
 
 @pytest.mark.slow

@@ -75,6 +75,14 @@ def git(*arguments: str) -> str:
     return run_child(["git", *identity, *arguments], check=True, env=env).stdout
 
 
+def commit_files(*names: str) -> None:
+    git("init", "-q")
+    for name in names:
+        Path(name).write_text("1")
+    git("add", *names)
+    git("commit", "-qm", "one")
+
+
 def test_a_run_tells_each_command_that_worked_on_it(tmp_path):
     Path("mine.py").write_text(META)
     python = [sys.executable, "-m", "hierroom", "train"]
@@ -130,11 +138,7 @@ def test_the_commit_and_whether_files_differ_from_it(tmp_path, monkeypatch):
 
 def test_a_checkout_names_no_program_that_git_runs(tmp_path):
     """Its config may name filters and monitors: who trains within an unpacked archive did not choose them."""
-    git("init", "-q")
-    Path("file").write_text("1")
-    Path("other").write_text("1")
-    git("add", "file", "other")
-    git("commit", "-qm", "one")
+    commit_files("file", "other")
     assert describe_git(tmp_path)["is_dirty"] is False
     names = ["filter.x.clean", "filter.x.process", "core.fsmonitor", "core.sshCommand", "diff.external"]
     for name in names:
@@ -156,11 +160,8 @@ def test_a_checkout_names_no_program_that_git_runs(tmp_path):
 
 
 def test_the_version_of_a_checkout_tells_its_commit(tmp_path, monkeypatch):
-    git("init", "-q")
-    (tmp_path / "hierroom").mkdir()
-    Path("hierroom/__init__.py").write_text("")
-    git("add", ".")
-    git("commit", "-qm", "one")
+    Path("hierroom").mkdir()
+    commit_files("hierroom/__init__.py")
     monkeypatch.setattr(hierroom, "__version__", "1.2.dev3+gold")
     monkeypatch.setattr(hierroom, "__file__", str(tmp_path / "hierroom" / "__init__.py"))
     commit = describe_git(tmp_path)["commit"]
@@ -173,11 +174,8 @@ def test_the_version_of_a_checkout_tells_its_commit(tmp_path, monkeypatch):
 
 
 def test_no_secret_is_written(tmp_path, monkeypatch):
-    git("init", "-q")
+    commit_files("file")
     git("remote", "add", "origin", "https://user:hunter2@example.com/x.git")
-    Path("file").write_text("1")
-    git("add", "file")
-    git("commit", "-qm", "one")
     monkeypatch.setenv("MY_TOKEN", "hunter3")
     _, folder = session.begin(SMALL, tmp_path / "run")
     written = b"".join(path.read_bytes() for path in folder.path.rglob("*") if path.is_file())
@@ -352,7 +350,6 @@ def test_evaluating_and_resuming_say_what_changed_and_go_on(monkeypatch, capsys)
 
 
 def evaluated(capsys, arguments: list[str]) -> str:
-    """What the command says besides its results."""
     capsys.readouterr()
     assert evaluate.main([*arguments, "--episodes", "2"]) == 0
     return re.sub(r"(?m)^(?!warning).*\n?", "", capsys.readouterr().err)  # the progress bar is there too

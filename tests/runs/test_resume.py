@@ -78,18 +78,6 @@ def test_a_run_goes_on_from_any_checkpoint_whatever_was_written_after_it(checkpo
     assert differences(folder, out) == []
 
 
-def test_rows_of_a_learned_meta_controller_hold_its_last_update_after_a_resume(tmp_path, monkeypatch):
-    out = tmp_path / "run"
-    stop_at_update(monkeypatch, signal.SIGINT, 6)  # between two updates of the meta-controller
-    train([*RUNS["learned"], *FLAGS, "--out", str(out)])
-    train(["--resume", str(out)])
-    entropies = [row["meta_entropy"] for row in RunFolder.open(out).metrics.numbers()]
-    known = [n for n, entropy in enumerate(entropies) if entropy == entropy]
-    assert known == [*range(known[0], len(entropies))]
-    assert known[0] < 6 < len(entropies)
-    assert entropies[5] == entropies[6]
-
-
 def test_differences_are_seen(fixed, tmp_path):
     _, folder = fixed
     shutil.copytree(folder, out := tmp_path / "run")
@@ -190,7 +178,6 @@ def test_events_that_cannot_be_written_are_warned_of_once(fixed, tmp_path, monke
 
 @pytest.mark.slow
 def test_kills_at_any_place_lose_nothing():
-    """The short form of what docs/reliability.md tells of."""
     command = [sys.executable, str(KILLS), "--kills", "6", "--runs", "learned", "--seed", "3"]
     done = run_child(command)
     assert done.returncode == 0, done.stdout + done.stderr

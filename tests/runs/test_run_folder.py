@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from hierroom.goals import GoalGraph, as_goal_graph
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder import checkpoint
 from hierroom.runs.folder.run_folder import RunFolder
@@ -23,32 +22,6 @@ def state_after(steps, **mine):
     outline = {"config": "{}", "turns": {}, "agents": {"meta_0": mine, "controller_0": {}}, "log": {}}
     tables = dict.fromkeys(checkpoint.TABLES, 0)
     return {**outline, "tables": tables, "steps": steps, "seconds": 0.0, "compile_seconds": 0.0}
-
-
-def test_rows_after_a_checkpoint_are_deleted_and_those_before_stay_as_they_were(tmp_path):
-    folder = RunFolder.create(tmp_path / "run", SMALL)
-    for steps in (10, 20):
-        folder.metrics.append([{"steps": steps, "success_rate": 0.1 + 0.2, "episode_length": float("nan")}])
-        folder.save_checkpoint(state_after(steps))
-    metrics = folder.path / "metrics.csv"
-    first = metrics.read_bytes().splitlines(keepends=True)[:2]
-    again = RunFolder.open(folder.path)
-    again.keep_rows(again.load_checkpoint(10))
-    assert metrics.read_bytes() == b"".join(first)
-
-
-def test_a_run_keeps_its_goal_graph(tmp_path):
-    own = tmp_path / "own.toml"
-    GoalGraph((0, 1), 2).to_toml(own)
-    config = SMALL.changed(graph=str(own))
-    folder = RunFolder.create(tmp_path / "run", config)
-    own.unlink()
-    moved = RunFolder.open(folder.path.rename(tmp_path / "elsewhere"))
-    assert as_goal_graph(moved.config().env.graph) == GoalGraph((0, 1), 2)
-    assert moved.config().changed(graph="a") == SMALL
-    table = json.loads((moved.path / "config.json").read_text())
-    assert table["env"]["graph"] == [{"name": "own", "key_rooms": [0, 1], "exit_room": 2}]
-    assert not list(moved.path.glob("*.toml"))
 
 
 def test_a_file_that_is_called_as_a_named_graph_is_not_the_graph(tmp_path, monkeypatch):

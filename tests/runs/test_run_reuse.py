@@ -108,21 +108,7 @@ def test_what_was_left_out_in_training_stays_out_unless_other_graphs_are_named(t
     assert agent.env(graph="rooms:4", exclude="d").exclude == ("d",)
 
 
-def test_a_run_goes_on_naming_its_graph_as_it_was_named(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    GoalGraph((0, 1, 1), 3).to_toml("mine.toml")
-    flags = ["--graph", "mine.toml", "--size", "11", "--max-steps", "60", "--num-envs", "8", "--minibatches", "2"]
-    assert train([*flags, "--steps", "512", "--out", "run"]) == 0
-    (tmp_path / "mine.toml").unlink()
-    assert train(["--resume", "run", "--steps", "1024"]) == 0
-    folder = RunFolder.open("run")
-    assert folder.config().env.graph == GoalGraph((0, 1, 1), 3)
-    assert folder.config().title.startswith("hippo with meta-controller fixed-dfs on graph mine, seed 0")
-    assert run_name(folder.config()).startswith("hippo-fixed-dfs-mine-seed0-size11-")
-
-
 def test_a_run_on_a_set_of_graphs_goes_on_without_their_files(tmp_path, monkeypatch):
-    """The sets are equal turn by turn, though the file is gone and the folder another."""
     monkeypatch.chdir(tmp_path)
     own = GoalGraph((0, 1, 1), 3)
     own.to_toml("mine.toml")

@@ -67,7 +67,6 @@ def run(tmp_path, monkeypatch) -> RunFolder:
 
 
 def plant(entry: str, spec: str) -> None:
-    """Let the folder's config name code."""
     path = Path("run/config.json")
     config = json.loads(path.read_text())
     config[PARTS[entry]][entry] = spec

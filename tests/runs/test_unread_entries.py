@@ -17,18 +17,15 @@ from hierroom.train import main as train
         ({}, ()),
         ({"novelty_bonus": 9.0}, ("novelty_bonus",)),
         ({"novelty_bonus": 9.0, "method": "ppo-novelty"}, ()),
-        ({"novelty_bonus": 9.0, "reward": "novelty"}, ()),
         ({"curiosity_weight": 3.0}, ("curiosity_weight",)),
         ({"curiosity_weight": 3.0, "method": "ppo-rnd"}, ()),
         ({"meta_start_success": 0.9}, ("meta_start_success",)),
         ({"meta_start_success": 0.9, "meta": "learned"}, ()),
-        ({"method": "ppo", "meta": "none"}, ()),
         ({"method": "ppo", "meta": "random"}, ("meta",)),
         ({"method": "ppo-bonus", "subgoal_horizon": 5, "goal_mask": "none"}, ("subgoal_horizon", "goal_mask")),
         ({"method": "ppo", "reward": "intrinsic", "meta": "random"}, ()),
         ({"method": "ppo", "reward": "own:Reward", "meta": "random"}, ()),
         ({"method": "ppo", "meta": "own:Meta", "goal_mask": "none"}, ()),
-        ({"method": "ppo-sketch", "meta": "random"}, ()),
     ],
 )
 def test_an_entry_is_read_by_some(changes, unread):
@@ -53,8 +50,6 @@ def test_commands_say_so(tmp_path, monkeypatch, capsys):
     assert "keys-0-exit-1" in said.partition("subgoal_horizon")[0], "two graphs that are the same are told of, too"
     assert sweep(["meta_ppo.gamma=0.9,0.99", "method=hippo,ppo", "--list"]) == 0
     assert capsys.readouterr().err == "warning: meta_ppo.gamma is given, and has no effect on any run of the sweep\n"
-    assert sweep(["novelty_bonus=0.03,0.2", "method=hippo,ppo", "--list"]) == 0
-    assert capsys.readouterr().err == "warning: novelty_bonus is given, and has no effect on any run of the sweep\n"
     assert sweep(["novelty_bonus=0.1,0.2", "method=hippo,ppo-novelty", "--list"]) == 0
     assert capsys.readouterr().err == ""
     (tmp_path / "plan.toml").write_text('method = "hippo"\n[[variants]]\nname = "x"\nnovelty_bonus = 0.5\n')

@@ -148,7 +148,6 @@ def test_damage_is_seen(tmp_path, trained):
 
 
 def changed(path: Path, **metadata: str) -> None:
-    """Write the file again, its digest as it was, with other metadata."""
     with safe_open(path, "pt") as file:
         told, tensors = file.metadata(), {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
     save_file(tensors, path, {**told, **metadata})

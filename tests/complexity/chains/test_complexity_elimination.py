@@ -138,7 +138,6 @@ def test_sizes_around_a_block_of_columns(n):
 
 
 def test_the_kernel_is_its_own_source(monkeypatch):
-    """Compiled and as plain Python it gives the same factors, to the bit."""
     unrolled = AugmentedGraph(GoalGraph((0, 0, 1, 2), 4), drop_key=True)
     moves, leaving = unrolled.weights[:-1][:, :-1], np.ones(len(unrolled.nodes) - 1) * 1e-3
     compiled = Elimination(moves, leaving).solve(np.ones(len(leaving)))

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from hierroom.agents.player import RandomPlayer
 from hierroom.complexity import (
     AugmentedGraph,
     Walk,
@@ -17,12 +16,8 @@ from hierroom.complexity import (
     laplacian_sensitivity,
     mean_first_passage_time,
 )
-from hierroom.complexity.walk import PAPER_WALK
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
-from hierroom.lab.measure import measure
 from hierroom.support.errors import InputError
-from hierroom.turns.turns import Turns
-from hierroom.worlds.env_config import EnvConfig
 
 TO_TWO_DIGITS = {
     False: (8.36, 12.05, 15.07, 15.10, 17.09, 22.44, 27.50),
@@ -54,15 +49,7 @@ def test_every_graph_against_a_dense_pseudo_inverse(n_rooms, drop_key):
         assert laplacian_hitting_time(unrolled.weights.toarray(), 0, unrolled.exit) == pytest.approx(dense, abs=1e-9)
 
 
-def test_a_large_graph_against_a_dense_pseudo_inverse():
-    report = analyze(GoalGraph((0, 0, 0, 0, 0, 0), 1), drop_key=True)
-    assert report.nodes == 449
-    dense = dense_hitting_time(report.chain.weights.toarray(), 0, 448)
-    assert report.hitting_time == pytest.approx(dense, abs=1e-9)
-
-
 def solve_exactly(matrix, right):
-    """Gauss-Jordan elimination in fractions."""
     rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
     for column in range(len(rows)):
         pivot = next(r for r in range(column, len(rows)) if rows[r][column])
@@ -102,7 +89,6 @@ def test_graph_a_in_exact_fractions():
 
 
 def corridor(n, ahead, back):
-    """The walk on n nodes in a row."""
     return np.diag(np.full(n - 1, ahead), 1) + np.diag(np.full(n - 1, back), -1)
 
 
@@ -145,13 +131,6 @@ def test_it_exceeds_its_limit_where_many_steps_are_spent_at_the_start(drop_key):
         assert (report.hitting_time > 100) == is_above
         above += is_above
     assert 0 < above < 11
-
-
-def test_that_of_random_play_follows_from_its_visits_too():
-    turns = Turns(EnvConfig("a", size=11, max_steps=2000), 10, seed=0)
-    chain = measure(turns, RandomPlayer(np.random.default_rng(0)), 20).chain
-    assert chain.hitting_time == pytest.approx(by_visits(chain, PAPER_WALK.restart), rel=1e-9)
-    assert chain.hitting_time > 100
 
 
 def test_with_symmetric_weights_it_is_the_effective_resistance():

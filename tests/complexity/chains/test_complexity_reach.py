@@ -5,13 +5,7 @@ import pytest
 import scipy.sparse as sp
 from simulated_walks import simulate_passage_times
 
-from hierroom.complexity import (
-    AugmentedGraph,
-    analyze,
-    expected_states,
-    hitting_probability,
-    reach_probability,
-)
+from hierroom.complexity import AugmentedGraph, analyze, expected_states, hitting_probability, reach_probability
 from hierroom.complexity.chains import reach as reach_module
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.support.errors import InputError
@@ -116,12 +110,6 @@ def test_a_time_without_end_changes_nothing_before_it():
 
 def test_no_nodes_are_no_states():
     assert expected_states(np.eye(3), 0, [0, 5], nodes=[]).tolist() == [0, 0]
-
-
-def test_waits_longer_than_any_clock_are_given_up():
-    w = np.zeros((3, 3))
-    w[0, 1], w[1, 2] = 0.5, 1e-19
-    assert (simulate_passage_times(w, 0, 2, 20, np.random.default_rng(0)) == -1).all()
 
 
 @pytest.mark.filterwarnings("error")

@@ -10,7 +10,7 @@ from gymnasium import spaces
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hierroom.complexity import Chain, analyze, measure_env, measure_trajectories
+from hierroom.complexity import Chain, measure_env, measure_trajectories
 from hierroom.support.errors import InputError
 
 
@@ -35,7 +35,6 @@ def cell(env):
 
 
 def test_a_plain_graph_is_a_uniform_walk():
-    """From the end of a path to the other end: n^2 steps."""
     chain = Chain.from_networkx(nx.path_graph(6), 0, 5)
     assert chain.expected_steps == pytest.approx(25)
     assert chain.labels == tuple("012345")
@@ -50,17 +49,6 @@ def test_weights_are_probabilities_or_rates():
     assert Chain.from_networkx(graph, "start", "end", weight=None).expected_steps == pytest.approx(2)
     counted = nx.MultiDiGraph([("a", "b"), ("a", "b"), ("a", "c"), ("c", "b")])
     assert Chain.from_networkx(counted, "a", "b").expected_steps == pytest.approx(1 + 1 / 3)
-
-
-def test_a_graph_and_a_matrix_of_the_paper_s_walk_agree_with_the_report():
-    report = analyze("f")
-    chain = Chain.from_matrix(report.chain.weights, 0, report.augmented.exit, report.augmented.labels)
-    assert chain.expected_steps == pytest.approx(report.expected_steps)
-    assert chain.std == pytest.approx(report.std)
-    assert chain.hitting_time == pytest.approx(report.hitting_time)
-    graph = nx.from_scipy_sparse_array(report.chain.weights, create_using=nx.DiGraph)
-    again = Chain.from_networkx(graph, 0, report.augmented.exit)
-    assert again.expected_steps == pytest.approx(report.expected_steps)
 
 
 def test_nodes_of_a_matrix_have_names():
@@ -124,15 +112,6 @@ def test_an_episode_that_begins_elsewhere_is_refused_before_the_next_one(second,
     assert done == [1]
 
 
-def test_each_dash_is_explained():
-    told = "-: no deviation was observed, as fewer than two episodes escaped"
-    assert told in str(measure_trajectories([["a", "b"]], "b"))
-    cut = measure_trajectories([["a", "b"], ["a", "a"]], "b")
-    assert "-: not observed, as episodes were truncated after 1 steps" in str(cut)
-    both = str(measure_trajectories([["a", "b"], ["a", "a", "b"]], "b"))
-    assert "not observed" not in both
-
-
 def test_a_chain_of_counts_needs_a_label_for_each_node():
     played = measure_trajectories([["a", "b"]], "b")
     with pytest.raises(InputError, match="counts over 2 nodes need 2 labels, not 1"):
@@ -169,28 +148,17 @@ def test_a_memory_is_seen():
     assert "play is NOT Markov" in played._repr_html_()
 
 
-def test_a_policy_and_a_limit():
-    assert measure_env(Corridor(), cell, 4, lambda observation: 1, episodes=3).empirical_steps == 4
-    with pytest.warns(UserWarning, match="no episode reaches"):
-        assert measure_env(Corridor(), cell, 4, lambda observation: 1, episodes=3, max_steps=3).success_rate == 0
-
-
 def test_bad_input_is_one_line():
     half = nx.DiGraph()
     half.add_edge(0, 1, weight=0.5)
     half.add_edge(1, 0)
-    heavy = nx.DiGraph()
-    heavy.add_weighted_edges_from([(0, 1, 2.0)])
     words = nx.DiGraph()
     words.add_edge(0, 1, weight="much")
     twins = nx.DiGraph([(1, "1")])
     for attempt, message in (
         (lambda: Chain.from_networkx(nx.path_graph(3), 0, 7), "no node 7 among the 3 nodes 0, 1, 2"),
         (lambda: Chain.from_networkx(nx.path_graph("sab"), "s", "s"), "two nodes, but both are 's'"),
-        (lambda: Chain.from_matrix([[0, 1], [1, 0]], 1, 1), "two nodes, but both are '1'"),
-        (lambda: Chain.from_networkx(nx.Graph(), 0, 1), "at least one node"),
         (lambda: Chain.from_networkx(half, 0, 1), "1 of 2 have it"),
-        (lambda: Chain.from_networkx(heavy, 0, 1), "sum to at most 1"),
         (lambda: Chain.from_networkx(words, 0, 1), "must be a number"),
         (lambda: Chain.from_networkx(twins, 1, "1"), "two of them are called '1'"),
         (lambda: Chain.from_matrix([[0, 1], [1, 0]], 0, 2), "from 0 to 1"),

@@ -1,4 +1,4 @@
-"""The long run of a walk against closed forms, and against deeptime where it is installed."""
+"""The long run of a walk against closed forms."""
 
 import math
 from dataclasses import asdict
@@ -94,17 +94,6 @@ def test_committors_of_the_gamblers_ruin():
     np.testing.assert_allclose(committor(weights, [0, 6], 3)[[0, 1, 3, 5, 6]], [0, 1 / 3, 1, 1 / 3, 0])
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_deeptime_agrees(seed):
-    tools = pytest.importorskip("deeptime.markov.tools.analysis")
-    weights = random_chain(seed)
-    chances = weights + np.diag(1 - weights.sum(axis=1))
-    np.testing.assert_allclose(stationary_distribution(weights), tools.stationary_distribution(chances))
-    np.testing.assert_allclose(committor(weights, [0], [4, 5]), tools.committor(chances, [0], [4, 5]), atol=1e-12)
-    moduli = np.sort(np.abs(tools.eigenvalues(chances)))
-    assert spectral_gap(weights) == pytest.approx(1 - moduli[-2])
-
-
 @pytest.mark.parametrize("most_dense_nodes", [2000, 10])
 @pytest.mark.parametrize("n", [60, 200])
 def test_the_gap_of_a_corridor_however_its_nodes_are_numbered(n, most_dense_nodes, monkeypatch):
@@ -123,7 +112,6 @@ def test_the_gap_of_a_walk_with_several_ends_and_nodes_that_are_left():
 
 @pytest.mark.parametrize("n", [6, 8])
 def test_the_cover_time_of_a_corridor_against_the_stream(n):
-    """From its end all nodes are visited when the first one is."""
     weights = np.diag(np.full(n - 1, 0.9), 1) + np.diag(np.full(n - 1, 0.001), -1)
     exact = passage_exactly(weights, 0)[0][n - 1]
     assert exact > 10**14
@@ -175,12 +163,6 @@ def test_bad_input_is_one_line():
     ):
         with pytest.raises(InputError, match=words):
             attempt()
-
-
-def test_a_chain_of_any_graph_has_them_all():
-    found = measure_walk(Chain.from_networkx(nx.cycle_graph(5), 0, 2))
-    assert found.cover == pytest.approx(10)
-    assert found.at_exit == pytest.approx(0.2)
 
 
 @pytest.mark.parametrize("seed", range(5))
