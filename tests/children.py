@@ -24,5 +24,4 @@ def run_child(
 
 
 def run_python(*arguments: str | Path, quiet_seconds: float = 30, **options: Any) -> subprocess.CompletedProcess[str]:
-    """Run this Python with these arguments, as `run_child` does."""
     return run_child([sys.executable, *arguments], quiet_seconds=quiet_seconds, **options)

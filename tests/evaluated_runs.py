@@ -47,10 +47,8 @@ def make_run(
 
 
 def line(end: float, start: float = 0.0) -> Callable[[float], float]:
-    """A success rate that rises in a straight line until a million steps."""
     return lambda steps: start + (end - start) * steps / 1_000_000
 
 
 def rise(middle: float, top: float = 1.0) -> Callable[[float], float]:
-    """A success rate that is half its top after ``middle`` steps, on a curve that looks like learning."""
     return lambda steps: top * steps**3 / (steps**3 + middle**3)

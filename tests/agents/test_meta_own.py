@@ -182,8 +182,6 @@ def test_a_function_without_a_level_argument_raises_input_error():
 
 
 class Saying:
-    """Returns what it was told to."""
-
     def __init__(self, said):
         self.said = said
 
@@ -211,8 +209,6 @@ def test_an_invalid_choice_raises_input_error(said, what):
 
 
 class Diary:
-    """Writes down what it is asked, and gives the first legal goal."""
-
     def __init__(self):
         self.begun, self.asked = [], []
 
@@ -296,8 +292,6 @@ def test_an_invalid_choice_of_a_plain_function_raises_input_error(bad):
 
 
 class Watcher:
-    """Notes what it is shown, and where the episodes are that it hears of."""
-
     def __init__(self):
         self.seen = []
 
@@ -310,7 +304,6 @@ class Watcher:
 
 
 def check_watched(seen, n_envs, n_steps):
-    """Every step was shown once, in its order, with the environments that begin anew where an episode ended."""
     assert len(seen) == n_steps
     clocks = np.zeros(n_envs, int)
     for _, lengths, begun in seen:

@@ -264,7 +264,6 @@ def test_a_network_may_overwrite_its_inputs(outside):
 
 
 def test_statistics_that_move_in_training_stand_still_in_evaluations(outside):
-    """Training is the same, however often it is evaluated."""
     trained = []
     for evaluations in (0, 2):
         trainer = Trainer(SMALL.changed(network=f"{outside}:Averaging", minibatches=2))

@@ -48,7 +48,6 @@ def learned_state(trainer):
 
 
 def learned_meta(config=SMALL):
-    """The learned meta-controller of a config, untrained."""
     agent, _ = make_agents(config)
     assert isinstance(agent, PPOAgent)
     return agent
@@ -66,14 +65,12 @@ def take_turns(agent, turns, goals=None):
 
 
 def move(turns, action=1):
-    """Let the controller take the same action everywhere; returns the step."""
     observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
     turns.act(CONTROLLER, observation, np.full(len(turns), action))
     return turns.advance()
 
 
 def way(turns, name):
-    """The actions of the shortest way to a goal, ``k1``, ``d1`` or ``x``."""
     return shortest_actions(turns.world.get_state(), *goal_ids(turns, name))
 
 

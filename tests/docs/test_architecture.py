@@ -81,7 +81,6 @@ EQUATIONS = [name for row in TABLE for name in re.findall(r"`([a-z_]+\.[\w.]+)`"
 
 @pytest.mark.parametrize("name", EQUATIONS)
 def test_each_equation_stands_where_the_table_says(name):
-    """The longest beginning of the name that is a module, and then attribute by attribute."""
     words = ["hierroom", *name.split(".")]
     for end in range(len(words), 0, -1):
         try:

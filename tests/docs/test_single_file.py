@@ -35,7 +35,6 @@ def test_it_is_at_most_300_lines():
 
 
 def test_nothing_that_learns_is_imported():
-    """Neither by the file itself nor by what it imports."""
     imports = [node for node in ast.walk(ast.parse(FILE.read_text())) if isinstance(node, ast.ImportFrom | ast.Import)]
     names = {getattr(node, "module", None) or node.names[0].name for node in imports}
     others = {name.split(".")[0] for name in names} - set(sys.stdlib_module_names)
@@ -83,7 +82,6 @@ def random_features(features, *shape):
 
 
 def played(single_file, n_steps):
-    """Both agents after some steps in which they do not learn."""
     turns = single_file.make_turns(settings(), 16, "training")
     turns.world.stagger_clocks()
     agents = {}

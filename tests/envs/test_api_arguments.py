@@ -54,7 +54,6 @@ def turns_of(env):
 
 
 def graphs_of(env, n_episodes=12):
-    """The goal graphs of the first episodes of the first environment."""
     graphs = []
     for seed in [3] + [None] * (n_episodes - 1):
         env.reset(seed=seed)

@@ -135,7 +135,6 @@ def test_spaces_are_the_same_objects_at_every_call():
 
 
 def spoil(thing):
-    """Change everything in it that can be changed."""
     if isinstance(thing, dict):
         for key, value in list(thing.items()):
             spoil(value)
@@ -163,7 +162,6 @@ APIS = {
 
 
 def advance(env, rng):
-    """One random step; everything that comes back."""
     if hasattr(env, "possible_agents"):
         if not env.agents:
             return env.reset()
@@ -175,7 +173,6 @@ def advance(env, rng):
 
 @pytest.mark.parametrize("api", APIS)
 def test_returned_arrays_belong_to_the_caller(api):
-    """Spoiling it changes nothing, and what was kept does not change later."""
     env, twin = APIS[api](), APIS[api]()
     rng, twin_rng = np.random.default_rng(0), np.random.default_rng(0)
     spoil(env.reset(seed=7, options={"complexity": True}))

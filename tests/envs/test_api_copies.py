@@ -75,7 +75,6 @@ COPIES = {"pickle": lambda env: pickle.loads(pickle.dumps(env)), "deepcopy": cop
 
 
 def plain(value):
-    """Observations, rewards and infos as something that can be compared."""
     if isinstance(value, dict):
         return {name: plain(one) for name, one in value.items()}
     if isinstance(value, (list, tuple)):

@@ -54,10 +54,7 @@ def test_invalid_arguments_raise_input_error(api, arguments, said, tmp_path, mon
             lambda: gymnasium.make_vec("hierroom/EscapeRoom-a-v0", 0),
             "num_envs must be a whole number from 1 to 2**31 - 1, not 0",
         ),
-        (
-            lambda: EscapeRoom(meta="best"),
-            "a meta-controller is one of fixed-dfs, random, oracle, none, ",
-        ),
+        (lambda: EscapeRoom(meta="best"), "a meta-controller is one of fixed-dfs, random, oracle, none, "),
         (lambda: hierroom.raw_env().reset(seed=-1), "a seed must be a whole number from 0 to 2**63 - 1, not -1"),
         (lambda: EscapeRoom().reset(seed=-1), "a seed must be a whole number from 0 to 2**63 - 1, not -1"),
         (lambda: EscapeRooms(2).reset(seed=[1, -2]), "a seed must be a whole number from 0 to 2**63 - 1, not -2"),

@@ -20,7 +20,6 @@ hierroom.register("fork", hierroom.GoalGraph((0, 1, 1), 3, label="fork"))
 
 @pytest.fixture(autouse=True)
 def unregistered():
-    """No test leaves an id behind."""
     before = dict(gymnasium.registry)
     yield
     gymnasium.registry.clear()

@@ -59,13 +59,7 @@ N_ENVS = 2
 
 
 def problems(name: str, count: int, seed: int) -> Iterator[tuple[str, str | None]]:
-    """What was tried on an API, and what is wrong with how it ended, or None.
-
-    Args:
-        name: of the API, in `APIS`.
-        count: how many are tried.
-        seed: fixes them.
-    """
+    """Yield what was tried on an API, and what is wrong with how it ended, or None."""
     rng = random.Random(f"{seed} {name}")
     signature = inspect.signature(SIGNATURES.get(name, APIS[name])).parameters
     parameters = [p for p in {**vars(EnvConfig()), **signature} if p not in ("num_envs", "entries")]

@@ -50,7 +50,7 @@ def damaged(content: bytes, rng: random.Random) -> bytes:
 
 
 def lost(path: Path, right: bytes, wrong: bytes, steps: int, told: str) -> str | None:
-    """What a resumed run has lost of a table without a word, or None.
+    """Return what a resumed run has lost of a table without a word, or None.
 
     Args:
         path: the table, after the run was resumed.
@@ -93,10 +93,5 @@ def attempts(seed: int) -> Iterator[tuple[bytes, str | None]]:
         yield wrong[-300:], f"{name} of {table}: {problem}" if problem else None
 
 
-def main() -> int:
-    """Print what goes wrong; returns 1 if anything does."""
-    return report(__doc__, "damaged tables", attempts)
-
-
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(report(__doc__, "damaged tables", attempts))

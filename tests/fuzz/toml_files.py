@@ -70,10 +70,5 @@ def attempts(seed: int) -> Iterator[tuple[str, str | None]]:
         yield text, wrong_end(*end_of(name, words))
 
 
-def main() -> int:
-    """Print what goes wrong; returns 1 if anything does."""
-    return report(__doc__, "TOML files", attempts)
-
-
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(report(__doc__, "TOML files", attempts))

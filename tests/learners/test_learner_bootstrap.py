@@ -57,7 +57,6 @@ def check_same(network, found, expected):
 
 
 def learned_from(learner):
-    """The batch that an update learns from."""
     batches, train = [], learner._backend.train
     learner._backend.train = lambda batch, *rest: batches.append(batch) or train(batch, *rest)
     learner.update(0.0)

@@ -14,8 +14,6 @@ SPACE = AgentSpace((3, LENGTH), 2)
 
 
 class Memoryless(nn.Module):
-    """A user's own network that keeps the protocol and remembers nothing."""
-
     def __init__(self, space, hidden_size):
         super().__init__()
         self.encoder = FeatureEncoder(space.cardinalities, hidden_size)

@@ -21,7 +21,6 @@ both_paths = pytest.mark.parametrize("network", [None, PlainTorchNetwork], ids=[
 
 
 def recomputed_log_probs(network, batch):
-    """Log-probabilities of a batch's actions, from `sequence`."""
     with torch.no_grad():
         logits, values = network.sequence(
             torch.from_numpy(batch.features), torch.from_numpy(batch.initial_states), torch.from_numpy(batch.resets)

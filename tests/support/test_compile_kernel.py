@@ -36,7 +36,6 @@ print(njit()(double)(21), njit()(double)(21))
 
 @pytest.fixture
 def temporary(tmp_path, monkeypatch):
-    """A folder for temporary files of this test's own."""
     path = tmp_path / "tmp"
     path.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(path))
@@ -183,7 +182,6 @@ def test_every_kernel_is_in_the_folder_of_its_source():
 
 
 def on_a_terminal(code):
-    """What a process writes to its standard error, a terminal."""
     ours, theirs = pty.openpty()
     done = run_python("-c", code, stdout=subprocess.PIPE, stderr=theirs, check=True, text=False)
     os.write(theirs, b"|")

@@ -19,7 +19,6 @@ def state_of(level):
 @pytest.mark.parametrize("drop_key", [False, True])
 @pytest.mark.parametrize("size", [11, 63])
 def test_a_state_is_novel_at_its_first_visit_in_an_episode(size, drop_key):
-    """The agent's cell with the keys it has found and the doors it has opened, kept in a plain set."""
     world = Engine([NAMED_GRAPHS["f"]], size=size, max_steps=400, drop_key=drop_key, memories=["visited"])
     rng = np.random.default_rng(0)
     n_novel = 0

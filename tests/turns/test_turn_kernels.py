@@ -62,7 +62,6 @@ def test_the_ledger_is_its_twin(seed, n, horizon, ends_with_option, autoreset):
 
 @pytest.mark.parametrize("mask", GOAL_MASKS)
 def test_goals_are_legal_and_chosen_as_the_twins_say(mask):
-    """With what is not legal among the choices, on turn and off it."""
     n, rng = 6, np.random.default_rng(3)
     for graph in "adg":
         turns = make(graph, n=n, goal_mask=mask, max_steps=60, subgoal_horizon=5)

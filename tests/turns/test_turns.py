@@ -68,8 +68,6 @@ def test_without_a_choice_there_is_no_goal():
 
 
 class Spoiler:
-    """Chooses the exit, and tries to make that legal."""
-
     def choose(self, observations, legal, situation):
         legal[:] = True
         for array in (*observations.values(), situation.uniforms, situation.goals, situation.outcomes):

@@ -17,7 +17,6 @@ SETTINGS = {"curriculum_stages": 2, "max_steps": 120}
 
 @pytest.fixture(scope="module")
 def stages():
-    """The goal graphs of the two stages."""
     easy, hard = map(set, GraphSet(INTERVAL).stages(2))
     assert not easy & hard
     return easy, hard
@@ -112,7 +111,6 @@ def test_going_back_restores_the_stage(stages):
     kept = {name: array.copy() for name, array in state.items()}
 
     def play_and_note(turns):
-        """What happens until some time after the easy stage has come back."""
         told = []
         for _ in range(9 * SETTINGS["max_steps"]):
             step = turn_left(turns)

@@ -50,7 +50,6 @@ def test_a_dropped_key_is_a_goal_again():
 
 
 def test_seen_goals_are_those_that_came_into_view():
-    """Against the union of the views of the episode, read tile by tile."""
     turns = make("c", seed=1, max_steps=120)
     rng = np.random.default_rng(0)
     came_into_view, most = set(), 0

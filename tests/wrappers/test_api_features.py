@@ -39,7 +39,6 @@ def expected(seed, names=NAMES, agent=CONTROLLER):
 
 
 def choice(env):
-    """What the fixed depth-first meta-controller chooses in a PettingZoo environment."""
     turns = env.unwrapped.single.turns
     situation = turns.situation(np.arange(1))
     return int(FixedDFS().choose(None, situation.legal, situation)[0])

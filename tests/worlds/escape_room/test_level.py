@@ -116,7 +116,6 @@ def test_a_level_says_what_the_state_holds(mask):
 
 
 def test_the_level_is_that_of_the_environment_asked_for():
-    """Also where a situation holds only some of the environments."""
     turns = make("d", 6, seed=2)
     everywhere, some = turns.situation(np.arange(6)), turns.situation(np.array([4, 1]))
     assert [some.level(0), some.level(1)] == [everywhere.level(4), everywhere.level(1)]

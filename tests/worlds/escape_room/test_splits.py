@@ -14,7 +14,6 @@ from hierroom.worlds.escape_room.engine import Engine
 
 
 def layouts(graph, size, levels, seed=0, n=300, episodes=4):
-    """The grids of many levels, as bytes."""
     world = Engine([GoalGraph.named(graph)], n, size=size, seed=seed, levels=levels)
     grids = []
     for _ in range(episodes):

@@ -129,7 +129,6 @@ def test_branch_replay_compare():
 
 
 def assert_same_view(world: Engine, n: int):
-    """An environment's outcome shows its current view, as a step that does nothing would."""
     shown = world.outcomes["tiles"][n].copy()
     probe = Engine(GRAPHS, size=world.state.size)
     probe.set_state(world.get_state(n))

@@ -82,7 +82,6 @@ def test_nothing_of_the_last_episode_is_left():
 
 @pytest.fixture(scope="module")
 def sample():
-    """20,000 levels of graph f at the default size."""
     return Engine([NAMED_GRAPHS["f"]], 20_000, seed=11).state
 
 

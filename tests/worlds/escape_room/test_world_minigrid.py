@@ -52,7 +52,6 @@ def play(world, env, actions):
 
 
 def bold_actions(world, rng):
-    """Random actions without end; half of the time one that does something to what is ahead, if there is one."""
     while True:
         level = world.state.levels[0]
         ahead = level.row + constants.ROW_STEP[level.direction], level.col + constants.COL_STEP[level.direction]
@@ -69,7 +68,6 @@ def bold_actions(world, rng):
 @pytest.mark.parametrize("size", [11, 19, 31])
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 def test_random_walks(graph, size, can_drop):
-    """48 cases of 500 steps or more."""
     rng = np.random.default_rng(size)
     world = Engine([graph], size=size, seed=8, drop_key=can_drop, max_steps=150)
     taken = 0
