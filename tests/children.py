@@ -14,10 +14,7 @@ def run_child(
 ) -> subprocess.CompletedProcess[str]:
     """Run a command to its end, and keep its output as text.
 
-    Args:
-        words: the command and its arguments.
-        quiet_seconds: at least what it takes on a quiet machine.
-        options: further arguments of `subprocess.run`.
+    `quiet_seconds` is at least what it takes on a quiet machine; options are those of `subprocess.run`.
     """
     usual = {"text": True, "check": False, "capture_output": not {"stdout", "stderr"} & {*options}}
     return subprocess.run([*map(str, words)], timeout=TIMES_QUIET * quiet_seconds, **usual | options)

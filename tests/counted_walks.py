@@ -10,20 +10,9 @@ from hierroom.support.errors import InputError
 
 
 def count_transitions(trajectories: Iterable[ArrayLike], n_nodes: int, start: int, exit_node: int) -> EpisodeCounts:
-    """Count the transitions of whole episodes.
+    """Count the transitions of whole episodes, each given as its nodes [length + 1] from the start on.
 
-    Args:
-        trajectories: for each episode its nodes [length + 1], from the start on; it escaped if the last is the exit,
-            and else was truncated there, which counts as one more transition, back to the start.
-        n_nodes: number of nodes.
-        start: the node every episode begins at.
-        exit_node: the node that ends an episode.
-
-    Returns:
-        The counts of each episode.
-
-    Raises:
-        InputError: if there is no episode, one does not begin at the start or passes the exit, or a node is unknown.
+    An episode escaped if its last node is the exit; else it was truncated there, and one more transition leads back.
     """
     keys, triples, lengths, escaped = [], [], [], []
     for episode, trajectory in enumerate(trajectories):

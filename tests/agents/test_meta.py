@@ -110,12 +110,6 @@ def test_random_goals_are_legal_and_uniform():
     assert chisquare(np.bincount(chosen[1])).pvalue > 1e-3
 
 
-def test_the_meta_controller_none_chooses_no_goal():
-    turns = make(GoalGraph.named("e"), 9)
-    take_turn(make_meta("none"), turns)
-    assert turns.goals.tolist() == [-1] * 9
-
-
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 def test_oracle_goals_lie_on_a_shortest_way(graph):
     turns, meta = make(graph, seed=2), make_meta("oracle")

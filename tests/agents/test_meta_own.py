@@ -94,11 +94,6 @@ def test_an_entry_point_of_an_installed_package(outside, tmp_path, monkeypatch):
     assert type(make_meta("lucky")).__name__ == "Mine"
 
 
-def test_a_meta_controller_itself():
-    mine = META_CONTROLLERS["random"]()
-    assert make_meta(mine) is mine
-
-
 @pytest.mark.parametrize(
     ("spec", "said"),
     [

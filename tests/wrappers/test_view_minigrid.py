@@ -12,6 +12,7 @@ from minigrid.core.world_object import Goal, Key
 
 import hierroom
 from hierroom import InputError
+from hierroom import minigrid_view as view
 from hierroom.goals import COLOURS, GOAL_VECTORS
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
@@ -149,18 +150,10 @@ def test_the_whole_grid_holds_the_exit_the_keys_and_the_agent():
 @pytest.mark.parametrize(
     ("attempt", "said"),
     [
+        (lambda: view(gymnasium.make("CartPole-v1")), "minigrid_view takes a Gymnasium environment of hierroom, not"),
+        (lambda: view(hierroom.env()), "minigrid_view takes a Gymnasium environment of hierroom, not"),
         (
-            lambda: hierroom.minigrid_view(gymnasium.make("CartPole-v1")),
-            "minigrid_view takes a Gymnasium environment of",
-        ),
-        (
-            lambda: hierroom.minigrid_view(hierroom.env()),
-            "minigrid_view takes a Gymnasium environment of hierroom, not",
-        ),
-        (
-            lambda: hierroom.minigrid_view(
-                gymnasium.wrappers.FlattenObservation(gymnasium.make("hierroom/EscapeRoom-a-v0"))
-            ),
+            lambda: view(gymnasium.wrappers.FlattenObservation(gymnasium.make("hierroom/EscapeRoom-a-v0"))),
             "minigrid_view takes the environment without wrappers that change its observations",
         ),
         (lambda: make().step(7), "MiniGrid's actions are 0 to 6, not 7"),
