@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.complexity.chains.weights import Targets, Weights, as_moves, as_node, as_targets, n_nodes, row_sums
-from hierroom.support.errors import InputError
 
 NEVER = -1
 """The passage time of a walk that had not reached a target when it was given up."""
@@ -20,8 +19,6 @@ def simulate_passage_times(
     The time spent at a node before leaving it is drawn at once, geometric with mean 1 / (chance to leave), so the cost
     follows the number of moves and not the number of steps.
     """
-    if n_walks < 1 or not 0 <= max_steps <= 2**62:
-        raise InputError(f"simulate at least 1 walk of 0 to 2**62 steps, not {n_walks} of {max_steps}")
     moves = as_moves(weights)
     n = n_nodes(moves)
     is_target, leave = as_targets(targets, n), np.minimum(row_sums(moves), 1.0)

@@ -121,12 +121,11 @@ APIS = {
 
 def advance(env, rng):
     if hasattr(env, "last"):
+        has_ended = any(env.last()[2:4])
+        env.step(None if has_ended else int(rng.integers(env.action_space(env.agent_selection).n)))
         if not env.agents:
             env.reset()
-        told = *env.last(), env.observe("meta_0")
-        has_ended = any(told[2:4])
-        env.step(None if has_ended else int(rng.integers(env.action_space(env.agent_selection).n)))
-        return told
+        return *env.last(), env.observe("meta_0")
     if hasattr(env, "possible_agents"):
         if not env.agents:
             return env.reset()

@@ -50,16 +50,6 @@ def test_a_pool_works_in_a_forked_process():
     assert pool.submit(pow, 3, 2).result() == 9
 
 
-@pytest.mark.parametrize("clone", COPIES.values(), ids=COPIES)
-def test_a_pool_that_is_copied_has_threads_of_its_own(clone):
-    pool = ThreadPool(2)
-    pool.submit(int).result()
-    twin = clone(pool)
-    assert twin.submit(pow, 3, 2).result() == 9
-    assert twin._executor is not pool._executor
-    assert twin._threads == 2
-
-
 @pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")  # Python 3.12 warns of forks beside threads
 def test_a_world_that_was_stepped_with_two_threads_goes_on_in_a_forked_process():
     n = 2 * MIN_ENVS_PER_THREAD

@@ -57,17 +57,6 @@ def test_a_key_that_is_dropped_and_taken_again_makes_nothing_new():
     assert step.events[0] >= 0
 
 
-def test_visited_states_are_part_of_the_state():
-    turns, rng = make("b", 4, reward="novelty", max_steps=60), np.random.default_rng(2)
-    for actions in rng.choice(5, size=(50, 4), p=[0.6, 0.1, 0.1, 0.1, 0.1]):
-        turns.step(actions)
-    state, later = turns.get_state(), rng.choice(5, size=(100, 4), p=[0.6, 0.1, 0.1, 0.1, 0.1])
-    first = [turns.step(actions).rewards for actions in later]
-    turns.set_state(state)
-    np.testing.assert_array_equal(first, [turns.step(actions).rewards for actions in later])
-    assert 0 < np.mean(first) < 0.1
-
-
 @pytest.mark.parametrize(("settings", "bonus"), [({}, NOVELTY_BONUS), ({"novelty_bonus": 0.25}, 0.25)])
 def test_the_parallel_environment_can_reward_it(settings, bonus):
     env = hierroom.parallel_env(graph="a", size=11, reward="novelty", **settings)

@@ -183,10 +183,7 @@ def test_a_reward_that_cannot_be_used_is_refused(reward, said):
 @pytest.mark.parametrize(
     ("value", "said"),
     [
-        (
-            lambda step: 1.0,
-            "the reward <lambda> must return 4 numbers, one for each environment, not an array of float64",
-        ),
+        (lambda step: 1.0, "must return 4 numbers, one for each environment, not an array of float64"),
         (lambda step: np.full(4, np.nan), "the reward <lambda> must return finite numbers, not nan"),
         (lambda step: ["a"] * 4, "the reward <lambda> must return 4 numbers"),
         (json.loads, "the reward loads fails: TypeError: the JSON object must be str, bytes or bytearray, not Step"),
