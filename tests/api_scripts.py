@@ -82,6 +82,12 @@ def record(config: EnvConfig, num_envs=2, n_steps=160, seed=5):
     return plays
 
 
+def same(one, other):
+    assert one.keys() == other.keys()
+    for name in one:
+        np.testing.assert_array_equal(one[name], other[name], err_msg=name, strict=isinstance(one[name], np.ndarray))
+
+
 def choice(rng, mask):
     if rng.random() < 0.7:
         return int(rng.choice(np.flatnonzero(mask)))

@@ -15,6 +15,8 @@ from hierroom.gym_env import EscapeRoom
 from hierroom.meta import META_CONTROLLERS, MetaController, make_meta, take_turn
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.session import begin, run_session
+from hierroom.runs.trainer import Trainer
+from hierroom.turns.records import META
 from hierroom.vector_env import EscapeRooms
 from hierroom.worlds.env_config import EnvConfig
 
@@ -302,11 +304,6 @@ def check_watched(seen, n_envs, n_steps):
 
 
 def test_one_that_watches_sees_every_step_in_training():
-    from hierroom.agents.scripted_agent import ScriptedAgent
-    from hierroom.runs.config.config import TrainConfig
-    from hierroom.runs.trainer import Trainer
-    from hierroom.turns.records import META
-
     trainer = Trainer(TrainConfig(num_envs=4, steps=400).changed(size=11, max_steps=9, meta="random"))
     trainer.turns.reset(0)  # without the staggered clocks
     watcher = Watcher()

@@ -75,11 +75,9 @@ def way(turns, name):
 
 
 def play(graph, goals, script, **settings):
-    """Play in one environment: give these goals, one after the other, while the controller acts by a script.
+    """Play in one environment: give these goals while the controller goes for those of a script, or turns left (-1).
 
-    The script names the goals it goes for, or -1 to turn left. Returns what `Learner.finish` was told of each decision
-    ``(reward, elapsed, terminated, truncated, episode_ended)`` and of truncated ones as last features, the features of
-    what was observed last in each decision.
+    Returns what `Learner.finish` was given of each decision, its last features apart, and what was observed last in it.
     """
     turns = make(graph, goal_mask="existing", **settings)
     ppo, meta_ppo = replace(SMALL.ppo, minibatches=1), replace(META_PPO, sequence_length=50)

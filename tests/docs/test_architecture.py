@@ -49,11 +49,8 @@ def test_few_floors_rooms_imports_and_files():
     assert len(list(architecture.PACKAGE.glob("*.py"))) <= 10
 
 
-def test_complexity_knows_goals_only():
+def test_complexity_knows_goals_and_learners_nothing_but_support():
     assert set(architecture.part_imports()["complexity"]) <= {"goals", "support"}
-
-
-def test_learners_know_no_environment():
     assert set(architecture.part_imports()["learners"]) <= {"support"}
 
 

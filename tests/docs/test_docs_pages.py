@@ -138,15 +138,11 @@ def _stop_after(read):
     return read_only
 
 
+SHOWN = [(one, block) for one, block in pairwise(BLOCKS) if block.language == "text" and one.page == block.page]
+
+
 @pytest.mark.parametrize(
-    ("before", "block"),
-    [
-        (before, block)
-        for before, block in pairwise(BLOCKS)
-        if block.language == "text"
-        and before.page == block.page
-        and before.text.startswith("python -m hierroom complexity")
-    ],
+    ("before", "block"), [pair for pair in SHOWN if pair[0].text.startswith("python -m hierroom complexity")]
 )
 def test_the_output_shown_after_a_command_equals_its_output(before, block, capsys):
     [line] = lines_of(before)

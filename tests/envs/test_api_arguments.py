@@ -111,20 +111,3 @@ def test_an_interval_of_graphs_gives_the_same_levels_everywhere(api, interval):
     assert graphs_of(env) == drawn
     assert turns_of(env).world.complexity.graph == whole[-1]
     env.close()
-
-
-@pytest.mark.parametrize("api", MADE)
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ({"graph": "hitting_time:16"}, "a set of goal graphs must be rooms:N, hitting_time:LOW..HIGH or expected_step"),
-        ({"graph": "expected_steps:1..2"}, "no goal graph of up to 7 rooms has "),
-        ({"curriculum_stages": 2, "graph": "b"}, "a curriculum of 2 stages needs several graphs, as of rooms:4, not b"),
-        ({"graph": ["a", "b"], "exclude": "c"}, "cannot exclude c: it is not among the goal graphs of a and b"),
-    ],
-)
-def test_an_invalid_interval_raises_input_error(api, arguments, said):
-    with pytest.raises(InputError) as caught:
-        MADE[api](**arguments)
-    assert str(caught.value).startswith(said)
-    assert "\n" not in str(caught.value)

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from api_scripts import Script, record
+from api_scripts import Script, record, same
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from gymnasium.wrappers import FlattenObservation
 
@@ -36,12 +36,6 @@ CASES = [
 )
 def case(request):
     return request.param, record(request.param)
-
-
-def same(one, other):
-    assert one.keys() == other.keys()
-    for name in one:
-        np.testing.assert_array_equal(one[name], other[name], err_msg=name, strict=isinstance(one[name], np.ndarray))
 
 
 def keywords(config, **changes):

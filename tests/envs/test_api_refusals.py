@@ -29,6 +29,10 @@ from hierroom.vector_env import EscapeRooms
         ({"novelty_bonus": np.zeros((2, 9))}, "novelty_bonus must be a number from 0 to 1,000,000, not a ndarray"),
         ({"env_index": -1}, "env_index must be a whole number of at least 0, not -1"),
         ({"drop_key": "no"}, "drop_key must be True or False, not 'no'"),
+        ({"graph": "hitting_time:16"}, "a set of goal graphs must be rooms:N, hitting_time:LOW..HIGH or expected_step"),
+        ({"graph": "expected_steps:1..2"}, "no goal graph of up to 7 rooms has "),
+        ({"curriculum_stages": 2, "graph": "b"}, "a curriculum of 2 stages needs several graphs, as of rooms:4, not b"),
+        ({"graph": ["a", "b"], "exclude": "c"}, "cannot exclude c: it is not among the goal graphs of a and b"),
         ({"curriculum_stages": 0}, "curriculum_stages must be a whole number of at least 1, not 0"),
     ],
 )

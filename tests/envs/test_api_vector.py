@@ -3,19 +3,15 @@
 import gymnasium
 import numpy as np
 import pytest
+from api_scripts import same
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from hierroom.gym_env import EscapeRoom
 from hierroom.support.errors import InputError
 from hierroom.vector_env import EscapeRooms
+from hierroom.worlds.escape_room.oracle import shortest_actions
 
 SMALL = {"graph": "a", "size": 11, "max_steps": 9}
-
-
-def same(one, other):
-    assert one.keys() == other.keys()
-    for name in one:
-        np.testing.assert_array_equal(one[name], other[name], err_msg=name)
 
 
 def test_one_seed_for_each_environment():
@@ -63,6 +59,22 @@ def test_without_copies_the_same_arrays_hold_the_same(flat):
             same(observations, views)
             assert all(views[name] is before[name] for name in views)
         assert fresh.observation_space.contains(observations)
+
+
+def test_the_last_infos_of_an_episode_tell_whether_it_escaped():
+    env, ends = EscapeRooms(4, graph="a", size=11, max_steps=60), []
+    env.reset(seed=1)
+    for _ in range(120):
+        actions = [int(shortest_actions(env.turns.world.get_state(n))[0]) if n < 2 else 1 for n in range(4)]
+        _, _, terminated, truncated, infos = env.step(actions)
+        ended = terminated | truncated
+        if ended.any():
+            told = infos["final_info"]
+            np.testing.assert_array_equal(told["success"], terminated)
+            np.testing.assert_array_equal(told["_success"], ended)
+            np.testing.assert_array_equal(told["length"] > 0, ended)
+            ends += [*terminated[ended]]
+    assert 0 < sum(ends) < len(ends)
 
 
 def test_each_mode_is_in_the_metadata_and_an_invalid_one_raises_input_error():

@@ -104,20 +104,13 @@ def leave_alone(name: str, folder: Path) -> Left:
 
 @dataclass(frozen=True)
 class Kill:
-    """When a training is killed.
-
-    Args:
-        at: right before which file operation, from 0; None: at a moment.
-        is_torn: whether the first half of what that operation writes is written.
-        seconds: that moment, from the process's beginning.
-    """
+    """When a training is killed: before a file operation, or in it if it is torn, or else after some seconds."""
 
     at: int | None
     is_torn: bool = False
     seconds: float = 0
 
     def __str__(self) -> str:
-        """As it is told where a file differs."""
         if self.at is None:
             return f"killed after {self.seconds:.2f} s"
         return f"killed {'in' if self.is_torn else 'before'} file operation {self.at}"
@@ -144,12 +137,7 @@ def drawn(lefts: Mapping[str, Left], rng: random.Random, done: Counter[str]) -> 
 
 
 class Case:
-    """A training that is killed and resumed until it ends.
-
-    Args:
-        left: the same training, left alone.
-        folder: a new one to work in; the run's has the name of the other's, which stands in its pictures.
-    """
+    """A training that is killed and resumed until it ends; its folder has the same name, which is in pictures."""
 
     def __init__(self, left: Left, folder: Path) -> None:
         folder.mkdir()

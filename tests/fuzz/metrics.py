@@ -52,12 +52,7 @@ def damaged(content: bytes, rng: random.Random) -> bytes:
 def lost(path: Path, right: bytes, wrong: bytes, steps: int, told: str) -> str | None:
     """Return what a resumed run has lost of a table without a word, or None.
 
-    Args:
-        path: the table, after the run was resumed.
-        right: what it held at first.
-        wrong: what it held after the damage.
-        steps: at the checkpoint.
-        told: what the command printed.
+    The table held what is right at first, and what is wrong after the damage; then the command printed what it told.
     """
     held = {*path.read_bytes().splitlines()}
     rows = {row for row in right.splitlines()[1:] if int(row.split(b",")[0]) <= steps}

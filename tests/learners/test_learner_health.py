@@ -20,8 +20,6 @@ from hierroom.train import main as train
 
 FLAGS = ["--graph", "a", "--size", "11", "--max-steps", "60", "--num-envs", "8", "--evaluations", "0"]
 FLAGS += ["--sequence-length", "16", "--minibatches", "2", "--epochs", "2"]
-SMALL = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 8, "sequence_length": 16, "minibatches": 2}
-SMALL |= {"epochs": 2, "steps": 1024}
 
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf, 2 * LIMIT, -2 * LIMIT])
@@ -113,7 +111,8 @@ def test_finite_weights_that_give_too_large_numbers_are_not_healthy(network):
     "settings", [{}, {"method": "ppo-rnd"}, {"meta": "learned", "meta_start_success": 0.0}], ids=str
 )
 def test_the_checks_change_nothing(monkeypatch, settings):
-    config = TrainConfig().changed(**SMALL, **settings)
+    small = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 8, "sequence_length": 16, "minibatches": 2}
+    config = TrainConfig().changed(**small, epochs=2, steps=1024, **settings)
     states = []
     for is_checked in (True, False):
         if not is_checked:

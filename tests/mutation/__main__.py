@@ -54,13 +54,9 @@ MOST_TIMES, LEAST_SECONDS = 4, 60
 
 
 def passes(target: str, source: str, folder: Path, seconds: float = 0) -> bool:
-    """Return whether the tests of a module pass with another source in its place.
+    """Return whether the tests of a target pass with another source of its module, within so many seconds if not 0.
 
-    Args:
-        target: the module, in `TARGETS`.
-        source: the other source.
-        folder: of pytest's cache, which runs the tests first that failed last.
-        seconds: most CPU time; 0: any.
+    The folder holds pytest's cache, which runs the tests first that failed last.
     """
     path, tests, _ = TARGETS[target]
     finder = InMemory(PACKAGE / path, source)
@@ -82,13 +78,7 @@ def passes(target: str, source: str, folder: Path, seconds: float = 0) -> bool:
 
 
 def survivors(target: str, folder: Path, sample: int | None) -> int:
-    """Try the mutants of a module, print those that its tests do not notice, and return how many these are.
-
-    Args:
-        target: the module, in `TARGETS`.
-        folder: for pytest's cache.
-        sample: how many are tried, drawn at random; None: all.
-    """
+    """Try all mutants of a target, or so many of them, print those that no test notices, and return their number."""
     source, before = (PACKAGE / TARGETS[target][0]).read_text(), os.times()
     if not passes(target, source, folder):
         raise RuntimeError(f"the tests of {target} fail without any error in it")

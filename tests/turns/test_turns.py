@@ -27,14 +27,6 @@ def test_an_illegal_choice_is_no_goal_and_is_counted():
     assert turns.ledger.meta_turns.tolist() == [1] * 5
 
 
-def test_no_number_is_taken_for_a_goal_that_it_is_not():
-    """Not even from the end, as Python counts, where every goal is legal."""
-    turns, everyone = make("a", n=4, goal_mask="none"), np.arange(4)
-    turns.choose(turns.situation(everyone), [-2, -7, -14, 14])
-    assert turns.goals.tolist() == [-1] * 4
-    assert turns.ledger.illegal_goals.tolist() == [1] * 4
-
-
 def test_keys_held_and_doors_open_are_shown_by_colour():
     turns = make("c", seed=3)
     held, is_open = set(), set()
@@ -45,17 +37,6 @@ def test_keys_held_and_doors_open_are_shown_by_colour():
         assert seen["keys_held"].tolist() == [[int(colour in held) for colour in range(6)]]
         assert seen["doors_open"].tolist() == [[int(colour in is_open) for colour in range(6)]]
         assert seen["direction"].tolist() == turns.world.state.levels["direction"].tolist()
-
-
-def test_actions_the_environment_does_not_have_are_counted_and_only_cost_the_step():
-    turns = make("a", n=4)
-    before = turns.world.get_state()
-    step = turns.step([-1, 5, 77, 1])
-    assert step.illegal_actions.tolist() == [1, 1, 1, 0]
-    after = turns.world.get_state()
-    for name in ("row", "col", "direction", "keys"):
-        np.testing.assert_array_equal(after.levels[name][:3], before.levels[name][:3])
-    assert after.levels["steps"].tolist() == [1] * 4
 
 
 def test_without_a_choice_there_is_no_goal():
