@@ -137,11 +137,6 @@ def test_advantages_equal_the_packages(single_file, name):
 
 @pytest.mark.slow
 def test_both_agents_learn_to_escape(single_file):
-    """In levels that were not trained in, each better than one that did not learn beside the other that did.
-
-    On graph c with the settings of the command, 600,000 steps, seeds 0 to 2 reached 98.6 to 99.9% and lengths of 83 to
-    110; the package, with the same settings, 99.8 and 100% and lengths of 77 and 73 (seeds 0 and 1).
-    """
     few, many = settings(graph="a", steps=64), settings(graph="a", steps=200_000)
     untrained, trained = single_file.train(few), single_file.train(many)
     success, length = single_file.evaluate(many, trained)

@@ -126,7 +126,6 @@ def _play(env: Any, calls: list[Any], rng: random.Random) -> None:
 
 
 def main() -> int:
-    """Print what goes wrong; returns 1 if anything does."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--examples", type=int, default=500, help="wrong uses of each API")
     parser.add_argument("--seed", type=int, default=0, help="fixes them")

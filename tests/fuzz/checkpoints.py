@@ -115,7 +115,6 @@ def _places(value: Any) -> Iterator[tuple[Any, Any]]:
 
 
 def _changed(value: Any, rng: random.Random) -> Any:
-    """Something like a value."""
     if isinstance(value, torch.Tensor) and value.numel():
         return _changed_tensor(value.clone(), rng)
     if isinstance(value, list) and value:
@@ -219,7 +218,6 @@ def _check_is_one_line(error: InputError) -> None:
 
 
 def main() -> None:
-    """Try many of everything, and say how many."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=5000, help="files and states of each run")
     parser.add_argument("--seed", type=int, default=0)

@@ -80,7 +80,6 @@ def command_lines(seed: int) -> Iterator[tuple[str, list[str]]]:
 
 
 def takes_long(words: Sequence[str]) -> bool:
-    """Whether a command line asks for much work, as it may."""
     text = " ".join(words).replace("=", " ").replace("_", "-")
     much = re.findall(
         r"--(?:episodes|most|resamples|levels|horizon|max-steps|evaluation-episodes|played|seeds) +(\d{4,})", text

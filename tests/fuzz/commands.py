@@ -99,7 +99,6 @@ def world(folder: Path) -> Iterator[None]:
 
 
 def train_quietly(argv: Sequence[str]) -> int:
-    """Train as the command does; returns its exit code."""
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
         return train([*argv])
 
@@ -176,7 +175,6 @@ def report(description: str | None, what: str, attempts: Attempts) -> int:
 
 
 def restore() -> None:
-    """Put the run back as it was, and take away what commands have written."""
     keep = {"run", "kept", "other", "own.toml", "deep.toml", "digits.toml", "chain.toml", "fork.toml"}
     for path in Path().iterdir():
         if path.name not in keep or path.name == "run":

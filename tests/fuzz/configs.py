@@ -42,7 +42,6 @@ def paths(table: dict[str, Any], above: tuple[str, ...] = ()) -> Iterator[tuple[
 
 
 def edited(text: str, rng: random.Random) -> str:
-    """The text of a config after an edit."""
     table = deepcopy(json.loads(text))
     place = rng.choice([*paths(table)])
     inner = table
@@ -63,7 +62,6 @@ def edited(text: str, rng: random.Random) -> str:
 
 
 def damaged(text: str, rng: random.Random) -> str:
-    """The text after something befell it as a file."""
     at = rng.randrange(len(text))
     deep = "[" * 10**5
     other = text[:at] + chr(rng.randrange(0x110000 - 0x900)) + text[at + 1 :]
@@ -76,7 +74,6 @@ def damaged(text: str, rng: random.Random) -> str:
 
 
 def attempts(seed: int) -> Iterator[tuple[str, str | None]]:
-    """Edited config.json, and what is wrong with how resuming or evaluating the run ended, or None."""
     rng, right = random.Random(seed), Path("kept/config.json").read_text()
     before = TrainConfig.from_dict(json.loads(right))
     while True:

@@ -85,12 +85,10 @@ def begin(options: list[str], places: Places | None, log: Path) -> int:
 
 
 def end(process: int) -> int:
-    """The exit code of a fork, or minus the signal that killed it."""
     return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
 
 
 def leave_alone(name: str, folder: Path) -> Left:
-    """Train once without a kill, and once more to count."""
     options = [*RUNS[name].split(), *FLAGS.split()]
     (folder / name).mkdir()
     whole, counted = folder / name / "run", folder / name / "counted"
@@ -117,7 +115,6 @@ class Kill:
 
 
 def every(lefts: Mapping[str, Left]) -> Iterator[tuple[str, list[Kill]]]:
-    """Before each file operation of each training, once."""
     for name, left in lefts.items():
         yield from ((name, [Kill(at)]) for at in range(left.operations))
 
@@ -159,7 +156,6 @@ class Case:
         return code != 0
 
     def finish(self) -> list[str]:
-        """Resume it to its end; returns what differs."""
         code = end(self._begin(None)[1])
         return differences(self.left.folder, self.run) if code == 0 else [f"exit code {code}: {self.log.read_text()}"]
 

@@ -25,7 +25,6 @@ COMMANDS = (
 
 
 def damaged(content: bytes, rng: random.Random) -> bytes:
-    """A table after something befell it as a file."""
     at, lines = rng.randrange(len(content)), content.splitlines(keepends=True)
     n, text = rng.randrange(len(lines)), rng.choice(TEXTS).encode(errors="surrogatepass")
     entries = lines[n].rstrip().split(b",")
@@ -70,7 +69,6 @@ def lost(path: Path, right: bytes, wrong: bytes, steps: int, told: str) -> str |
 
 
 def attempts(seed: int) -> Iterator[tuple[bytes, str | None]]:
-    """Damaged tables, and what is wrong with how the command that read one ended, or None."""
     rng = random.Random(seed)
     while True:
         table = rng.choice(TABLES)

@@ -25,7 +25,6 @@ FORK = multiprocessing.get_context("fork")
 
 
 def in_a_fork(function, *arguments):
-    """What a function returns in a forked process; fails where the process does not end."""
     results = FORK.SimpleQueue()
     child = FORK.Process(target=lambda: results.put(function(*arguments)))
     child.start()

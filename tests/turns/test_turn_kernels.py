@@ -19,7 +19,6 @@ def as_dict(ledger):
 
 
 def outcomes_of(rng, n):
-    """What may come of a step, and much that may not."""
     outcomes = np.zeros(n, OUTCOME)
     outcomes["achieved"] = np.where(rng.random(n) < 0.5, 0, rng.integers(1 << 13, size=n))  # several at a time, too
     outcomes["n_first"] = rng.integers(3, size=n)

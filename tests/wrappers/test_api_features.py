@@ -25,7 +25,6 @@ add = hierroom.add_features
 
 
 def expected(seed, names=NAMES, agent=CONTROLLER):
-    """The features of 200 steps under the fixed depth-first meta-controller, read as the learner reads them."""
     features, meta = Features(WORLD, names, agent), FixedDFS()
     turns = Turns(EnvConfig(reward="intrinsic", **SETTINGS), seed=seed, memories=MEMORIES)
     told = []

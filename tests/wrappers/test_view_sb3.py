@@ -23,7 +23,6 @@ def make(**settings):
 
 
 def plain_envs():
-    """Stable-Baselines3's own, with the environments' indices; they go on from one seed."""
     return [gymnasium.make("hierroom/EscapeRoom-b-v0", **SETTINGS, env_index=n) for n in range(N)]
 
 

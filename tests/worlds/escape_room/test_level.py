@@ -33,7 +33,6 @@ def cells_of_goals(grid):
 
 
 def reachable_goals(record, graph, held, opened):
-    """The goal ids that the goal graph says are open, with keys held and doors open of some colours."""
     colours = record.colours[: graph.n_rooms - 1].tolist()
     keys, doors = [colour in held for colour in colours], [colour in opened for colour in colours]
     ids = [*colours, *(FIRST_DOOR_GOAL + colour for colour in colours), EXIT_GOAL]

@@ -40,7 +40,6 @@ def mixed(bits: int) -> int:
 
 
 def normal_of(bits: int) -> float:
-    """Box and Muller's cosine of two uniform numbers, of these bits and of those mixed from them."""
     first, second = ((bits >> 11) + 0.5) / 2**53, (mixed(bits ^ GOLDEN) >> 11) / 2**53
     return math.sqrt(-2 * math.log(first)) * math.cos(2 * math.pi * second)
 

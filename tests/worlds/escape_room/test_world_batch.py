@@ -63,11 +63,6 @@ def test_two_threads_do_what_one_does(monkeypatch):
     assert sizes == {MIN_ENVS_PER_THREAD, MIN_ENVS_PER_THREAD + 1}
 
 
-def test_a_small_batch_starts_no_threads():
-    assert len(Engine(GRAPHS, 2 * MIN_ENVS_PER_THREAD - 1, size=11, threads=8)._slices) == 1
-    assert len(Engine(GRAPHS, 3 * MIN_ENVS_PER_THREAD, size=11, threads=2)._slices) == 2
-
-
 def test_reset_with_a_seed_starts_over_and_without_goes_on():
     world = Engine(GRAPHS, 20, seed=5)
     first = world.get_state()

@@ -20,7 +20,6 @@ GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 0, 1, 0, 2, 4), 5)]
 
 
 def expected(observation):
-    """MiniGrid's image with its third channel as ours: 1 where a door is open, else 0."""
     image = observation["image"].copy()
     is_door = image[..., 0] == OBJECT_TO_IDX["door"]
     image[..., 2] = is_door & (image[..., 2] == STATE_TO_IDX["open"])
@@ -37,7 +36,6 @@ def assert_equal(world, env, observation):
 
 
 def play(world, env, actions):
-    """Take the same actions in both, to the end of the episode or of the actions; returns how many were taken."""
     observation, _ = env.reset()
     assert_equal(world, env, observation)
     taken = 0
