@@ -13,8 +13,6 @@ META_NONSENSE, NONSENSE = (-7, 14, 99), (-1, 6, 77)  # what neither agent has am
 
 @dataclass
 class Moment:
-    """One primitive step of one environment, as the batch of turns gives it."""
-
     choice: int  # what meta_0 says, which counts on its turn only
     action: int
     meta: dict | None  # the observation of meta_0, where it is its turn
@@ -26,8 +24,6 @@ class Moment:
 
 
 class Script:
-    """A meta-controller that says again what it said when the play was recorded."""
-
     def __init__(self, plays):
         self.choices = {}
         for env, moments in enumerate(plays):
@@ -80,6 +76,12 @@ def record(config: EnvConfig, num_envs=2, n_steps=160, seed=5):
             }
             plays[n].append(moment)
     return plays
+
+
+def same(one, other):
+    assert one.keys() == other.keys()
+    for name in one:
+        np.testing.assert_array_equal(one[name], other[name], err_msg=name, strict=isinstance(one[name], np.ndarray))
 
 
 def choice(rng, mask):

@@ -27,7 +27,6 @@ OF_BOTH = [name for name in FEATURES if name != "goal-outcome"]
 
 
 def walk(mask: str, *, drop_key: bool, size: int, num_envs: int, n_steps: int) -> None:
-    """Random goals, legal or not, and actions that are now and then illegal, or on a shortest way."""
     config = hierroom.EnvConfig(
         ALL_GRAPHS, goal_mask=mask, drop_key=drop_key, size=size, max_steps=60, subgoal_horizon=9
     )

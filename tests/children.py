@@ -14,15 +14,11 @@ def run_child(
 ) -> subprocess.CompletedProcess[str]:
     """Run a command to its end, and keep its output as text.
 
-    Args:
-        words: the command and its arguments.
-        quiet_seconds: at least what it takes on a quiet machine.
-        options: further arguments of `subprocess.run`.
+    `quiet_seconds` is at least what it takes on a quiet machine; options are those of `subprocess.run`.
     """
     usual = {"text": True, "check": False, "capture_output": not {"stdout", "stderr"} & {*options}}
     return subprocess.run([*map(str, words)], timeout=TIMES_QUIET * quiet_seconds, **usual | options)
 
 
 def run_python(*arguments: str | Path, quiet_seconds: float = 30, **options: Any) -> subprocess.CompletedProcess[str]:
-    """Run this Python with these arguments, as `run_child` does."""
     return run_child([sys.executable, *arguments], quiet_seconds=quiet_seconds, **options)

@@ -6,39 +6,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hierroom.complexity.played.observed import EpisodeCounts, counts_of
-from hierroom.support.errors import InputError
 
 
 def count_transitions(trajectories: Iterable[ArrayLike], n_nodes: int, start: int, exit_node: int) -> EpisodeCounts:
-    """Count the transitions of whole episodes.
+    """Count the transitions of whole episodes, each given as its nodes [length + 1] from the start on.
 
-    Args:
-        trajectories: for each episode its nodes [length + 1], from the start on; it escaped if the last is the exit,
-            and else was truncated there, which counts as one more transition, back to the start.
-        n_nodes: number of nodes.
-        start: the node every episode begins at.
-        exit_node: the node that ends an episode.
-
-    Returns:
-        The counts of each episode.
-
-    Raises:
-        InputError: if there is no episode, one does not begin at the start or passes the exit, or a node is unknown.
+    An episode escaped if its last node is the exit; else it was truncated there, and one more transition leads back.
     """
     keys, triples, lengths, escaped = [], [], [], []
-    for episode, trajectory in enumerate(trajectories):
-        nodes = np.asarray(trajectory)
-        if nodes.ndim != 1 or len(nodes) < 2 or nodes.dtype.kind not in "iu":
-            raise InputError(f"episode {episode} must be a row of at least two nodes, not {trajectory!r}")
-        if nodes.min() < 0 or nodes.max() >= n_nodes:
-            raise InputError(f"nodes are 0 to {n_nodes - 1}; episode {episode} holds {nodes.min()} to {nodes.max()}")
-        if nodes[0] != start or (nodes[:-1] == exit_node).any():
-            raise InputError(f"episode {episode} must begin at node {start} and may be at the exit only at its end")
+    for episode, nodes in enumerate(map(np.asarray, trajectories)):
         lengths.append(len(nodes) - 1)
         escaped.append(nodes[-1] == exit_node)
         closed = nodes if escaped[-1] else np.append(nodes, start)
         triples.append((nodes[:-2].astype(np.int64) * n_nodes + nodes[1:-1]) * n_nodes + nodes[2:])
         keys.append((episode * n_nodes + closed[:-1].astype(np.int64)) * n_nodes + closed[1:])
-    if not keys:
-        raise InputError("a chain cannot be measured from no episodes at all")
     return counts_of(np.concatenate(keys), n_nodes, np.array(lengths), np.array(escaped), np.concatenate(triples))

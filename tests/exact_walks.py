@@ -9,16 +9,7 @@ from numpy.typing import NDArray
 
 
 def solve_exactly(weights: NDArray[np.float64], target: int, right: list[Fraction]) -> list[Fraction]:
-    """The solution x of (D - W) x = right, x = 0 at the target, by elimination in fractions.
-
-    Args:
-        weights: [n, n], the probability of each move; the target can be reached from every node.
-        target: the target.
-        right: [n].
-
-    Returns:
-        [n] fractions.
-    """
+    """The solution x of (D - W) x = right, x = 0 at the target, by elimination in fractions."""
     n = len(weights)
     rows = {
         i: {j: Fraction(float(weights[i, j])) for j in np.flatnonzero(weights[i]).tolist() if j != i}

@@ -41,13 +41,11 @@ class RandomEnvs:
         return masks
 
     def begin(self, learner):
-        """A turn begins in a random subset of the environments; returns these, masks and actions."""
         envs = np.flatnonzero(self.random.random(self.num_envs) < self.pace)
         masks = self.draw_masks(len(envs))
         return envs, masks, learner.act(envs, self.features[envs], masks)
 
     def finish(self, learner, envs):
-        """These turns end, and an update follows where one is due; returns its statistics or None."""
         n = len(envs)
         end = self.random.random(n)
         terminated, truncated = end < 0.1, (end >= 0.1) & (end < 0.2)
@@ -64,6 +62,5 @@ class RandomEnvs:
         return learner.update(0.5)
 
     def tick(self, learner):
-        """`begin` and `finish`; returns environments, masks, actions and statistics."""
         envs, masks, actions = self.begin(learner)
         return envs, masks, actions, self.finish(learner, envs)

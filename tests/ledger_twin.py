@@ -70,7 +70,6 @@ class LedgerTwin:
         return step
 
     def choose(self, masks, actions):
-        """Take the meta-controller's turn everywhere, given its legal actions [N, 14]."""
         v = self.values
         for n, action in enumerate(actions):
             place = N_GOALS if action == NO_GOAL else action
@@ -83,7 +82,6 @@ class LedgerTwin:
 
 
 def legal_goals(situation, mask):
-    """[M, 13] the goals that a goal mask allows."""
     m = len(situation)
     if mask == "none":
         return np.ones((m, N_GOALS), bool)

@@ -30,7 +30,6 @@ def differences(one: Path, other: Path) -> list[str]:
 
 
 def _names(path: Path) -> set[str]:
-    """Of all files but those of events, which differ in number and name."""
     files = {file.relative_to(path).as_posix() for file in path.rglob("*") if file.is_file()}
     return {name for name in files if not name.startswith("events.out") and name not in OF_COMMANDS}
 

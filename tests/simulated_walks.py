@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.complexity.chains.weights import Targets, Weights, as_moves, as_node, as_targets, n_nodes, row_sums
-from hierroom.support.errors import InputError
 
 NEVER = -1
 """The passage time of a walk that had not reached a target when it was given up."""
@@ -15,27 +14,11 @@ NEVER = -1
 def simulate_passage_times(
     weights: Weights, source: int, targets: Targets, n_walks: int, rng: np.random.Generator, max_steps: int = 10**6
 ) -> NDArray[np.int64]:
-    """First-passage times of independent walks.
+    """First-passage times [n_walks] of independent walks, in steps; `NEVER` for those given up.
 
     The time spent at a node before leaving it is drawn at once, geometric with mean 1 / (chance to leave), so the cost
     follows the number of moves and not the number of steps.
-
-    Args:
-        weights: W [n, n], dense or sparse, rows summing to at most one.
-        source: the node to start from.
-        targets: a node or several.
-        n_walks: number of walks, at least one.
-        rng: source of randomness.
-        max_steps: a walk that needs more is given up; at most 2**62.
-
-    Returns:
-        [n_walks] int64, in steps; `NEVER` for walks given up or caught where no edge leaves.
-
-    Raises:
-        InputError: if W, a node or a number is not valid.
     """
-    if n_walks < 1 or not 0 <= max_steps <= 2**62:
-        raise InputError(f"simulate at least 1 walk of 0 to 2**62 steps, not {n_walks} of {max_steps}")
     moves = as_moves(weights)
     n = n_nodes(moves)
     is_target, leave = as_targets(targets, n), np.minimum(row_sums(moves), 1.0)

@@ -25,7 +25,6 @@ def random_mdp(seed, n_states=6, n_actions=3):
 
 
 def play_gorp(mdp, horizon, k, m, rng):
-    """Whether one run of GORP, with real rollouts, earns the reward."""
     state, earned = mdp.start, 0.0
     for t in range(horizon):
         estimates = []

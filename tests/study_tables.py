@@ -7,7 +7,6 @@ from typing import Any
 
 
 def write_tables(folder: Path, **tables: Sequence[Mapping[str, Any]]) -> None:
-    """Write ``NAME.csv`` for each name of a table, its rows by column."""
     for name, rows in tables.items():
         with (folder / f"{name}.csv").open("w") as file:
             writer = csv.DictWriter(file, list(rows[0]))
@@ -16,7 +15,6 @@ def write_tables(folder: Path, **tables: Sequence[Mapping[str, Any]]) -> None:
 
 
 def run_rows(steps, method="hippo", **columns):
-    """Rows of runs: for each graph the steps of its seeds, None where the milestone was never reached."""
     return [
         {"method": method, "graph": graph, "seed": str(seed), "steps_to_95": "" if n is None else str(n), **columns}
         for graph, several in steps.items()

@@ -6,11 +6,9 @@ TINY = ("num_envs=4", "steps=300", "sequence_length=16", "sequences_per_update=4
 
 
 def tiny_words(*words: str) -> list[str]:
-    """The words of a sweep of tiny runs, but for what is given."""
     given = {word.partition("=")[0] for word in words}
     return [word for word in (*TINY, "max_steps=40") if word.partition("=")[0] not in given] + [*words]
 
 
 def plan(*words: str, **settings) -> Plan:
-    """The plan of such a sweep."""
     return Plan(**{**vars(read_plan(None, tiny_words(*words))), "episodes": 4, **settings})

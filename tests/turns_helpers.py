@@ -55,7 +55,6 @@ def goal_ids(turns, *names):
 
 
 def bits(goals):
-    """The bits of goals that are achieved, -1 for none."""
     goals = np.asarray(goals)
     return np.where(goals < 0, 0, 1 << np.maximum(goals, 0))
 

@@ -23,7 +23,6 @@ def make(graph, n=1, *, seed=0, **settings):
 
 
 def depth_first_paths(graph):
-    """Every depth-first path as (``"key 1"``, ``"door 1"``, ..., ``"exit"``), and its probability."""
     paths = Counter()
 
     def descend(path, rooms, chance):
@@ -44,10 +43,7 @@ def depth_first_paths(graph):
 def test_depth_first_paths_of_two_graphs_by_hand():
     dead_end = ("key 2", "door 2")
     way_out = ("key 1", "door 1", "key 3", "door 3", "exit")
-    assert depth_first_paths(GoalGraph.named("f")) == {
-        way_out: Fraction(1, 2),
-        (*dead_end, *way_out): Fraction(1, 2),
-    }
+    assert depth_first_paths(GoalGraph.named("f")) == {way_out: Fraction(1, 2), (*dead_end, *way_out): Fraction(1, 2)}
     assert depth_first_paths(GoalGraph.named("d")) == {
         ("key 2", "door 2", "exit"): Fraction(1, 2),
         ("key 1", "door 1", "key 3", "door 3", "key 2", "door 2", "exit"): Fraction(1, 2),
@@ -55,7 +51,6 @@ def test_depth_first_paths_of_two_graphs_by_hand():
 
 
 def name(level, goal):
-    """What a goal id is called in one level."""
     if goal == EXIT_GOAL:
         return "exit"
     branch = level.colours.tolist().index(goal % FIRST_DOOR_GOAL)
@@ -115,15 +110,8 @@ def test_random_goals_are_legal_and_uniform():
     assert chisquare(np.bincount(chosen[1])).pvalue > 1e-3
 
 
-def test_the_meta_controller_none_chooses_no_goal():
-    turns = make(GoalGraph.named("e"), 9)
-    take_turn(make_meta("none"), turns)
-    assert turns.goals.tolist() == [-1] * 9
-
-
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 def test_oracle_goals_lie_on_a_shortest_way(graph):
-    """Walking the shortest way, the next goal event is always the one that was chosen, and nothing takes longer."""
     turns, meta = make(graph, seed=2), make_meta("oracle")
     for _ in range(8):
         shortest, step = shortest_lengths(turns.world.get_state())[0], None

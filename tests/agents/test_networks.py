@@ -50,13 +50,9 @@ MINE = """
             return super().sequence(features.flatten(0, 1), state, resets)
 
     class Double(Mine):
-        def __init__(self, space, hidden_size):
-            super().__init__(space, hidden_size)
-            self.double()
-
         def step(self, features, state):
-            logits, values, state = super().step(features.double(), state)
-            return logits, values, state
+            logits, values, state = super().step(features, state)
+            return logits.double(), values, state
 
     class Tied(Mine):
         def __init__(self, space, hidden_size):
@@ -167,10 +163,6 @@ MINE = """
         def __init__(self, space):
             super().__init__(space, 1)
 
-    class Stepless(nn.Module):
-        def __init__(self, space, hidden_size):
-            super().__init__()
-
     class NoModule:
         initial_state, step, sequence = Mine.initial_state, Mine.step, Mine.sequence
         def __init__(self, space, hidden_size):
@@ -212,7 +204,6 @@ def test_weights_that_are_tied_are_saved_and_come_back(outside, tmp_path):
         ("nowhere:Mine", "there is no module 'nowhere' for the network 'nowhere:Mine'"),
         ("{outside}:Yours", "{it} cannot be loaded: AttributeError: module"),
         ("{outside}:Sizeless", "{it} cannot be made: TypeError: "),
-        ("{outside}:Stepless", "{it} must be a torch.nn.Module with initial_state, step"),
         ("{outside}:NoModule", "{it} must be a torch.nn.Module with initial_state, step"),
         ("{outside}:Fragile", "{it}, in its first turns, fails: RuntimeError: out of cheese"),
         ("{outside}:Double", "{it} gives logits of step of torch.float64, not torch.float32"),
@@ -264,7 +255,6 @@ def test_a_network_may_overwrite_its_inputs(outside):
 
 
 def test_statistics_that_move_in_training_stand_still_in_evaluations(outside):
-    """Training is the same, however often it is evaluated."""
     trained = []
     for evaluations in (0, 2):
         trainer = Trainer(SMALL.changed(network=f"{outside}:Averaging", minibatches=2))

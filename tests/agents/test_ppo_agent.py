@@ -48,7 +48,6 @@ def learned_state(trainer):
 
 
 def learned_meta(config=SMALL):
-    """The learned meta-controller of a config, untrained."""
     agent, _ = make_agents(config)
     assert isinstance(agent, PPOAgent)
     return agent
@@ -66,23 +65,19 @@ def take_turns(agent, turns, goals=None):
 
 
 def move(turns, action=1):
-    """Let the controller take the same action everywhere; returns the step."""
     observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
     turns.act(CONTROLLER, observation, np.full(len(turns), action))
     return turns.advance()
 
 
 def way(turns, name):
-    """The actions of the shortest way to a goal, ``k1``, ``d1`` or ``x``."""
     return shortest_actions(turns.world.get_state(), *goal_ids(turns, name))
 
 
 def play(graph, goals, script, **settings):
-    """Play in one environment: give these goals, one after the other, while the controller acts by a script.
+    """Play in one environment: give these goals while the controller goes for those of a script, or turns left (-1).
 
-    The script names the goals it goes for, or -1 to turn left. Returns what `Learner.finish` was told of each decision
-    ``(reward, elapsed, terminated, truncated, episode_ended)`` and of truncated ones as last features, the features of
-    what was observed last in each decision.
+    Returns what `Learner.finish` was given of each decision, its last features apart, and what was observed last in it.
     """
     turns = make(graph, goal_mask="existing", **settings)
     ppo, meta_ppo = replace(SMALL.ppo, minibatches=1), replace(META_PPO, sequence_length=50)

@@ -49,11 +49,8 @@ def test_few_floors_rooms_imports_and_files():
     assert len(list(architecture.PACKAGE.glob("*.py"))) <= 10
 
 
-def test_complexity_knows_goals_only():
+def test_complexity_knows_goals_and_learners_nothing_but_support():
     assert set(architecture.part_imports()["complexity"]) <= {"goals", "support"}
-
-
-def test_learners_know_no_environment():
     assert set(architecture.part_imports()["learners"]) <= {"support"}
 
 
@@ -81,7 +78,6 @@ EQUATIONS = [name for row in TABLE for name in re.findall(r"`([a-z_]+\.[\w.]+)`"
 
 @pytest.mark.parametrize("name", EQUATIONS)
 def test_each_equation_stands_where_the_table_says(name):
-    """The longest beginning of the name that is a module, and then attribute by attribute."""
     words = ["hierroom", *name.split(".")]
     for end in range(len(words), 0, -1):
         try:

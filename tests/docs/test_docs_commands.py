@@ -28,7 +28,6 @@ NAMES = {"RUNS": "runs", "[RUN": "runs/hippo-fixed-dfs-c-seed0", "...]": None}
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
-    """A folder with the runs that the pages name, hardly trained, and the files of one's own."""
     folder = tmp_path_factory.mktemp("docs")
     with pytest.MonkeyPatch.context() as patched:
         patched.chdir(folder)

@@ -105,7 +105,6 @@ def test_a_command_names_targets_tests_or_options_that_exist(command, monkeypatc
 
 
 def _read_options(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Start a script, and stop it once it has read its options."""
     if words[0] == "-m":
         start, (name, *words) = partial(runpy.run_module, alter_sys=True), words[1:]
         path = ROOT / f"{name.replace('.', '/')}.py"
@@ -139,15 +138,11 @@ def _stop_after(read):
     return read_only
 
 
+SHOWN = [(one, block) for one, block in pairwise(BLOCKS) if block.language == "text" and one.page == block.page]
+
+
 @pytest.mark.parametrize(
-    ("before", "block"),
-    [
-        (before, block)
-        for before, block in pairwise(BLOCKS)
-        if block.language == "text"
-        and before.page == block.page
-        and before.text.startswith("python -m hierroom complexity")
-    ],
+    ("before", "block"), [pair for pair in SHOWN if pair[0].text.startswith("python -m hierroom complexity")]
 )
 def test_the_output_shown_after_a_command_equals_its_output(before, block, capsys):
     [line] = lines_of(before)
@@ -157,7 +152,6 @@ def test_the_output_shown_after_a_command_equals_its_output(before, block, capsy
 
 @pytest.mark.slow
 def test_the_notebook_runs(tmp_path, monkeypatch):
-    """Its cells one after the other, without Jupyter."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     notebook = json.loads((ROOT / "examples" / "first_steps.ipynb").read_text())

@@ -151,7 +151,6 @@ def test_the_reward_for_nearness_by_hand():
     ("name", "goal_mask", "kinds"), [("NearestKeyFirst", "reachable", {0}), ("nearest", "existing", {0, 1})]
 )
 def test_the_nearest_goal_is_chosen(name, goal_mask, kinds):
-    """By rows plus columns: the nearest key that is in reach, or the nearest of all goals."""
     meta = make_meta(f"own_meta_controller:{name}")
     turns = make("e", 50, size=19, goal_mask=goal_mask)
     take_turn(meta, turns)

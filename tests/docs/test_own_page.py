@@ -14,7 +14,6 @@ PAGE = (Path(__file__).parents[2] / "docs" / "own.md").read_text()
 
 
 def told(heading: str) -> set[str]:
-    """The names in the first column of the table with such a heading."""
     table = PAGE.split(f"| `{heading}` |")[1].split("\n\n")[0]
     rows = [line.split(" | ")[0] for line in table.splitlines()[2:]]
     return {name.split("(")[0] for row in rows for name in re.findall(r"`([^`]+)`", row)}

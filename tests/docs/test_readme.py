@@ -64,7 +64,6 @@ def test_each_run_of_the_ablation_changes_only_the_entry_in_its_name():
 
 
 def test_the_presets_are_documented_value_by_value():
-    """Each row of the table names an entry and its value in the presets default and paper."""
     table = PRESETS_PAGE.split("\n## ")[0]
     rows = re.findall(r"^\| (`.*?) \| (.*?) \| (.*?) \|", table, re.MULTILINE)
     documented = {}
@@ -105,7 +104,6 @@ def test_algorithm_1_differs_from_the_paper_s_preset_as_documented():
 
 
 def test_entries_that_other_presets_change_are_documented_value_by_value():
-    """Each row of the second table names an entry and its value where it is not the default's."""
     section = PRESETS_PAGE.split("## What the other presets change")[1].split("\n## ")[0]
     documented = {}
     for entry, *values in re.findall(r"^\| `(\w+)` \|(.*?)\|(.*?)\|(.*?)\|", section, re.MULTILINE):

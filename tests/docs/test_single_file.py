@@ -35,7 +35,6 @@ def test_it_is_at_most_300_lines():
 
 
 def test_nothing_that_learns_is_imported():
-    """Neither by the file itself nor by what it imports."""
     imports = [node for node in ast.walk(ast.parse(FILE.read_text())) if isinstance(node, ast.ImportFrom | ast.Import)]
     names = {getattr(node, "module", None) or node.names[0].name for node in imports}
     others = {name.split(".")[0] for name in names} - set(sys.stdlib_module_names)
@@ -83,7 +82,6 @@ def random_features(features, *shape):
 
 
 def played(single_file, n_steps):
-    """Both agents after some steps in which they do not learn."""
     turns = single_file.make_turns(settings(), 16, "training")
     turns.world.stagger_clocks()
     agents = {}
@@ -139,11 +137,6 @@ def test_advantages_equal_the_packages(single_file, name):
 
 @pytest.mark.slow
 def test_both_agents_learn_to_escape(single_file):
-    """In levels that were not trained in, each better than one that did not learn beside the other that did.
-
-    On graph c with the settings of the command, 600,000 steps, seeds 0 to 2 reached 98.6 to 99.9% and lengths of 83 to
-    110; the package, with the same settings, 99.8 and 100% and lengths of 77 and 73 (seeds 0 and 1).
-    """
     few, many = settings(graph="a", steps=64), settings(graph="a", steps=200_000)
     untrained, trained = single_file.train(few), single_file.train(many)
     success, length = single_file.evaluate(many, trained)

@@ -48,10 +48,6 @@ def play_vector(env, actions):
         yield env.step((int(action) + np.arange(env.num_envs)) % 5)
 
 
-def play_vec_env(env, actions):
-    yield from play_vector(env, actions)
-
-
 def make_rooms(**settings):
     return gymnasium.make_vec(ID, **{"num_envs": 3, **SETTINGS, **settings})
 
@@ -69,13 +65,12 @@ KINDS = {
     "parallel": (lambda **s: hierroom.parallel_env(graph="b", **SETTINGS, **s), play_parallel),
     "parallel boxes": (lambda: hierroom.box_view(hierroom.parallel_env(graph="b", **SETTINGS)), play_parallel),
     "vector": (make_rooms, play_vector),
-    "sb3": (lambda: hierroom.sb3_view(make_rooms()), play_vec_env),
+    "sb3": (lambda: hierroom.sb3_view(make_rooms()), play_vector),
 }
 COPIES = {"pickle": lambda env: pickle.loads(pickle.dumps(env)), "deepcopy": copy.deepcopy}
 
 
 def plain(value):
-    """Observations, rewards and infos as something that can be compared."""
     if isinstance(value, dict):
         return {name: plain(one) for name, one in value.items()}
     if isinstance(value, (list, tuple)):

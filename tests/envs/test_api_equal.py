@@ -4,12 +4,11 @@ import itertools
 
 import numpy as np
 import pytest
-from api_scripts import Script, record
+from api_scripts import Script, record, same
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from gymnasium.wrappers import FlattenObservation
 
 import hierroom
-from hierroom.goals import GOAL_VECTORS
 from hierroom.gym_env import EscapeRoom
 from hierroom.vector_env import EscapeRooms
 from hierroom.worlds.env_config import EnvConfig
@@ -37,12 +36,6 @@ CASES = [
 )
 def case(request):
     return request.param, record(request.param)
-
-
-def same(one, other):
-    assert one.keys() == other.keys()
-    for name in one:
-        np.testing.assert_array_equal(one[name], other[name], err_msg=name, strict=isinstance(one[name], np.ndarray))
 
 
 def keywords(config, **changes):
@@ -187,13 +180,3 @@ def same_deeply(one, other):
     else:
         for ours, theirs in zip(one, other, strict=True):
             same_deeply(ours, theirs)
-
-
-def test_the_controller_is_shown_the_goal_if_it_was_legal(case):
-    _, plays = case
-    for play in plays:
-        for moment in play:
-            if moment.meta is not None:
-                is_goal = is_legal(moment) and 0 <= moment.choice < 13
-                expected = GOAL_VECTORS[moment.choice if is_goal else -1]
-                np.testing.assert_array_equal(moment.controller["goal"], expected)

@@ -1,7 +1,5 @@
 """What other libraries ask of environments beside observations and steps: masks, keys, state, specs, render modes."""
 
-import re
-
 import gymnasium
 import numpy as np
 import pygame
@@ -63,6 +61,7 @@ def test_the_spec_tells_the_step_limit():
     assert env.spec.max_episode_steps == 77
     assert env.unwrapped.spec.max_episode_steps == 77
     assert gymnasium.make_vec(ID, 2, max_steps=77).spec.max_episode_steps == 77
+    assert EscapeRoom("f").spec is EscapeRooms(2, "f").spec is None
     again = gymnasium.make(env.spec)
     assert again.spec.max_episode_steps == 77
     assert '"max_episode_steps": 77' in env.spec.to_json()
@@ -99,16 +98,6 @@ def test_at_the_end_of_an_episode_the_state_shows_the_goal_that_was_pursued(make
                     env.step(action)
         assert env.state()[..., 3].sum() == 1
     assert all(env.truncations.values()) if make is hierroom.env else not env.agents
-
-
-@pytest.mark.parametrize("make", [gymnasium.make, gymnasium.make_vec])
-def test_an_id_of_one_graph_takes_no_other(make):
-    said = f"{ID} has its own graphs: give graph 'f' to hierroom/EscapeRoom-v0"
-    with pytest.raises(InputError, match=f"^{re.escape(said)}$"):
-        make(ID, graph="f")
-    assert make(ID, graph="b").spec.id == ID
-    assert make("hierroom/EscapeRoom-v0", graph="f").spec.id == "hierroom/EscapeRoom-v0"
-    assert EscapeRoom("f").spec is EscapeRooms(2, "f").spec is None
 
 
 def test_render_modes_are_lists_that_are_not_shared():

@@ -3,6 +3,7 @@
 import gymnasium
 import numpy as np
 import pytest
+from api_scripts import same
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from hierroom.gym_env import EscapeRoom
@@ -11,12 +12,6 @@ from hierroom.vector_env import EscapeRooms
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
 SMALL = {"graph": "a", "size": 11, "max_steps": 9}
-
-
-def same(one, other):
-    assert one.keys() == other.keys()
-    for name in one:
-        np.testing.assert_array_equal(one[name], other[name], err_msg=name)
 
 
 def test_one_seed_for_each_environment():

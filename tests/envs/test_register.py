@@ -20,7 +20,6 @@ hierroom.register("fork", hierroom.GoalGraph((0, 1, 1), 3, label="fork"))
 
 @pytest.fixture(autouse=True)
 def unregistered():
-    """No test leaves an id behind."""
     before = dict(gymnasium.registry)
     yield
     gymnasium.registry.clear()
@@ -58,6 +57,9 @@ def test_an_id_refuses_other_graphs_and_exclusions(make):
         ):
             make(env_id, **{name: value})
     assert make(env_id, graph="rooms:3", exclude=["c"]).spec.id == env_id
+    with pytest.raises(InputError, match=r"^hierroom/EscapeRoom-b-v0 has its own graphs: give graph 'f' to "):
+        make("hierroom/EscapeRoom-b-v0", graph="f")
+    assert make("hierroom/EscapeRoom-b-v0", graph="b").spec.id == "hierroom/EscapeRoom-b-v0"
 
 
 @pytest.mark.parametrize("graph", [FORK, GoalGraph((0, 1, 1), 3), ["a", FORK]])

@@ -59,13 +59,7 @@ N_ENVS = 2
 
 
 def problems(name: str, count: int, seed: int) -> Iterator[tuple[str, str | None]]:
-    """What was tried on an API, and what is wrong with how it ended, or None.
-
-    Args:
-        name: of the API, in `APIS`.
-        count: how many are tried.
-        seed: fixes them.
-    """
+    """Yield what was tried on an API, and what is wrong with how it ended, or None."""
     rng = random.Random(f"{seed} {name}")
     signature = inspect.signature(SIGNATURES.get(name, APIS[name])).parameters
     parameters = [p for p in {**vars(EnvConfig()), **signature} if p not in ("num_envs", "entries")]
@@ -132,7 +126,6 @@ def _play(env: Any, calls: list[Any], rng: random.Random) -> None:
 
 
 def main() -> int:
-    """Print what goes wrong; returns 1 if anything does."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--examples", type=int, default=500, help="wrong uses of each API")
     parser.add_argument("--seed", type=int, default=0, help="fixes them")

@@ -115,7 +115,6 @@ def _places(value: Any) -> Iterator[tuple[Any, Any]]:
 
 
 def _changed(value: Any, rng: random.Random) -> Any:
-    """Something like a value."""
     if isinstance(value, torch.Tensor) and value.numel():
         return _changed_tensor(value.clone(), rng)
     if isinstance(value, list) and value:
@@ -172,11 +171,7 @@ def trained_state(config: TrainConfig, updates: int = 6) -> dict[str, Any]:
 
 
 def try_damaged(content: bytes, count: int, seed: int) -> int:
-    """Read damaged files, each another than the right one; returns how many were refused.
-
-    Raises:
-        AssertionError: if one of them is read.
-    """
+    """Read damaged files, each another than the right one; returns how many were refused."""
     rng, refused = random.Random(seed), 0
     for n in range(count):
         while (given := damaged(content, rng)) == content:
@@ -223,7 +218,6 @@ def _check_is_one_line(error: InputError) -> None:
 
 
 def main() -> None:
-    """Try many of everything, and say how many."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=5000, help="files and states of each run")
     parser.add_argument("--seed", type=int, default=0)

@@ -33,62 +33,30 @@ START: Mapping[str, Sequence[str]] = {
 }
 """A command line of each command that is right, and soon done."""
 NUMBERS = (
-    "0",
-    "-1",
-    "1",
-    "2",
-    "7",
-    "0.5",
-    "1e-300",
-    "1e300",
-    "inf",
-    "nan",
-    str(2**31),
-    str(2**63 - 1),
-    str(2**63),
-    str(10**20),
+    *("0", "-1", "1", "2", "7", "0.5", "1e-300", "1e300", "inf", "nan"),
+    *map(str, (2**31, 2**63 - 1, 2**63, 10**20)),
 )
 _FLAT = [name for name in TrainConfig().entries if name != "env_index"]
+_ARGUMENTS = {
+    **{"evaluate": EvaluateArguments, "watch": WatchArguments, "compare": CompareArguments},
+    **{"complexity": ComplexityArguments, "sweep": SweepArguments, "report": ReportArguments, "play": PlayArguments},
+}
 OPTIONS: Mapping[str, Sequence[str]] = {
     "train": [*_FLAT, "out", "resume", "config", "trust_run"],
-    **{
-        name: [*arguments.__dataclass_fields__]
-        for name, arguments in {
-            "evaluate": EvaluateArguments,
-            "watch": WatchArguments,
-            "compare": CompareArguments,
-            "complexity": ComplexityArguments,
-            "sweep": SweepArguments,
-            "report": ReportArguments,
-            "play": PlayArguments,
-        }.items()
-    },
     "paper": ["csv"],
+    **{name: [*arguments.__dataclass_fields__] for name, arguments in _ARGUMENTS.items()},
 }
 ENTRIES: Mapping[str, Sequence[str]] = {"sweep": _FLAT}
 """What a command takes as entry=value, without dashes."""
+WEIGHTS = {"train": 6, "complexity": 3, "sweep": 3, "evaluate": 2, "compare": 2, "play": 2}
+"""How often a command is tried; 1: the others."""
 
 
 def command_lines(seed: int) -> Iterator[tuple[str, list[str]]]:
-    """Command lines without end, each made from a right one by one to three changes.
-
-    Args:
-        seed: fixes them.
-    """
+    """Yield command lines without end, each made from a right one by one to three changes."""
     rng = random.Random(seed)
-    weights = {
-        "train": 6,
-        "evaluate": 2,
-        "watch": 1,
-        "compare": 2,
-        "complexity": 3,
-        "paper": 1,
-        "sweep": 3,
-        "report": 1,
-        "play": 2,
-    }
     while True:
-        name = rng.choices([*weights], [*weights.values()])[0]
+        name = rng.choices([*START], [WEIGHTS.get(name, 1) for name in START])[0]
         words = [*START[name]]
         for _ in range(rng.choice((1, 1, 2, 3))):
             option = f"--{rng.choice(OPTIONS[name]).replace('_', rng.choice('-_'))}"
@@ -111,7 +79,6 @@ def command_lines(seed: int) -> Iterator[tuple[str, list[str]]]:
 
 
 def takes_long(words: Sequence[str]) -> bool:
-    """Whether a command line asks for much work, as it may."""
     text = " ".join(words).replace("=", " ").replace("_", "-")
     much = re.findall(
         r"--(?:episodes|most|resamples|levels|horizon|max-steps|evaluation-episodes|played|seeds) +(\d{4,})", text
@@ -125,10 +92,5 @@ def attempts(seed: int) -> Iterator[tuple[tuple[str, list[str]], str | None]]:
         yield (name, words), wrong_end(*end_of(name, words))
 
 
-def main() -> int:
-    """Print what goes wrong; returns 1 if anything does."""
-    return report(__doc__, "command lines", attempts)
-
-
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(report(__doc__, "command lines", attempts))

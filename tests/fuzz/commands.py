@@ -99,20 +99,14 @@ def world(folder: Path) -> Iterator[None]:
 
 
 def train_quietly(argv: Sequence[str]) -> int:
-    """Train as the command does; returns its exit code."""
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
         return train([*argv])
 
 
 def end_of(name: str, argv: Sequence[str]) -> tuple[object, str]:
-    """Run a command, whose training and windows are left out.
+    """Run a command without its training and its windows; return its exit code and what it wrote on standard error.
 
-    Args:
-        name: of the command, as in ``python -m hierroom NAME``.
-        argv: its words.
-
-    Returns:
-        its exit code, and what it wrote on standard error; for an exception its name and the traceback.
+    For an exception these are its name and the traceback.
     """
     said, told = io.StringIO(), io.StringIO()
     code: object = None
@@ -154,14 +148,7 @@ Attempts = Callable[[int], Iterator[tuple[object, str | None]]]
 
 
 def problems(attempts: Attempts, count: int, seed: int, folder: Path) -> Iterator[tuple[object, str | None]]:
-    """What was tried and what is wrong with how it ended, or None.
-
-    Args:
-        attempts: the fuzzer.
-        count: how many are tried.
-        seed: fixes them.
-        folder: to try them in.
-    """
+    """Yield what was tried in a folder and what is wrong with how it ended, or None."""
     with world(folder):
         for attempt in islice(attempts(seed), count):
             yield attempt
@@ -169,13 +156,7 @@ def problems(attempts: Attempts, count: int, seed: int, folder: Path) -> Iterato
 
 
 def report(description: str | None, what: str, attempts: Attempts) -> int:
-    """Try as many as the command line of a fuzzer says, and print what goes wrong; returns 1 if anything does.
-
-    Args:
-        description: of the fuzzer.
-        what: is tried.
-        attempts: the fuzzer.
-    """
+    """Try as many as the command line of a fuzzer says, and print what goes wrong; returns 1 if anything does."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--count", type=int, default=500, help="how many are tried")
     parser.add_argument("--seed", type=int, default=0, help="fixes them")
@@ -194,7 +175,6 @@ def report(description: str | None, what: str, attempts: Attempts) -> int:
 
 
 def restore() -> None:
-    """Put the run back as it was, and take away what commands have written."""
     keep = {"run", "kept", "other", "own.toml", "deep.toml", "digits.toml", "chain.toml", "fork.toml"}
     for path in Path().iterdir():
         if path.name not in keep or path.name == "run":

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import json
+import math
 import random
 from collections.abc import Iterator
 from copy import deepcopy
@@ -17,25 +18,7 @@ from hierroom.runs.config.config import TrainConfig
 from .commands import MANY_DIGITS, TEXTS, end_of, report, wrong_end
 
 VALUES: tuple[Any, ...] = (
-    *(
-        None,
-        True,
-        False,
-        0,
-        1,
-        -1,
-        2,
-        7,
-        0.5,
-        1.0,
-        -0.0,
-        1e308,
-        float("nan"),
-        float("inf"),
-        -float("inf"),
-        2**31,
-        2**62,
-    ),
+    *(None, True, False, 0, 1, -1, 2, 7, 0.5, 1.0, -0.0, 1e308, math.nan, math.inf, -math.inf, 2**31, 2**62),
     *(2**63 - 1, 2**63, 10**20, 10**400, [], {}, [[]], [None], ["c"], ["c", "c"], ["rooms:3"], [1, 2], {"a": 1}, [{}]),
     {"key_rooms": [0, 1, 1], "exit_room": 3, "name": "fork"},
     {"key_rooms": [0, 1, 1], "exit_room": 3, "name": "\x1b[31m"},
@@ -59,7 +42,6 @@ def paths(table: dict[str, Any], above: tuple[str, ...] = ()) -> Iterator[tuple[
 
 
 def edited(text: str, rng: random.Random) -> str:
-    """The text of a config after an edit."""
     table = deepcopy(json.loads(text))
     place = rng.choice([*paths(table)])
     inner = table
@@ -80,34 +62,18 @@ def edited(text: str, rng: random.Random) -> str:
 
 
 def damaged(text: str, rng: random.Random) -> str:
-    """The text after something befell it as a file."""
     at = rng.randrange(len(text))
     deep = "[" * 10**5
+    other = text[:at] + chr(rng.randrange(0x110000 - 0x900)) + text[at + 1 :]
     return rng.choice(
         [
-            *(
-                "",
-                text[:at],
-                text[at:],
-                text[:at] + chr(rng.randrange(0x110000 - 0x900)) + text[at + 1 :],
-                f"\ufeff{text}",
-            ),
-            *(
-                text + text,
-                f"[{text}]",
-                "null",
-                "3",
-                deep,
-                f'{{"env": {deep}',
-                text.replace("0", MANY_DIGITS, 1),
-                "\0" * 99,
-            ),
+            *("", text[:at], text[at:], other, f"\ufeff{text}", text + text, f"[{text}]", "null", "3", deep),
+            *(f'{{"env": {deep}', text.replace("0", MANY_DIGITS, 1), "\0" * 99),
         ]
     )
 
 
 def attempts(seed: int) -> Iterator[tuple[str, str | None]]:
-    """Edited config.json, and what is wrong with how resuming or evaluating the run ended, or None."""
     rng, right = random.Random(seed), Path("kept/config.json").read_text()
     before = TrainConfig.from_dict(json.loads(right))
     while True:
@@ -137,10 +103,5 @@ def _at(table: Any, path: tuple[str, ...]) -> Any:
     return None if isinstance(table, dict) else table
 
 
-def main() -> int:
-    """Print what goes wrong; returns 1 if anything does."""
-    return report(__doc__, "edited config.json", attempts)
-
-
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(report(__doc__, "edited config.json", attempts))

@@ -85,12 +85,10 @@ def begin(options: list[str], places: Places | None, log: Path) -> int:
 
 
 def end(process: int) -> int:
-    """The exit code of a fork, or minus the signal that killed it."""
     return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
 
 
 def leave_alone(name: str, folder: Path) -> Left:
-    """Train once without a kill, and once more to count."""
     options = [*RUNS[name].split(), *FLAGS.split()]
     (folder / name).mkdir()
     whole, counted = folder / name / "run", folder / name / "counted"
@@ -104,27 +102,19 @@ def leave_alone(name: str, folder: Path) -> Left:
 
 @dataclass(frozen=True)
 class Kill:
-    """When a training is killed.
-
-    Args:
-        at: right before which file operation, from 0; None: at a moment.
-        is_torn: whether the first half of what that operation writes is written.
-        seconds: that moment, from the process's beginning.
-    """
+    """When a training is killed: before a file operation, or in it if it is torn, or else after some seconds."""
 
     at: int | None
     is_torn: bool = False
     seconds: float = 0
 
     def __str__(self) -> str:
-        """As it is told where a file differs."""
         if self.at is None:
             return f"killed after {self.seconds:.2f} s"
         return f"killed {'in' if self.is_torn else 'before'} file operation {self.at}"
 
 
 def every(lefts: Mapping[str, Left]) -> Iterator[tuple[str, list[Kill]]]:
-    """Before each file operation of each training, once."""
     for name, left in lefts.items():
         yield from ((name, [Kill(at)]) for at in range(left.operations))
 
@@ -144,12 +134,7 @@ def drawn(lefts: Mapping[str, Left], rng: random.Random, done: Counter[str]) -> 
 
 
 class Case:
-    """A training that is killed and resumed until it ends.
-
-    Args:
-        left: the same training, left alone.
-        folder: a new one to work in; the run's has the name of the other's, which stands in its pictures.
-    """
+    """A training that is killed and resumed until it ends; its folder has the same name, which is in pictures."""
 
     def __init__(self, left: Left, folder: Path) -> None:
         folder.mkdir()
@@ -171,7 +156,6 @@ class Case:
         return code != 0
 
     def finish(self) -> list[str]:
-        """Resume it to its end; returns what differs."""
         code = end(self._begin(None)[1])
         return differences(self.left.folder, self.run) if code == 0 else [f"exit code {code}: {self.log.read_text()}"]
 

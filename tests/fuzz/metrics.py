@@ -25,7 +25,6 @@ COMMANDS = (
 
 
 def damaged(content: bytes, rng: random.Random) -> bytes:
-    """A table after something befell it as a file."""
     at, lines = rng.randrange(len(content)), content.splitlines(keepends=True)
     n, text = rng.randrange(len(lines)), rng.choice(TEXTS).encode(errors="surrogatepass")
     entries = lines[n].rstrip().split(b",")
@@ -50,14 +49,9 @@ def damaged(content: bytes, rng: random.Random) -> bytes:
 
 
 def lost(path: Path, right: bytes, wrong: bytes, steps: int, told: str) -> str | None:
-    """What a resumed run has lost of a table without a word, or None.
+    """Return what a resumed run has lost of a table without a word, or None.
 
-    Args:
-        path: the table, after the run was resumed.
-        right: what it held at first.
-        wrong: what it held after the damage.
-        steps: at the checkpoint.
-        told: what the command printed.
+    The table held what is right at first, and what is wrong after the damage; then the command printed what it told.
     """
     held = {*path.read_bytes().splitlines()}
     rows = {row for row in right.splitlines()[1:] if int(row.split(b",")[0]) <= steps}
@@ -75,7 +69,6 @@ def lost(path: Path, right: bytes, wrong: bytes, steps: int, told: str) -> str |
 
 
 def attempts(seed: int) -> Iterator[tuple[bytes, str | None]]:
-    """Damaged tables, and what is wrong with how the command that read one ended, or None."""
     rng = random.Random(seed)
     while True:
         table = rng.choice(TABLES)
@@ -93,10 +86,5 @@ def attempts(seed: int) -> Iterator[tuple[bytes, str | None]]:
         yield wrong[-300:], f"{name} of {table}: {problem}" if problem else None
 
 
-def main() -> int:
-    """Print what goes wrong; returns 1 if anything does."""
-    return report(__doc__, "damaged tables", attempts)
-
-
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(report(__doc__, "damaged tables", attempts))

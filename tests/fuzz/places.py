@@ -20,24 +20,19 @@ class Places:
     These are opening a file to write, writing bytes, syncing, renaming, deleting, truncating, copying and making a
     folder. Text that is written and folders that are deleted are not heard of; hierroom does neither in a run's folder.
 
-    Args:
-        folder: whose files are meant.
-        at: number of the operation, from 0; None: none.
-        is_torn: whether the first half of what it writes, if it does, is written.
+    It kills before operation ``at``, counted from 0, and if that is torn, after the first half of what it writes.
     """
 
     def __init__(self, folder: Path, at: int | None, is_torn: bool = False) -> None:
         self.folder, self.at, self.is_torn, self.n = str(folder), at, is_torn, 0
 
     def audit(self, event: str, arguments: tuple[Any, ...]) -> None:
-        """A hook for `sys.addaudithook`."""
         if event in AUDITED and isinstance(arguments[0], (str, os.PathLike)) and self.has(arguments[0]):
             if event == "open" and not (arguments[2] or 0) & (os.O_WRONLY | os.O_RDWR):
                 return
             self.next()
 
     def has(self, path: Any) -> bool:
-        """Whether a file lies below the folder."""
         place = os.path.abspath(os.fspath(path))
         return place == self.folder or place.startswith(self.folder + os.sep)
 
@@ -88,8 +83,6 @@ class Told:
         self._file.close()
 
     def write(self, content: bytes) -> int:
-        """Write, as the file does."""
-
         def half() -> None:
             self._file.write(content[: len(content) // 2])
             self._file.flush()

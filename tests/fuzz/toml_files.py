@@ -32,7 +32,6 @@ def as_toml(value: Any) -> str:
 
 
 def config(rng: random.Random) -> str:
-    """The text of a config."""
     lines = [f"{rng.choice(NAMES)} = {as_toml(rng.choice(VALUES))}" for _ in range(rng.randrange(1, 4))]
     if rng.randrange(4) == 0:
         lines += [
@@ -44,7 +43,6 @@ def config(rng: random.Random) -> str:
 
 
 def graph(rng: random.Random) -> str:
-    """The text of a goal graph."""
     n_rooms = rng.choice((1, 2, 3, 6, 7, 40, 1500))
     rooms: Any = [rng.choice((0, room, rng.randrange(n_rooms + 1))) for room in range(n_rooms)]
     rooms = rng.choice((rooms, rooms, rooms, rng.choice(VALUES), [rng.choice(VALUES)]))
@@ -59,7 +57,6 @@ def graph(rng: random.Random) -> str:
 
 
 def attempts(seed: int) -> Iterator[tuple[str, str | None]]:
-    """Files, and what is wrong with how the command that read one ended, or None."""
     rng = random.Random(seed)
     while True:
         is_config = rng.randrange(2)
@@ -70,10 +67,5 @@ def attempts(seed: int) -> Iterator[tuple[str, str | None]]:
         yield text, wrong_end(*end_of(name, words))
 
 
-def main() -> int:
-    """Print what goes wrong; returns 1 if anything does."""
-    return report(__doc__, "TOML files", attempts)
-
-
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(report(__doc__, "TOML files", attempts))

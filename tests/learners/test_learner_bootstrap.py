@@ -36,7 +36,6 @@ def take_turns(learner, n_turns, end=None):
 
 
 def filled(network, n_sequences=N, seed=1):
-    """A learner whose four sequences have just filled; and V of what comes after each, under its weights."""
     learner = make_learner(N, network, seed, sequence_length=LENGTH, sequences_per_update=n_sequences)
     take_turns(learner, LENGTH, (ENVS == 1, ENVS == 2))
     values = learner._backend.step(np.where(ENVS[:, None] == 2, LAST, NEXT), learner._states)[1]
@@ -57,7 +56,6 @@ def check_same(network, found, expected):
 
 
 def learned_from(learner):
-    """The batch that an update learns from."""
     batches, train = [], learner._backend.train
     learner._backend.train = lambda batch, *rest: batches.append(batch) or train(batch, *rest)
     learner.update(0.0)

@@ -12,16 +12,8 @@ def advantages(rewards, values, next_values, *, elapsed=None, terminated=(), tru
     ends[0, list(terminated)] = True
     ends[1, list(truncated)] = True
     column = lambda x: np.asarray(x, np.float64)[:, None]  # noqa: E731
-    return generalized_advantages(
-        column(rewards),
-        column(values),
-        column(next_values),
-        np.asarray(elapsed if elapsed is not None else [1] * n)[:, None],
-        ends[0],
-        ends[1],
-        gamma=gamma,
-        gae_lambda=gae_lambda,
-    )[:, 0]
+    columns, steps = map(column, (rewards, values, next_values)), np.asarray(elapsed or [1] * n)[:, None]
+    return generalized_advantages(*columns, steps, *ends, gamma=gamma, gae_lambda=gae_lambda)[:, 0]
 
 
 @pytest.mark.parametrize(

@@ -20,8 +20,6 @@ from hierroom.train import main as train
 
 FLAGS = ["--graph", "a", "--size", "11", "--max-steps", "60", "--num-envs", "8", "--evaluations", "0"]
 FLAGS += ["--sequence-length", "16", "--minibatches", "2", "--epochs", "2"]
-SMALL = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 8, "sequence_length": 16, "minibatches": 2}
-SMALL |= {"epochs": 2, "steps": 1024}
 
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf, 2 * LIMIT, -2 * LIMIT])
@@ -40,15 +38,12 @@ def test_large_whole_and_missing_numbers_are_healthy():
 
 
 def learn(learner):
-    """Many updates."""
     envs = RandomEnvs(6, seed=0)
     for _ in range(300):
         envs.tick(learner)
 
 
 class Spoiled(PlainTorchNetwork):
-    """Gives NaN in one place from some call on."""
-
     place, left = "", 0
 
     def step(self, features, states):
@@ -116,8 +111,8 @@ def test_finite_weights_that_give_too_large_numbers_are_not_healthy(network):
     "settings", [{}, {"method": "ppo-rnd"}, {"meta": "learned", "meta_start_success": 0.0}], ids=str
 )
 def test_the_checks_change_nothing(monkeypatch, settings):
-    """Every number that a run saves is the same to the bit without them."""
-    config = TrainConfig().changed(**SMALL, **settings)
+    small = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 8, "sequence_length": 16, "minibatches": 2}
+    config = TrainConfig().changed(**small, epochs=2, steps=1024, **settings)
     states = []
     for is_checked in (True, False):
         if not is_checked:
@@ -132,8 +127,6 @@ def test_the_checks_change_nothing(monkeypatch, settings):
 
 
 class Unborn(PlainTorchNetwork):
-    """Starts with a weight that is not a number."""
-
     def __init__(self, space, hidden_size):
         super().__init__(space, hidden_size)
         with torch.no_grad():

@@ -7,8 +7,6 @@ from torch import nn
 
 
 class LearnsItsStart(PlainTorchNetwork):
-    """Begins each episode with a state that it learns, the same row for all environments."""
-
     def __init__(self, space, hidden_size):
         super().__init__(space, hidden_size)
         self.start = nn.Parameter(torch.zeros(1, super().initial_state(1).shape[1]))

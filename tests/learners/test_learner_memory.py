@@ -14,8 +14,6 @@ SPACE = AgentSpace((3, LENGTH), 2)
 
 
 class Memoryless(nn.Module):
-    """A user's own network that keeps the protocol and remembers nothing."""
-
     def __init__(self, space, hidden_size):
         super().__init__()
         self.encoder = FeatureEncoder(space.cardinalities, hidden_size)
@@ -34,10 +32,7 @@ class Memoryless(nn.Module):
 
 
 def success_rate(network, updates, seed=0, num_envs=32):
-    """Train in environments that show a cue (1 or 2) in their first turn and give 1 if the last action is the cue's.
-
-    Returns the share of rewarded episodes among the last ten updates'.
-    """
+    """The share of the last ten updates' episodes whose last action is the cue (1 or 2) shown in their first turn."""
     config = PPOConfig(sequence_length=2 * LENGTH, hidden_size=16, learning_rate=0.01, gamma=0.95)
     learner = Learner(SPACE, num_envs, config, seed=seed, network=network)
     random = np.random.default_rng(seed)

@@ -10,7 +10,6 @@ SHARES = np.array([0.5, 0.125, 0.25, 0.125])
 
 
 def softmax_of(logits, masks):
-    """[N, A] log-probabilities among the legal actions, by torch."""
     return torch.from_numpy(np.where(masks, logits, -np.inf)).log_softmax(-1).numpy()
 
 

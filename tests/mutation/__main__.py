@@ -3,24 +3,21 @@
 ``python -m tests.mutation`` tries every mutant of the modules below, ``python -m tests.mutation gae ledger`` those of
 some, and ``--sample 100`` a hundred of each. The module and those that import it run as ordinary Python, kernels too.
 Each mutant is tried in a fork of this process, which has loaded what takes long, and lives in memory only: no file is
-touched. The tests that noticed most mutants for their time come first. A mutant with which a test takes much more
-CPU time than with the right module, such as an endless loop, is killed, too. Exit code 1 if more of a module survive
-than docs/reliability.md explains.
+touched. The tests that failed last come first. A mutant with which the tests take much more CPU time than with the
+right module, such as an endless loop, counts as killed. Exit code 1 if more of a module survive than
+docs/reliability.md explains.
 """
 
 from __future__ import annotations
 
 import argparse
 import importlib
-import json
 import os
 import random
 import signal
 import sys
 import tempfile
 import time
-from collections import Counter
-from collections.abc import Generator
 from pathlib import Path
 
 import pytest
@@ -52,92 +49,26 @@ PRELOADED = (
     *("numpy", "scipy.sparse.linalg", "torch", "numba", "networkx", "pytest", "hypothesis", "gymnasium", "pettingzoo"),
     *("minigrid", "matplotlib.figure", "tyro", "rich.progress", "torch.utils.tensorboard", "PIL.Image"),
 )
-MOST_TIMES, LEAST_SECONDS = 4, 8
-"""CPU time after which a mutant counts as killed: so many times what its test takes, and at least so long."""
-MOST_SECONDS_TO_COLLECT = 60
+MOST_TIMES, LEAST_SECONDS = 4, 60
+"""CPU time after which a mutant counts as killed: so many times what its tests take, and at least so long."""
 
 
-class MostTellingFirst:
-    """Of pytest: runs the tests that noticed most mutants for their time first, and remembers both.
+def passes(target: str, source: str, folder: Path, seconds: float = 0) -> bool:
+    """Return whether the tests of a target pass with another source of its module, within so many seconds if not 0.
 
-    Args:
-        path: of a file, in which one process leaves to the next what it saw.
-    """
-
-    def __init__(self, path: Path) -> None:
-        seen = json.loads(path.read_text()) if path.exists() else {}
-        self._path, self._is_first = path, not seen
-        self._seconds, self._longest_setup = dict[str, float](seen.get("seconds", {})), seen.get("longest_setup", 0)
-        self._noticed = Counter[str](seen.get("noticed"))
-        self._fixtures = dict[str, float](seen.get("fixtures", {}))
-
-    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        items.sort(key=self._seconds_to_notice)
-
-    def _seconds_to_notice(self, test: pytest.Item) -> float:
-        # One more mutant, as a test that has noticed none yet may do so; a tenth of a second, as no test is free.
-        fixtures = sum(self._fixtures.get(name, 0) for name in getattr(test, "fixturenames", ()))
-        return (self._seconds.get(test.nodeid, 0) + fixtures + 0.1) / (self._noticed[test.nodeid] + 1)
-
-    @pytest.hookimpl(wrapper=True)
-    def pytest_fixture_setup(self, fixturedef: pytest.FixtureDef) -> Generator[None, object, object]:
-        started = time.monotonic()
-        made = yield
-        if self._is_first:
-            self._fixtures[fixturedef.argname] = time.monotonic() - started
-        return made
-
-    @pytest.hookimpl(tryfirst=True)
-    def pytest_runtest_setup(self, item: pytest.Item) -> None:
-        # What several tests need is made before the first of them, whichever that is.
-        self._limit(item.nodeid, self._longest_setup)
-
-    @pytest.hookimpl(tryfirst=True)
-    def pytest_runtest_call(self, item: pytest.Item) -> None:
-        self._limit(item.nodeid, self._seconds.get(item.nodeid, 0))
-
-    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        if self._is_first:  # with the right module: a mutant may end a long test early
-            if report.when == "setup":
-                self._longest_setup = max(self._longest_setup, report.duration)
-            else:
-                self._seconds[report.nodeid] = self._seconds.get(report.nodeid, 0) + report.duration
-        self._noticed[report.nodeid] += report.failed
-
-    def _limit(self, nodeid: str, seconds: float) -> None:
-        signal.signal(signal.SIGPROF, lambda *_: self._end(nodeid))
-        signal.setitimer(signal.ITIMER_PROF, 0 if self._is_first else max(LEAST_SECONDS, MOST_TIMES * seconds))
-
-    def _end(self, nodeid: str) -> None:
-        self._noticed[nodeid] += 1
-        self.pytest_sessionfinish()
-        os._exit(pytest.ExitCode.TESTS_FAILED)
-
-    def pytest_sessionfinish(self) -> None:
-        seen = {"seconds": self._seconds, "fixtures": self._fixtures, "noticed": self._noticed}
-        self._path.write_text(json.dumps(seen | {"longest_setup": self._longest_setup}))
-
-
-def passes(target: str, source: str, seen: Path) -> bool:
-    """Whether the tests of a module pass with another source in its place.
-
-    Args:
-        target: the module, in `TARGETS`.
-        source: the other source.
-        seen: a file of `MostTellingFirst`.
+    The folder holds pytest's cache, which runs the tests first that failed last.
     """
     path, tests, _ = TARGETS[target]
     finder = InMemory(PACKAGE / path, source)
     child = os.fork()
     if child == 0:
-        signal.setitimer(signal.ITIMER_PROF, MOST_SECONDS_TO_COLLECT)
+        signal.setitimer(signal.ITIMER_PROF, seconds)  # its signal ends the process
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)
         os.dup2(nowhere, 2)
         sys.meta_path.insert(0, finder)
         chosen = ["-k", " and ".join(f"not {one}" for one in LEFT_OUT), *files_of_tests(tests)]
-        options = ["-x", "-q", "-p", "no:cacheprovider", f"--rootdir={ROOT}", *chosen]
-        os._exit(int(pytest.main(options, plugins=[MostTellingFirst(seen)])))
+        os._exit(int(pytest.main(["-x", "-q", "--ff", "-o", f"cache_dir={folder}", f"--rootdir={ROOT}", *chosen])))
     _, status = os.waitpid(child, 0)
     code = os.waitstatus_to_exitcode(status)
     # 1: a test failed; 2: no test could be collected, as the import failed; killed by the system: memory ran out.
@@ -147,26 +78,17 @@ def passes(target: str, source: str, seen: Path) -> bool:
 
 
 def survivors(target: str, folder: Path, sample: int | None) -> int:
-    """Try the mutants of a module, print those that its tests do not notice, and return how many these are.
-
-    Args:
-        target: the module, in `TARGETS`.
-        folder: for what is written meanwhile.
-        sample: how many are tried, drawn at random; None: all.
-
-    Raises:
-        RuntimeError: if the tests fail as it is.
-    """
-    source = (PACKAGE / TARGETS[target][0]).read_text()
-    seen = folder / f"{target}.json"
-    # Once to measure the tests, and once as mutants meet them: in another order, with a limit to each.
-    if not (passes(target, source, seen) and passes(target, source, seen)):
+    """Try all mutants of a target, or so many of them, print those that no test notices, and return their number."""
+    source, before = (PACKAGE / TARGETS[target][0]).read_text(), os.times()
+    if not passes(target, source, folder):
         raise RuntimeError(f"the tests of {target} fail without any error in it")
+    after = os.times()
+    seconds = after.children_user + after.children_system - before.children_user - before.children_system
     every, left = [one for one in mutants(source) if not one.before.startswith(NOT_TRIED)], 0
     tried = every if sample is None else random.Random(0).sample(every, min(sample, len(every)))
     started = time.monotonic()
     for mutant in track(tried, f"{target:<14}"):
-        if passes(target, mutant.source, seen):
+        if passes(target, mutant.source, folder, max(LEAST_SECONDS, MOST_TIMES * seconds)):
             left += 1
             print(f"{target} {mutant}", flush=True)
     minutes = (time.monotonic() - started) / 60
@@ -175,7 +97,6 @@ def survivors(target: str, folder: Path, sample: int | None) -> int:
 
 
 def main() -> int:
-    """The command."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("modules", nargs="*", help=f"of {', '.join(TARGETS)}; all by default")
     parser.add_argument("--sample", type=int, metavar="N", help="try N mutants of each module, drawn at random")
@@ -190,7 +111,7 @@ def main() -> int:
         importlib.import_module(name)
     with tempfile.TemporaryDirectory() as folder:
         os.environ["HYPOTHESIS_STORAGE_DIRECTORY"] = folder
-        left = {target: survivors(target, Path(folder), options.sample) for target in named}
+        left = {target: survivors(target, Path(folder) / target, options.sample) for target in named}
     return int(any(left[target] > TARGETS[target][2] for target in named))
 
 

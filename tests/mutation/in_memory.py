@@ -22,10 +22,6 @@ class InMemory:
 
     That module and those that import it, over others too, run as ordinary Python, as their compiled code on disk
     contains the module as it is. All other kernels are compiled.
-
-    Args:
-        path: of the module's file.
-        source: the text.
     """
 
     def __init__(self, path: Path, source: str) -> None:

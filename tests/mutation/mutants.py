@@ -27,14 +27,7 @@ OPERATORS = (
 
 @dataclass(frozen=True)
 class Mutant:
-    """A module with one small error.
-
-    Args:
-        number: of the line, from 1.
-        before: that line, without its indentation.
-        after: likewise, with the error.
-        source: of the whole module.
-    """
+    """A module with one small error: a line's number, the line before and after, and the whole source."""
 
     number: int
     before: str
@@ -47,11 +40,7 @@ class Mutant:
 
 
 def mutants(source: str) -> Iterator[Mutant]:
-    """Each mutant of a module that Python can tell from it by more than annotations.
-
-    Args:
-        source: of the module.
-    """
+    """Each mutant of a module that Python can tell from it by more than annotations."""
     tree, right = get_ast(source), _meaning(source)
     for name in OPERATORS:
         operator, seen = get_operator(f"core/{name}")(), set()

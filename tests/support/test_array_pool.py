@@ -1,13 +1,9 @@
 """Arrays that are used again when nobody holds them, and never while somebody does."""
 
-import copy
-import pickle
-
 import numpy as np
 import pytest
 
 from hierroom.support.array_pool import ArrayPool
-from hierroom.vector_env import EscapeRooms
 
 
 def make():
@@ -45,32 +41,3 @@ def test_an_array_that_nobody_holds_is_reused():
         assert named["first"] is named["again"] is first
         seen.append(first.ctypes.data)
     assert len(set(seen)) == 2
-
-
-@pytest.mark.parametrize("copied", [copy.deepcopy, lambda pool: pickle.loads(pickle.dumps(pool))])
-def test_a_copy_has_arrays_of_its_own(copied):
-    pool = ArrayPool(make)
-    (first, _), _ = pool.take()
-    (other, _), _ = copied(pool).take()
-    assert not np.shares_memory(first, other)
-
-
-def test_the_steps_that_a_meta_controller_kept_stay_as_they_were():
-    class Watching:
-        def __init__(self):
-            self.steps = []
-
-        def choose(self, observations, legal, situation):
-            return np.full(len(situation), -1)
-
-        def observe(self, step, turns):
-            self.steps.append((step, step.lengths.copy(), step.rewards))
-
-    meta = Watching()
-    envs = EscapeRooms(2, "a", size=11, max_steps=50, meta=meta)
-    envs.reset(seed=0)
-    for _ in range(9):
-        envs.step(np.ones(2, int))
-    for t, (step, lengths, rewards) in enumerate(meta.steps):
-        assert step.lengths.tolist() == lengths.tolist() == [t + 1] * 2
-        assert np.shares_memory(step.rewards, rewards)

@@ -37,21 +37,17 @@ print(sum(len({*kernel.signatures} - called[kernel]) for kernel in KERNELS), clo
 """
 
 
-def run(*arguments, **options):
-    return run_python(*arguments, **options)
-
-
 @pytest.fixture(scope="module")
 def compiled():
     """Everything is compiled, into the cache that all tests use."""
-    done = run("-m", "hierroom", "compile")
+    done = run_python("-m", "hierroom", "compile")
     assert done.returncode == 0, done.stderr
     return Path(kernel_folder()) / STAMP
 
 
 def test_a_second_call_sees_at_once_that_all_is_there(compiled):
     assert _is_complete(compiled)
-    done = run("-X", "importtime", "-m", "hierroom", "compile")
+    done = run_python("-X", "importtime", "-m", "hierroom", "compile")
     assert done.stdout.startswith("all kernels are compiled already")
     assert not any(line.endswith(" torch") for line in done.stderr.splitlines())
 
@@ -73,13 +69,13 @@ def test_what_was_deleted_or_is_of_other_source_is_not_taken_for_complete(compil
 def test_nothing_is_called_later_in_a_way_it_was_not_compiled_for(compiled, tmp_path):
     """By the kernels' signatures: the cache of these tests may hold more than the command has compiled."""
     paths = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}}
-    done = run("-c", LATER, **paths)
+    done = run_python("-c", LATER, **paths)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert (lines[0], lines[-1]) == ("0", "0 0.0")
 
 
 def test_there_is_nothing_to_compile_without_a_compiler():
-    done = run("-m", "hierroom", "compile", env={**os.environ, "NUMBA_DISABLE_JIT": "1"})
+    done = run_python("-m", "hierroom", "compile", env={**os.environ, "NUMBA_DISABLE_JIT": "1"})
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "error: NUMBA_DISABLE_JIT is set, so there is nothing to compile; unset it\n"

@@ -15,7 +15,6 @@ from children import run_python
 import hierroom
 from hierroom.support.compile import kernel, kernel_folder
 from hierroom.support.compile.clock import NOTICE
-from hierroom.worlds.escape_room import step_kernels
 
 PACKAGE = Path(hierroom.__file__).parent
 DIGEST = kernel_folder.digest_of_kernels(PACKAGE)[:16]
@@ -36,7 +35,6 @@ print(njit()(double)(21), njit()(double)(21))
 
 @pytest.fixture
 def temporary(tmp_path, monkeypatch):
-    """A folder for temporary files of this test's own."""
     path = tmp_path / "tmp"
     path.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(path))
@@ -62,24 +60,17 @@ def run_there(site, temporary, code=PRINT_FOLDER, **variables):
 
 
 def test_the_package_is_imported_where_neither_it_nor_home_can_be_written(unwritable, temporary):
-    """Numba raises there: cannot cache function, no locator available."""
-    for _ in range(2):
-        done = run_there(unwritable, temporary)
+    """Numba raises there. Each process warns once, and worker processes find the same folder without a warning."""
+    worker = f"multiprocessing.get_context('spawn').Pool(1).apply(exec, ({PRINT_FOLDER!r},))"
+    for code in (PRINT_FOLDER, f"import multiprocessing\n{PRINT_FOLDER}\n{worker}"):
+        done = run_there(unwritable, temporary, code)
         place = temporary / f"hierroom-{os.getuid()}"
         assert done.stderr.count("RuntimeWarning: ") == 1
         assert f"kept in {place}; set NUMBA_CACHE_DIR" in done.stderr
-        folder = Path(done.stdout.strip()).parent
+        (folder,) = {Path(path).parent for path in done.stdout.split()}
         assert folder.parent == place / "hierroom"
         assert folder.name.endswith(f"-{DIGEST}")
         assert stat.S_IMODE(place.stat().st_mode) == 0o700
-
-
-def test_workers_find_the_same_folder_and_do_not_warn_again(unwritable, temporary):
-    worker = f"multiprocessing.get_context('spawn').Pool(1).apply(exec, ({PRINT_FOLDER!r},))"
-    done = run_there(unwritable, temporary, f"import multiprocessing\n{PRINT_FOLDER}\n{worker}")
-    assert done.stderr.count("RuntimeWarning: ") == 1
-    ours, theirs = done.stdout.split()
-    assert ours == theirs
 
 
 def test_the_first_place_that_can_be_written_is_taken_without_a_warning(unwritable, temporary, tmp_path):
@@ -175,15 +166,7 @@ def test_a_change_in_any_file_of_kernels_compiles_all_of_them_again(tmp_path, te
     assert len({first[2], again[2], number[2], callee[2]}) == 3
 
 
-def test_every_kernel_is_in_the_folder_of_its_source():
-    folder = kernel_folder.kernel_folder()
-    assert Path(folder).name.endswith(f"-{DIGEST}")
-    assert step_kernels.advance in kernel.KERNELS
-    assert {str(Path(one.stats.cache_path).parent) for one in kernel.KERNELS} == {folder}
-
-
 def on_a_terminal(code):
-    """What a process writes to its standard error, a terminal."""
     ours, theirs = pty.openpty()
     done = run_python("-c", code, stdout=subprocess.PIPE, stderr=theirs, check=True, text=False)
     os.write(theirs, b"|")
@@ -195,17 +178,13 @@ def on_a_terminal(code):
     return said.decode().rstrip("|"), done.stdout.decode()
 
 
-def test_compiling_is_told_once_on_a_terminal():
-    said, printed = on_a_terminal(COMPILE.format(module="hierroom.worlds.escape_room.step_kernels"))
+def test_compiling_is_told_once_and_only_of_our_kernels_on_a_terminal():
+    code = COMPILE.format(module="hierroom.worlds.escape_room.step_kernels")
+    said, printed = on_a_terminal(code)
     assert printed.split() == ["42", "42"]
     assert said.splitlines() == [NOTICE]
-
-
-def test_compiling_is_not_told_of_for_others_or_to_files():
+    assert run_python("-c", code, check=True).stderr == ""
     assert on_a_terminal(COMPILE.format(module="somebody.elses"))[0] == ""
-    code = COMPILE.format(module="hierroom.worlds.escape_room.step_kernels")
-    done = run_python("-c", code, check=True)
-    assert done.stderr == ""
 
 
 def test_every_kernel_is_made_by_the_package_s_own_decorator():

@@ -25,7 +25,6 @@ FORK = multiprocessing.get_context("fork")
 
 
 def in_a_fork(function, *arguments):
-    """What a function returns in a forked process; fails where the process does not end."""
     results = FORK.SimpleQueue()
     child = FORK.Process(target=lambda: results.put(function(*arguments)))
     child.start()
@@ -48,16 +47,6 @@ def test_a_pool_works_in_a_forked_process():
         future.result()
     assert in_a_fork(lambda: [pool.submit(pow, n, 2).result() for n in range(9)]) == [n * n for n in range(9)]
     assert pool.submit(pow, 3, 2).result() == 9
-
-
-@pytest.mark.parametrize("clone", COPIES.values(), ids=COPIES)
-def test_a_pool_that_is_copied_has_threads_of_its_own(clone):
-    pool = ThreadPool(2)
-    pool.submit(int).result()
-    twin = clone(pool)
-    assert twin.submit(pow, 3, 2).result() == 9
-    assert twin._executor is not pool._executor
-    assert twin._threads == 2
 
 
 @pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")  # Python 3.12 warns of forks beside threads

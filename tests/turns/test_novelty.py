@@ -19,7 +19,6 @@ def state_of(level):
 @pytest.mark.parametrize("drop_key", [False, True])
 @pytest.mark.parametrize("size", [11, 63])
 def test_a_state_is_novel_at_its_first_visit_in_an_episode(size, drop_key):
-    """The agent's cell with the keys it has found and the doors it has opened, kept in a plain set."""
     world = Engine([NAMED_GRAPHS["f"]], size=size, max_steps=400, drop_key=drop_key, memories=["visited"])
     rng = np.random.default_rng(0)
     n_novel = 0
@@ -56,17 +55,6 @@ def test_a_key_that_is_dropped_and_taken_again_makes_nothing_new():
         step = turns.step([action])
         assert step.rewards[0] == 0.0
     assert step.events[0] >= 0
-
-
-def test_visited_states_are_part_of_the_state():
-    turns, rng = make("b", 4, reward="novelty", max_steps=60), np.random.default_rng(2)
-    for actions in rng.choice(5, size=(50, 4), p=[0.6, 0.1, 0.1, 0.1, 0.1]):
-        turns.step(actions)
-    state, later = turns.get_state(), rng.choice(5, size=(100, 4), p=[0.6, 0.1, 0.1, 0.1, 0.1])
-    first = [turns.step(actions).rewards for actions in later]
-    turns.set_state(state)
-    np.testing.assert_array_equal(first, [turns.step(actions).rewards for actions in later])
-    assert 0 < np.mean(first) < 0.1
 
 
 @pytest.mark.parametrize(("settings", "bonus"), [({}, NOVELTY_BONUS), ({"novelty_bonus": 0.25}, 0.25)])

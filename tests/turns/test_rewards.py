@@ -25,8 +25,6 @@ SETTINGS = {"graph": "c", "size": 11, "max_steps": 40, "subgoal_horizon": 7, "dr
 
 
 class Watching:
-    """Remembers all the steps it is given, and rewards nothing."""
-
     def __init__(self):
         self.steps: list[Step] = []
 
@@ -163,10 +161,7 @@ def odd(**attributes):
 @pytest.mark.parametrize(
     ("reward", "said"),
     [
-        (
-            "nonsense",
-            "a reward is one of extrinsic, bonus, intrinsic, novelty, an entry point of hierroom.rewards or ",
-        ),
+        ("nonsense", "a reward is one of extrinsic, bonus, intrinsic, novelty, an entry point of hierroom.rewards or "),
         ("no_such_module:R", "there is no module 'no_such_module' for the reward 'no_such_module:R'"),
         (np.ndarray, "the reward ndarray cannot be made: TypeError"),
         (3, "a reward is a function of a step or has a method rewards(step); the reward int is neither"),
@@ -188,10 +183,7 @@ def test_a_reward_that_cannot_be_used_is_refused(reward, said):
 @pytest.mark.parametrize(
     ("value", "said"),
     [
-        (
-            lambda step: 1.0,
-            "the reward <lambda> must return 4 numbers, one for each environment, not an array of float64",
-        ),
+        (lambda step: 1.0, "must return 4 numbers, one for each environment, not an array of float64"),
         (lambda step: np.full(4, np.nan), "the reward <lambda> must return finite numbers, not nan"),
         (lambda step: ["a"] * 4, "the reward <lambda> must return 4 numbers"),
         (json.loads, "the reward loads fails: TypeError: the JSON object must be str, bytes or bytearray, not Step"),

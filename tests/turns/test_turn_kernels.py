@@ -19,7 +19,6 @@ def as_dict(ledger):
 
 
 def outcomes_of(rng, n):
-    """What may come of a step, and much that may not."""
     outcomes = np.zeros(n, OUTCOME)
     outcomes["achieved"] = np.where(rng.random(n) < 0.5, 0, rng.integers(1 << 13, size=n))  # several at a time, too
     outcomes["n_first"] = rng.integers(3, size=n)
@@ -62,7 +61,6 @@ def test_the_ledger_is_its_twin(seed, n, horizon, ends_with_option, autoreset):
 
 @pytest.mark.parametrize("mask", GOAL_MASKS)
 def test_goals_are_legal_and_chosen_as_the_twins_say(mask):
-    """With what is not legal among the choices, on turn and off it."""
     n, rng = 6, np.random.default_rng(3)
     for graph in "adg":
         turns = make(graph, n=n, goal_mask=mask, max_steps=60, subgoal_horizon=5)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from turns_helpers import fields, make
+from turns_helpers import make
 
 from hierroom.agents.player import OraclePlayer
 from hierroom.complexity import GraphSet
@@ -17,7 +17,6 @@ SETTINGS = {"curriculum_stages": 2, "max_steps": 120}
 
 @pytest.fixture(scope="module")
 def stages():
-    """The goal graphs of the two stages."""
     easy, hard = map(set, GraphSet(INTERVAL).stages(2))
     assert not easy & hard
     return easy, hard
@@ -33,11 +32,7 @@ def graphs_of(turns, envs):
 
 
 def play_to_the_next_stage(turns, step):
-    """Take steps until the stage changes.
-
-    Returns:
-        the goal graphs of the episodes that began before that, how many episodes ended, and how many escaped.
-    """
+    """Return the goal graphs drawn before the stage changed, how many episodes ended, and how many escaped."""
     before, drawn, ended, escaped = stage_of(turns), set(), 0, 0
     while stage_of(turns) == before:
         done = step(turns)
@@ -109,29 +104,23 @@ def test_going_back_restores_the_stage(stages):
     play_to_the_next_stage(turns, OraclePlayer().step)
     play_on(turns, turn_left, until=3)  # the middle of the second stage
     state = turns.get_state()
-    kept = {name: array.copy() for name, array in state.items()}
 
     def play_and_note(turns):
-        """What happens until some time after the easy stage has come back."""
         told = []
-        for _ in range(9 * SETTINGS["max_steps"]):
+        for _ in range(9 * SETTINGS["max_steps"]):  # until some time after the easy stage has come back
             step = turn_left(turns)
-            told.append((stage_of(turns), *fields(step).values(), turns.world.state.levels.copy()))
+            told.append(
+                (stage_of(turns), step.lengths.tolist(), step.goals.tolist(), turns.world.state.levels.tobytes())
+            )
         return told
 
     first = play_and_note(turns)
     assert {stage for stage, *_ in first} == {0, 1}
-    for name, array in state.items():
-        np.testing.assert_array_equal(array, kept[name], err_msg=name)
     elsewhere = make(INTERVAL, N_ENVS, seed=1, **SETTINGS)
     for other in (turns, elsewhere):
         other.set_state(state)
         assert stage_of(other) == 1
-        for one, again in zip(first, play_and_note(other), strict=True):
-            for a, b in zip(one[:-1], again[:-1], strict=True):
-                np.testing.assert_array_equal(a, b)
-            for name in one[-1].dtype.names:
-                np.testing.assert_array_equal(one[-1][name], again[-1][name], err_msg=name)
+        assert play_and_note(other) == first
         other.set_state(state)
         assert play_on(other, OraclePlayer().step) <= stages[1]
 
@@ -142,10 +131,6 @@ def test_an_unknown_stage_raises_input_error():
     state["curriculum"][0] = 2
     with pytest.raises(InputError, match=r"^the stages are 0 to 1; there is no stage 2$"):
         turns.set_state(state)
-    with pytest.raises(
-        InputError, match=r"^a curriculum of 2 stages needs several graphs, as of rooms:4, not c alone$"
-    ):
-        make("c", **SETTINGS)
 
 
 def test_an_episode_that_has_ended_counts_once():

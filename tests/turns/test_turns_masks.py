@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 from turns_helpers import achieve, goal_ids, make, well_or_wildly
 
-import hierroom
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_GOALS, GoalGraph, enumerate_graphs
 from hierroom.goals import N_GOALS as NO_GOAL_ACTION
 from hierroom.worlds.escape_room.constants import EXIT, KEY, OPEN_DOOR, WALL
-from hierroom.worlds.escape_room.goal_kernels import GOAL_MASKS
 
 SEVEN_ROOMS = GoalGraph((0, 0, 1, 0, 2, 4), 5)
 BOTH = ("meta_0", "controller_0")
@@ -50,7 +48,6 @@ def test_a_dropped_key_is_a_goal_again():
 
 
 def test_seen_goals_are_those_that_came_into_view():
-    """Against the union of the views of the episode, read tile by tile."""
     turns = make("c", seed=1, max_steps=120)
     rng = np.random.default_rng(0)
     came_into_view, most = set(), 0
@@ -66,31 +63,6 @@ def test_seen_goals_are_those_that_came_into_view():
         if turns.step([well_or_wildly(rng, turns.world)]).episode_ended[0]:
             came_into_view = set()
     assert most == 5
-
-
-@pytest.mark.parametrize("mask", GOAL_MASKS)
-@pytest.mark.parametrize("horizon", [None, 3])
-def test_no_mask_is_ever_all_zero(mask, horizon):
-    env = hierroom.parallel_env(
-        graph="d", size=11, max_steps=40, goal_mask=mask, subgoal_horizon=horizon, drop_key=True
-    )
-    rng = np.random.default_rng(0)
-    waits, observations = 0, env.reset(seed=0)[0]
-    for _ in range(400):
-        masks = {agent: observations[agent]["action_mask"] for agent in BOTH}
-        for one in masks.values():
-            assert one.dtype == np.int8
-            assert one.any()
-        # Where no goal is legal, 'no goal' is; beside goals it is legal under one mask.
-        assert masks["meta_0"][13] == (mask == "seen" or not masks["meta_0"][:13].any())
-        assert masks["controller_0"].all()
-        waits += not masks["meta_0"][:13].any()
-        if env.agents:
-            goal = int(rng.choice(np.flatnonzero(masks["meta_0"])))
-            observations = env.step({"meta_0": goal, "controller_0": int(rng.integers(6))})[0]
-        else:
-            observations = env.reset()[0]
-    assert 0 < waits < 400
 
 
 @pytest.mark.parametrize(

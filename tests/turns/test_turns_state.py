@@ -13,7 +13,6 @@ from hierroom.worlds.escape_room.oracle import shortest_actions
 
 
 def observed(turns):
-    """What the controller observes everywhere."""
     return turns.observe("controller_0", np.arange(len(turns)))
 
 
@@ -65,8 +64,7 @@ def test_a_state_of_another_shape_raises_input_error():
         turns.set_state(make(n=3).get_state())
     del state["shortest"]
     with pytest.raises(
-        InputError,
-        match=r"^the state of turns does not hold what get_state gives, but is_meta_turn, goals, last_g",
+        InputError, match=r"^the state of turns does not hold what get_state gives, but is_meta_turn, goals, last_g"
     ):
         turns.set_state(state)
 
@@ -91,7 +89,6 @@ def test_the_shortest_length_is_that_of_the_episode_that_ends():
 
 
 def test_the_final_observation_is_from_before_the_reset():
-    """Against environments that do not begin anew by themselves."""
     turns, slow = make("a", n=8, seed=6, max_steps=20), make("a", n=8, seed=6, max_steps=20, autoreset=False)
     meta, rng, n_going_on = make_meta("random"), np.random.default_rng(0), 0
     for t in range(60):

@@ -23,7 +23,6 @@ DRAWS_LEVELS = {"lab/report/replay.py", "lab/play/app.py", "lab/play/board.py", 
 
 
 def knows_escape_room(path):
-    """Whether a file imports something of the EscapeRoom, wherever in the file it does so."""
     names = []
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):

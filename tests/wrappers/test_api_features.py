@@ -21,10 +21,10 @@ NAMES = ["goal-place", "doorway-places", "frontier-places", "previous-action", "
 SETTINGS = {"graph": "d", "size": 13, "max_steps": 60, "goal_mask": "existing", "subgoal_horizon": 9}
 ACTIONS = np.random.default_rng(0).integers(5, size=200)
 WAIT = 13
+add = hierroom.add_features
 
 
 def expected(seed, names=NAMES, agent=CONTROLLER):
-    """The features of 200 steps under the fixed depth-first meta-controller, read as the learner reads them."""
     features, meta = Features(WORLD, names, agent), FixedDFS()
     turns = Turns(EnvConfig(reward="intrinsic", **SETTINGS), seed=seed, memories=MEMORIES)
     told = []
@@ -39,7 +39,6 @@ def expected(seed, names=NAMES, agent=CONTROLLER):
 
 
 def choice(env):
-    """What the fixed depth-first meta-controller chooses in a PettingZoo environment."""
     turns = env.unwrapped.single.turns
     situation = turns.situation(np.arange(1))
     return int(FixedDFS().choose(None, situation.legal, situation)[0])
@@ -47,7 +46,7 @@ def choice(env):
 
 @pytest.mark.parametrize("agent", AGENTS)
 def test_aec(agent):
-    env = hierroom.add_features(hierroom.env(**SETTINGS), NAMES, agent)
+    env = add(hierroom.env(**SETTINGS), NAMES, agent)
     env.reset(seed=3)
     told, left = [], list(ACTIONS)
     while left:
@@ -67,7 +66,7 @@ def test_aec(agent):
 
 
 def test_parallel():
-    env = hierroom.add_features(hierroom.parallel_env(**SETTINGS), NAMES)
+    env = add(hierroom.parallel_env(**SETTINGS), NAMES)
     observations, _ = env.reset(seed=3)
     without_goal = Features(WORLD, NAMES[1:])
     told = []
@@ -81,7 +80,7 @@ def test_parallel():
 
 
 def test_gymnasium():
-    env = hierroom.add_features(gymnasium.make("hierroom/EscapeRoom-d-v0", meta="fixed-dfs", **rest()), NAMES)
+    env = add(gymnasium.make("hierroom/EscapeRoom-d-v0", meta="fixed-dfs", **rest()), NAMES)
     observation, _ = env.reset(seed=3)
     told = []
     for action in ACTIONS:
@@ -100,9 +99,9 @@ def rest():
 @pytest.mark.parametrize("mode", AutoresetMode)
 def test_gymnasium_vector(mode):
     """What is observed last in an episode has the goal pursued last, here as in a single environment."""
-    env = hierroom.add_features(EscapeRooms(3, meta="fixed-dfs", autoreset_mode=mode, **SETTINGS), NAMES)
+    env = add(EscapeRooms(3, meta="fixed-dfs", autoreset_mode=mode, **SETTINGS), NAMES)
     alone = [gymnasium.make("hierroom/EscapeRoom-d-v0", meta="fixed-dfs", env_index=n, **rest()) for n in range(3)]
-    theirs = SyncVectorEnv([lambda one=one: hierroom.add_features(one, NAMES) for one in alone], autoreset_mode=mode)
+    theirs = SyncVectorEnv([lambda one=one: add(one, NAMES) for one in alone], autoreset_mode=mode)
     (observations, _), (expected, _) = env.reset(seed=3), theirs.reset(seed=[3] * 3)
     n_goals, n_left = 0, 0
     for t, action in enumerate(ACTIONS):
@@ -135,9 +134,9 @@ def test_gymnasium_vector(mode):
 def test_the_checkers_are_content():
     for agent in AGENTS:
         names = [name for name in FEATURES if agent == META or name != "goal-outcome"]
-        api_test(hierroom.add_features(hierroom.env(**SETTINGS), names, agent), 300)
-        parallel_api_test(hierroom.add_features(hierroom.parallel_env(**SETTINGS), names, agent), 300)
-    check_env(hierroom.add_features(gymnasium.make("hierroom/EscapeRoom-c-v0"), names[:-1]), skip_render_check=True)
+        api_test(add(hierroom.env(**SETTINGS), names, agent), 300)
+        parallel_api_test(add(hierroom.parallel_env(**SETTINGS), names, agent), 300)
+    check_env(add(gymnasium.make("hierroom/EscapeRoom-c-v0"), names[:-1]), skip_render_check=True)
 
 
 @pytest.mark.parametrize(("name", "memory"), [("doorway-places", "doorways"), ("frontier-places", "explored")])
@@ -146,7 +145,7 @@ def test_levels_remember_only_the_memories_asked_for(name, memory):
     levels = env.unwrapped.single.turns.world.state.levels
     env.reset(seed=0)
     assert not any(levels[other].any() for other in MEMORIES)
-    env = hierroom.add_features(env, [name])
+    env = add(env, [name])
     env.reset(seed=0)
     for action in np.tile([0, 1, 0, 2, 0, 3, 4], 60):
         env.step(action)
@@ -156,7 +155,7 @@ def test_levels_remember_only_the_memories_asked_for(name, memory):
 
 @pytest.mark.parametrize("make", [hierroom.env, hierroom.parallel_env])
 def test_both_agents_may_have_features_of_their_own(make):
-    env = hierroom.add_features(hierroom.add_features(make(**SETTINGS), ["view"], META), ["goal-place"], CONTROLLER)
+    env = add(add(make(**SETTINGS), ["view"], META), ["goal-place"], CONTROLLER)
     result = env.reset(seed=1)
     for agent in AGENTS:
         space = env.observation_space(agent)
@@ -169,32 +168,13 @@ def test_both_agents_may_have_features_of_their_own(make):
 @pytest.mark.parametrize(
     ("make", "said"),
     [
-        (
-            lambda: hierroom.add_features(gymnasium.make("CartPole-v1"), ["view"]),
-            "takes an environment of hierroom, not",
-        ),
-        (lambda: hierroom.add_features(hierroom.env(), ["smell"]), "features are view, view-ids, .*; not smell"),
-        (
-            lambda: hierroom.add_features(hierroom.env(), ["view"], "me"),
-            "agent must be meta_0 or controller_0 in this environment, not 'me'",
-        ),
-        (lambda: hierroom.add_features(EscapeRooms(), ["view"], META), "agent must be controller_0 in this"),
-        (
-            lambda: hierroom.add_features(hierroom.box_view(hierroom.parallel_env()), ["view"]),
-            "that are dicts, before other",
-        ),
-        (
-            lambda: hierroom.add_features(hierroom.add_features(hierroom.env(), ["goal"]), ["view"]),
-            "have features already",
-        ),
-        (
-            lambda: hierroom.add_features(hierroom.box_view(hierroom.env()), ["view"]),
-            "features are added to observations that are dicts, before other wrappers, not to Dict",
-        ),
-        (
-            lambda: hierroom.box_view(gymnasium.make("CartPole-v1")),
-            "box_view takes a hierroom.env or a hierroom.parallel_env, not",
-        ),
+        (lambda: add(gymnasium.make("CartPole-v1"), ["view"]), "takes an environment of hierroom, not"),
+        (lambda: add(hierroom.env(), ["smell"]), "features are view, view-ids, .*; not smell"),
+        (lambda: add(hierroom.env(), ["view"], "me"), "agent must be meta_0 or controller_0 in this environm"),
+        (lambda: add(EscapeRooms(), ["view"], META), "agent must be controller_0 in this"),
+        (lambda: add(hierroom.box_view(hierroom.env()), ["view"]), "that are dicts, before other wrappers, not to"),
+        (lambda: add(add(hierroom.env(), ["goal"]), ["view"]), "have features already"),
+        (lambda: hierroom.box_view(gymnasium.make("CartPole-v1")), "box_view takes a hierroom.env or a hierroom.paral"),
     ],
 )
 def test_invalid_uses_raise_input_error(make, said):
@@ -205,7 +185,7 @@ def test_invalid_uses_raise_input_error(make, said):
 
 def test_a_box_view_has_them_as_one_hot():
     plain, env = hierroom.parallel_env(**SETTINGS), hierroom.parallel_env(**SETTINGS)
-    env = hierroom.box_view(hierroom.add_features(env, ["direction", "previous-action"]))
+    env = hierroom.box_view(add(env, ["direction", "previous-action"]))
     before, _ = hierroom.box_view(plain).reset(seed=1)
     now, _ = env.reset(seed=1)
     for agent in AGENTS:

@@ -23,7 +23,6 @@ def make(**settings):
 
 
 def plain_envs():
-    """Stable-Baselines3's own, with the environments' indices; they go on from one seed."""
     return [gymnasium.make("hierroom/EscapeRoom-b-v0", **SETTINGS, env_index=n) for n in range(N)]
 
 
@@ -117,14 +116,8 @@ def test_without_the_library_it_raises_input_error(monkeypatch):
 @pytest.mark.parametrize(
     ("attempt", "said"),
     [
-        (
-            lambda: hierroom.sb3_view(hierroom.env()),
-            "sb3_view takes what gymnasium.make_vec gives for an id of hierroom",
-        ),
-        (
-            lambda: hierroom.sb3_view(gymnasium.make_vec("CartPole-v1", 2)),
-            "sb3_view takes what gymnasium.make_vec gives",
-        ),
+        (lambda: hierroom.sb3_view(hierroom.env()), "sb3_view takes what gymnasium.make_vec gives for an id"),
+        (lambda: hierroom.sb3_view(gymnasium.make_vec("CartPole-v1", 2)), "sb3_view takes what gymnasium.make_vec"),
         (lambda: make(copy=False), "sb3_view takes environments with copy=True: Stable-Baselines3 keeps observations"),
         (lambda: make().set_attr("graph", "c"), "the environments of the batch engine have no attributes of their own"),
     ],

@@ -105,22 +105,6 @@ def test_moves_name_what_differs():
     assert "3 of 12 steps took an edge that the assumed walk lacks" in str(report)
 
 
-@pytest.mark.parametrize(
-    ("trajectories", "message"),
-    [
-        ([], "no episodes at all"),
-        ([[0, 1, 2], [0]], "episode 1 must be a row of at least two nodes"),
-        ([[0, 7]], "nodes are 0 to 2; episode 0 holds 0 to 7"),
-        ([[1, 2]], "episode 0 must begin at node 0"),
-        ([[0, 2, 1]], "may be at the exit only at its end"),
-        ([[0, 0.5]], "row of at least two nodes"),
-    ],
-)
-def test_one_clear_message(trajectories, message):
-    with pytest.raises(InputError, match=message):
-        count_transitions(trajectories, n_nodes=3, start=0, exit_node=2)
-
-
 def test_counts_of_another_graph_are_refused():
     counts = count_transitions([[0, 1, 2]], 3, 0, 2)
     with pytest.raises(InputError, match="over 3 nodes, but goal graph c has 9"):

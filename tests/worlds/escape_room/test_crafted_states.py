@@ -140,11 +140,7 @@ def trainer_of(method="hippo", meta=None, **agents):
 @pytest.mark.parametrize(
     ("path", "value", "said"),
     [
-        (
-            "turns.levels.row",
-            torch.tensor([9, 9, 9, 10**6], dtype=torch.int32),
-            "levels.row must be at most 14, not 1000000",
-        ),
+        ("turns.levels.row", torch.tensor([9, 9, 9, 10**6]).int(), "levels.row must be at most 14, not 1000000"),
         ("turns.levels.keys", torch.zeros(4), "levels.keys must be an array of int32 and shape (4,), not of float32"),
         ("turns.grids", torch.zeros(4, 21, 21), "grids must be an array of uint8 and shape (4, 21, 21), not of float6"),
         ("turns.3", torch.zeros(4), "turns does not hold what it should: it has '3'"),

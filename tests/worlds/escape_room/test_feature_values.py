@@ -23,7 +23,6 @@ CONTROLLERS = tuple(name for name in FEATURES if name != "goal-outcome")
 
 
 def tile_of(goal):
-    """What shows a goal in the view: a key, a door that is locked, the exit."""
     if goal == EXIT_GOAL:
         return EXIT
     return KEY + goal if goal < FIRST_DOOR_GOAL else LOCKED_DOOR + goal - FIRST_DOOR_GOAL

@@ -29,7 +29,6 @@ def class_of(cells):
 
 
 def place_of(level, cell):
-    """The classes of (row, col) as seen from where the agent is."""
     down, east = cell[0] - level.row, cell[1] - level.col
     rows, cols = ROW_STEP[level.direction], COL_STEP[level.direction]
     return [class_of(down * rows + east * cols), class_of(down * cols - east * rows)]

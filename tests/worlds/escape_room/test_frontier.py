@@ -15,7 +15,6 @@ N_ENVS = 8
 
 
 def bits(lines):
-    """(row, col) of the bits that are set in a map."""
     return {
         (line + MARGIN, col + MARGIN)
         for line, word in enumerate(lines.tolist())

@@ -33,7 +33,6 @@ def cells_of_goals(grid):
 
 
 def reachable_goals(record, graph, held, opened):
-    """The goal ids that the goal graph says are open, with keys held and doors open of some colours."""
     colours = record.colours[: graph.n_rooms - 1].tolist()
     keys, doors = [colour in held for colour in colours], [colour in opened for colour in colours]
     ids = [*colours, *(FIRST_DOOR_GOAL + colour for colour in colours), EXIT_GOAL]
@@ -116,7 +115,6 @@ def test_a_level_says_what_the_state_holds(mask):
 
 
 def test_the_level_is_that_of_the_environment_asked_for():
-    """Also where a situation holds only some of the environments."""
     turns = make("d", 6, seed=2)
     everywhere, some = turns.situation(np.arange(6)), turns.situation(np.array([4, 1]))
     assert [some.level(0), some.level(1)] == [everywhere.level(4), everywhere.level(1)]

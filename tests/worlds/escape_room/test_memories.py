@@ -40,7 +40,6 @@ def assert_same_world(one, other):
 @pytest.mark.parametrize("step", ["step", "step_within_episode"])
 @pytest.mark.parametrize("memories", SUBSETS, ids=lambda memories: "-".join(memories) or "nothing")
 def test_memories_not_asked_for_stay_zero_and_change_nothing_else(memories, step):
-    """Beside a world that remembers nothing, and one that remembers everything."""
     world, plain, full = make_world(memories), make_world([]), make_world(MEMORIES)
     used, n_novel = set(), 0
     for actions in actions_of(200):

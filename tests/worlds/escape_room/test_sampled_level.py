@@ -34,20 +34,17 @@ def sampled(horizon: int, graph: GoalGraph = A, seed: int = 0) -> SampledLevel:
 
 
 def mixed(bits: int) -> int:
-    """SplitMix64's finalizer in Python's own numbers."""
     bits = ((bits ^ (bits >> 30)) * 0xBF58476D1CE4E5B9) & MASK
     bits = ((bits ^ (bits >> 27)) * 0x94D049BB133111EB) & MASK
     return bits ^ (bits >> 31)
 
 
 def normal_of(bits: int) -> float:
-    """Box and Muller's cosine of two uniform numbers, of these bits and of those mixed from them."""
     first, second = ((bits >> 11) + 0.5) / 2**53, (mixed(bits ^ GOLDEN) >> 11) / 2**53
     return math.sqrt(-2 * math.log(first)) * math.cos(2 * math.pi * second)
 
 
 def bits_of(level: np.record) -> int:
-    """`state_bits` in Python's own numbers."""
     keys, doors = int(level.keys), int(level.doors)
     bits = mixed((int(level.row) << 16 | int(level.col) << 8 | int(level.direction)) ^ mixed(keys << 8 | doors))
     if level.can_drop:

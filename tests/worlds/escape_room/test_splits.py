@@ -14,7 +14,6 @@ from hierroom.worlds.escape_room.engine import Engine
 
 
 def layouts(graph, size, levels, seed=0, n=300, episodes=4):
-    """The grids of many levels, as bytes."""
     world = Engine([GoalGraph.named(graph)], n, size=size, seed=seed, levels=levels)
     grids = []
     for _ in range(episodes):
@@ -24,7 +23,6 @@ def layouts(graph, size, levels, seed=0, n=300, episodes=4):
 
 
 def is_held_out(grid):
-    """The kernel's hash in plain Python."""
     digest = 0xCBF29CE484222325
     for tile in grid:
         digest = (digest ^ tile) * 0x100000001B3 % 2**64

@@ -21,7 +21,6 @@ from hierroom.worlds.escape_room.engine import Engine
 
 
 def face(world: Engine, tile: int) -> None:
-    """Put the agent on a free cell with the tile ahead."""
     level, grid = world.state.levels[0], world.state.grids[0]
     for row, col in np.argwhere(grid == tile):
         for direction in range(4):

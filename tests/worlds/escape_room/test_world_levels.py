@@ -46,10 +46,7 @@ def assert_uniform_ranks(ranks, counts):
 
 
 def test_levels_are_those_of_v0():
-    """A seed's levels stay the same: others would need ids with another -v, and a line in CHANGELOG.md.
-
-    Where `GRAPHS` are others, the digest is another, too.
-    """
+    """Others would need ids with another -v, and a line in CHANGELOG.md; other `GRAPHS` have another digest."""
     digest, places = hashlib.sha256(), ("rectangles", "doors_at", "keys_at", "exit_at", "divider", "row", "col")
     for size in (11, 14, 19):
         state = Engine(GRAPHS, 33, size=size, seed=8, levels="training").state
@@ -82,7 +79,6 @@ def test_nothing_of_the_last_episode_is_left():
 
 @pytest.fixture(scope="module")
 def sample():
-    """20,000 levels of graph f at the default size."""
     return Engine([NAMED_GRAPHS["f"]], 20_000, seed=11).state
 
 

@@ -20,7 +20,6 @@ GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 0, 1, 0, 2, 4), 5)]
 
 
 def expected(observation):
-    """MiniGrid's image with its third channel as ours: 1 where a door is open, else 0."""
     image = observation["image"].copy()
     is_door = image[..., 0] == OBJECT_TO_IDX["door"]
     image[..., 2] = is_door & (image[..., 2] == STATE_TO_IDX["open"])
@@ -37,7 +36,6 @@ def assert_equal(world, env, observation):
 
 
 def play(world, env, actions):
-    """Take the same actions in both, to the end of the episode or of the actions; returns how many were taken."""
     observation, _ = env.reset()
     assert_equal(world, env, observation)
     taken = 0
@@ -52,7 +50,6 @@ def play(world, env, actions):
 
 
 def bold_actions(world, rng):
-    """Random actions without end; half of the time one that does something to what is ahead, if there is one."""
     while True:
         level = world.state.levels[0]
         ahead = level.row + constants.ROW_STEP[level.direction], level.col + constants.COL_STEP[level.direction]
@@ -69,7 +66,6 @@ def bold_actions(world, rng):
 @pytest.mark.parametrize("size", [11, 19, 31])
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 def test_random_walks(graph, size, can_drop):
-    """48 cases of 500 steps or more."""
     rng = np.random.default_rng(size)
     world = Engine([graph], size=size, seed=8, drop_key=can_drop, max_steps=150)
     taken = 0

@@ -120,7 +120,6 @@ def test_paths_reach_their_goals_in_as_many_steps_as_stated(graph, size):
 
 
 def test_a_step_never_gains_more_than_one():
-    """The regret of any walk is never negative: no action brings the exit nearer by more than one step."""
     rng = np.random.default_rng(0)
     world = Engine(GRAPHS, 100, seed=2, drop_key=True)
     lengths = shortest_lengths(world.state)

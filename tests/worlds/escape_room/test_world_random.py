@@ -14,7 +14,6 @@ pytestmark = pytest.mark.filterwarnings("ignore:overflow encountered")  # as pla
 
 
 def mixed(bits):
-    """The finalizer as published."""
     bits = (bits ^ (bits >> 30)) * 0xBF58476D1CE4E5B9 & BITS
     bits = (bits ^ (bits >> 27)) * 0x94D049BB133111EB & BITS
     return bits ^ (bits >> 31)
@@ -27,7 +26,6 @@ def level(key, n_drawn=0):
 
 
 def below(key, n, bound):
-    """The n-th number of an episode, the first is 1."""
     return (mixed((key + n * GOLDEN) & BITS) >> 32) * bound >> 32
 
 
