@@ -14,8 +14,7 @@ from pictures import has_colour, pixels
 from hierroom.commands import compare as command
 from hierroom.lab.compare import figure
 from hierroom.lab.compare.evaluated_run import find_runs, read_run
-from hierroom.lab.compare.figure import COLOURS, MAX_GROUPS
-from hierroom.lab.compare.style import DASHES, line_style
+from hierroom.lab.compare.style import COLOURS, DASHES, MAX_GROUPS, line_style
 from hierroom.runs.folder.provenance import record_session
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.logs.plots import step_unit
