@@ -116,9 +116,7 @@ class GoalGraph:
     def open_goals(self, keys: ArrayLike, doors: ArrayLike) -> NDArray[np.bool_]:
         """Find the goals [..., n_goals] (keys, doors, exit) that can be achieved now, before any other goal.
 
-        Args:
-            keys: [..., n_rooms - 1] bool, whether the agent holds the key of room 1, 2, ...
-            doors: [..., n_rooms - 1] bool, whether the door of room 1, 2, ... is open.
+        ``keys`` and ``doors`` [..., n_rooms - 1] say of room 1, 2, ... whether its key is held and its door is open.
         """
         held, is_open = np.asarray(keys, bool), np.asarray(doors, bool)
         return open_goals(np.array(self.key_rooms), np.array(self.exit_room), held, is_open)

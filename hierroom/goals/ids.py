@@ -42,9 +42,6 @@ GOAL_VECTORS = _goal_vectors()
 
 
 def room_goals(goals: NDArray[np.integer], branches: NDArray[np.integer]) -> NDArray[np.integer]:
-    """Return indices into `ROOM_GOAL_NAMES` for the goal ids [M] of levels.
-
-    ``branches`` is the branch room - 1 of each colour: [M, 6], or [6] for one level.
-    """
+    """Return indices into `ROOM_GOAL_NAMES` for goal ids [M]; ``branches`` [M, 6] or [6] is by colour the room - 1."""
     rooms = np.broadcast_to(branches, (len(goals), N_COLOURS))[np.arange(len(goals)), goals % N_COLOURS]
     return np.where(goals == EXIT_GOAL, EXIT_GOAL, goals // N_COLOURS * N_COLOURS + rooms)

@@ -19,9 +19,8 @@ def child_rooms(key_rooms: Sequence[int]) -> tuple[tuple[int, ...], ...]:
 def canonical_rooms(key_rooms: tuple[int, ...], exit_room: int | None) -> tuple[tuple[int, ...], int]:
     """Renumber rooms breadth first, with the children of a room ordered by the shape of their subtrees.
 
-    Subtrees are ranked floor by floor, the deepest first, by whether their root holds the exit and by the ranks of its
-    children (Aho, Hopcroft & Ullman 1974): no recursion, so any depth will do. Return the new key rooms and exit room,
-    which is 0 where None is given.
+    Subtrees are ranked floor by floor, the deepest first (Aho, Hopcroft & Ullman 1974): no recursion, so any depth will
+    do. Return the new key rooms and exit room, which is 0 where None is given.
     """
     children = child_rooms(key_rooms)
     floors = [[0]]
@@ -50,11 +49,7 @@ def open_goals(
 ) -> NDArray[np.bool_]:
     """Find the goals [..., 2 B + 1] (keys, doors, exit) that can be achieved now, for many graphs at once.
 
-    Args:
-        key_rooms: [..., B], the room in which the key of branch room 1, 2, ... B lies.
-        exit_rooms: [...], the room that holds the exit.
-        keys: [..., B], whether the agent holds the key.
-        doors: [..., B], whether the door is open.
+    All arrays have an entry for each branch room [..., B], except ``exit_rooms`` [...]; see `GoalGraph.open_goals`.
     """
     enterable = np.concatenate([np.ones((*doors.shape[:-1], 1), bool), doors], axis=-1)
     homes = np.broadcast_to(key_rooms, doors.shape)

@@ -45,8 +45,7 @@ class Stepper(Protocol):
 class Policy:
     """Acts in N environments with its own recurrent states and random numbers; it stores no turns.
 
-    The weights are not copied: each call uses the current weights of the learner that made the policy. ``decision`` is
-    that of the last call, or None before the first.
+    Each call uses the current weights of the learner that made it. ``decision`` is that of the last call, None before.
     """
 
     def __init__(self, stepper: Stepper, space: AgentSpace, num_envs: int, seed: int) -> None:

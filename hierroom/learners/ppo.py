@@ -183,10 +183,7 @@ class Learner:
         self._starts_episode[envs[episode_ended]] = True
 
     def bootstrap(self, envs: NDArray[np.integer], features: NDArray[np.uint8]) -> None:
-        """Store the values of the current observations [M, K] of ``envs`` [M] for full sequences that continue.
-
-        `act` does so for the environments in which it begins a turn.
-        """
+        """Store values of current observations [M, K] for full sequences that continue; `act` does so for its turns."""
         lacking = np.flatnonzero(self._rollout.awaiting[envs] >= 0)
         envs, features = envs[lacking], features[lacking]
         if len(envs):

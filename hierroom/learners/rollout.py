@@ -1,8 +1,7 @@
-"""Storage of turns until an update: sequences of each environment's own turns.
+"""Storage of turns until an update: a pool of columns ``[T, C]``, each a sequence of one environment's turns.
 
-The storage is a pool of columns ``[T, C]``. Each environment writes its turns into one column. A column with T finished
-turns is full and waits for the update; the environment's next turn opens another column, whose initial state is the
-recurrent state at that moment.
+A full column waits for the update. The environment's next turn opens another one, whose initial state is the recurrent
+state at that moment.
 """
 
 from __future__ import annotations
@@ -112,11 +111,7 @@ class Rollout:
         truncated: NDArray[np.bool_],
         next_values: NDArray[np.float32],
     ) -> None:
-        """Close the open turn of each of ``envs`` [M].
-
-        ``next_values`` [M] are the bootstrap values of truncated turns and zero elsewhere. Where the return of a full
-        column continues, `bootstrap` or `begin` adds the value of the next turn later.
-        """
+        """Close the open turns of ``envs`` [M]; ``next_values`` [M] bootstrap truncated ones and are 0 elsewhere."""
         columns, turns, slots = self.columns[envs], self.turns[envs], self.slots
         with np.errstate(over="ignore"):  # a reward beyond float32 becomes infinite, which the update then reports
             slots.rewards[turns, columns] = rewards

@@ -40,10 +40,7 @@ def make_turns(
     autoreset: bool = True,
     measure_shortest: bool = False,
 ) -> Turns:
-    """Make the environments of a config, and the turns taken in them; see `Turns`.
-
-    Whatever the config says, ``levels`` are those to train on, or those to evaluate on, of all stages of a curriculum.
-    """
+    """Make the environments of a config, of all stages, with ``levels`` to train or to evaluate on, and their turns."""
     method = config.resolved_method
     stages = config.env.curriculum_stages if levels == "training" else 1
     memories = _controller_features(config).memories  # what levels remember for the features of the agents that learn
@@ -102,11 +99,7 @@ def _controller_features(config: TrainConfig) -> Features:
 def freeze(
     meta: PPOAgent | ScriptedAgent, controller: PPOAgent, num_envs: int, *, seed: int, is_greedy: bool = False
 ) -> Pair:
-    """Return what two agents have learned so far, as a pair that plays in other environments.
-
-    A greedy controller takes its most probable action instead of drawing one. A policy that escapes whenever it draws
-    can turn on the spot for ever when it is greedy. A learned meta-controller draws its goals.
-    """
+    """Return what two agents have learned so far, as a pair for other environments; `load` says what greedy means."""
     meta_agent = meta.frozen(num_envs, seed=meta_seed(seed))
     return Pair({META: meta_agent, CONTROLLER: controller.frozen(num_envs, seed=seed, is_greedy=is_greedy)})
 

@@ -10,10 +10,9 @@ from types import FrameType
 class Interrupt:
     """A context in which a signal to stop only sets `is_requested`, so that training can stop in a consistent state.
 
-    The signals are Ctrl-C, SIGTERM, and SIGHUP of a closed terminal, unless it is ignored, as after ``nohup``. A second
-    Ctrl-C raises KeyboardInterrupt. The others do not: a terminal that closes and a batch system send them more than
-    once. Signals arrive in the main thread alone, so in others the context does nothing. A process whose parent hears
-    Ctrl-C and sends SIGTERM has ``hears_ctrl_c=False``.
+    The signals are Ctrl-C, SIGTERM and SIGHUP. A second Ctrl-C raises KeyboardInterrupt; the others do not, because
+    they may be sent more than once. Outside the main thread the context does nothing. ``hears_ctrl_c`` is False where
+    the parent process hears Ctrl-C and sends SIGTERM.
     """
 
     def __init__(self, *, hears_ctrl_c: bool = True) -> None:

@@ -36,10 +36,9 @@ ROWS, CHECKPOINTS = 500, 10
 
 
 def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Trainer, RunFolder]:
-    """Create a new run, and lock it until `run_session` returns.
+    """Create a run and lock it until `run_session` returns; ``variant`` is its name in the plan of a sweep.
 
     ``out`` is its folder, new or empty, by default a new folder in ``runs/``, called `run_name` of the config.
-    ``variant`` is the name of the run in the plan of a sweep, by which runs can be compared.
     """
     TrainConfig.from_dict(json.loads(to_json(config.to_dict())))  # refuse now what could not be read back
     trainer = Trainer(config)
@@ -56,10 +55,7 @@ def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Tra
 
 
 def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
-    """Continue a run from its newest checkpoint, and lock it until `run_session` returns.
-
-    The config may have more steps, another number of threads and another device than that of the run.
-    """
+    """Lock a run and continue from its newest checkpoint; the config may have more steps, other threads and device."""
     folder = RunFolder.open(path)
     with ExitStack() as stack:
         stack.enter_context(folder.lock)
@@ -123,13 +119,10 @@ def train(
     report: Callable[[str], object] = lambda status: None,
     log: Sequence[str] = DEFAULT,
 ) -> None:
-    """Train until the end or an interrupt, with tables, loggers and checkpoints.
+    """Train until the end, an interrupt or a `DivergenceError`, with tables, loggers and checkpoints.
 
-    A checkpoint is written last, so that a run that is resumed from it never repeats rows. ``report`` is called after
-    each update with a few words on how training stands; ``log`` names loggers, see `logs.logger_names`.
-
-    Raises:
-        DivergenceError: if training diverges; the checkpoints are as they were.
+    A checkpoint is written last, so that a run that is resumed from it never repeats rows. ``report`` gets a few words
+    after each update on how training stands.
     """
     logs = Logs(folder.path, trainer.config, trainer.steps or -1, log)  # -1: a run that begins has logged nothing
     try:

@@ -48,11 +48,9 @@ class TrainedAgent:
         return f"<TrainedAgent {run_name(self.config)}, {self.steps:,} steps, meta {meta}, {actions} actions{path}>"
 
     def env(self, **entries: Any) -> EnvConfig:
-        """Return what the environments it was trained in are made of, with some entries changed.
+        """Return what the environments it was trained in are made of, with some entries of the `EnvConfig` changed.
 
-        Args:
-            **entries: entries of the `EnvConfig`, such as ``size`` or ``graph``, which comes without the run's
-                ``exclude``; without ``graph``, ``exclude`` names further graphs to leave out.
+        A new ``graph`` comes without the run's ``exclude``; without one, ``exclude`` names further graphs to leave out.
         """
         names = [entry.name for entry in fields(EnvConfig)]
         for name in sorted(entries.keys() - names - {*self.config.entries}):

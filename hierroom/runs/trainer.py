@@ -31,10 +31,7 @@ MAX_EVALUATION_ENVS = 100
 
 
 class Trainer:
-    """Trains the agents of a config.
-
-    It ``begins`` with the weights of the config's warm start, if any; not where a checkpoint is loaded later.
-    """
+    """Trains the agents of a config, from the weights of its warm start, if any, where the run ``begins``."""
 
     def __init__(self, config: TrainConfig, *, begins: bool = True):
         self.config = config
@@ -59,8 +56,7 @@ class Trainer:
     def advance(self) -> None:
         """Act in every environment until the controller has learned once more (paper, Algorithm 1).
 
-        Raises:
-            DivergenceError: if an agent's numbers are not finite any more, or far too large.
+        A `DivergenceError` says that an agent's numbers are not finite any more, or far too large.
         """
         clock = compile_clock()
         started, compiled, steps = time.perf_counter(), clock.seconds, self.steps
@@ -124,10 +120,7 @@ class Trainer:
         graph: GraphSpecs | None = None,
         is_greedy: bool = False,
     ) -> Evaluation:
-        """Evaluate the agents as they are now, always on the same levels; see `freeze`.
-
-        By default the number of episodes, the meta-controller and the goal graphs are those of the config.
-        """
+        """Evaluate the agents as they are now, on the same levels, by default as the config says: see `freeze`."""
         episodes = self.config.evaluation_episodes if episodes is None else episodes
         num_envs, seed = min(MAX_EVALUATION_ENVS, episodes), evaluation_seed(self.config.seed)
         chooses = self.agents[META] if meta is None else ScriptedAgent(make_meta(meta))

@@ -12,10 +12,9 @@ _Set = tuple[tuple[NDArray, ...], dict[str, NDArray]]
 
 
 class ArrayPool:
-    """Two sets of arrays that take turns; a set with an array that somebody still holds is replaced by a new one.
+    """Two sets of arrays that take turns, as allocation is slow; a set with an array still held is replaced.
 
-    At small batches the allocator takes longer than filling the arrays, and at large ones the operating system clears
-    every page again. ``make`` makes a set: arrays that own their memory, and a dict of some of them by name.
+    ``make`` makes a set: arrays that own their memory, and a dict of some of them by name.
     """
 
     def __init__(self, make: Callable[[], _Set]) -> None:

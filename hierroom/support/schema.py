@@ -1,8 +1,4 @@
-"""Schemas of states: their entries with types, shapes and ranges.
-
-A state comes back from a file, and compiled kernels check no bounds. So each part of the package that can restore a
-state describes it by a schema, and uses nothing of the state before `Schema.check` has accepted it.
-"""
+"""Schemas of states from files: types, shapes and ranges, checked first because compiled kernels check no bounds."""
 
 from __future__ import annotations
 

@@ -9,10 +9,7 @@ from typing import Any
 
 
 class ThreadPool:
-    """A pool of threads, which start at the first task, anew in each process and in each copy.
-
-    Threads do not survive a fork: in the new process, the old pool would wait for them for ever.
-    """
+    """A pool of threads, which start at the first task, anew in each process and copy: no thread survives a fork."""
 
     def __init__(self, threads: int) -> None:
         self._threads = threads

@@ -1,7 +1,4 @@
-"""What an environment is made of: one description for every API, for training and for evaluation.
-
-It is data alone, and loads neither the world nor torch, so that a command can explain itself at once.
-"""
+"""What an environment is made of; neither the world nor torch is loaded, so that a command explains itself at once."""
 
 from __future__ import annotations
 
@@ -109,12 +106,7 @@ class EnvConfig:
 
     @classmethod
     def of_arguments(cls, entries: Mapping[str, Any], besides: Sequence[str] = ()) -> EnvConfig:
-        """Return the config that an environment's keyword arguments describe.
-
-        Args:
-            entries: entries of the config by name.
-            besides: names of the environment's other arguments, for the message where a name is unknown.
-        """
+        """Return the config that keyword arguments describe; ``besides`` names other arguments, for error messages."""
         known = [field.name for field in fields(cls)]
         if unknown := [name for name in entries if name not in known]:
             raise InputError(f"an environment takes {', '.join((*known, *besides))}; not {', '.join(unknown)}")

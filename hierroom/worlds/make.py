@@ -44,11 +44,8 @@ def make_world(
     """Return the `World` of a config.
 
     Args:
-        config: what the environments are made of.
-        num_envs: number of environments N.
-        seed: of their first episodes; None: call `World.reset` with one first.
+        seed: of the first episodes; None: call `World.reset` with one first.
         autoreset: whether an environment whose episode ends begins its next one in the same step.
-        threads: most threads.
         memories: what the world must remember of each episode.
     """
     from hierroom.worlds.escape_room.world import EscapeRoomWorld

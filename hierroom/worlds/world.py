@@ -281,10 +281,7 @@ def is_list(seed: Seeds) -> TypeGuard[Sequence[int | None]]:
 
 
 def whole_numbers(actions: ArrayLike, n: int) -> NDArray[np.int64]:
-    """Return actions as [n] int64, contiguous: the same array where it is such.
-
-    A number that is too large becomes a negative one, which is no action either.
-    """
+    """Return actions as contiguous [n] int64, the same array if it is such; a number too large becomes negative."""
     try:
         given = np.asarray(actions)
     except ValueError:  # rows of unequal lengths

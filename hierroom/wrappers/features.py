@@ -1,9 +1,4 @@
-"""Wrappers: the learner's features for users of other learners.
-
-A feature is one of `agents.features.FEATURES`, such as ``goal-place`` or ``frontier-places``: what an agent could work
-out and remember by itself, but learns slowly to. `add_features` puts features into the observations of any environment
-of hierroom, as the entry ``features``: whole numbers, `gymnasium.spaces.MultiDiscrete`.
-"""
+"""Wrappers: the learner's features, those of `agents.features.FEATURES`, for users of other learners."""
 
 from __future__ import annotations
 

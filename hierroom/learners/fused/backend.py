@@ -1,8 +1,7 @@
 """The learner's arithmetic in compiled kernels: the CPU counterpart of `TorchBackend` for the default network.
 
-A minibatch is split into shards of sequences, and shards are assigned to workers, both always in the same way. Each
-worker sums the gradients of its shards, and the sums of the workers are added in order. So the result does not depend
-on the number of threads, which only decides how many workers run at the same time.
+Shards of sequences, their workers and the order in which gradients are added are fixed. So the result does not depend
+on the number of threads.
 """
 
 from __future__ import annotations

@@ -121,10 +121,7 @@ class RecurrentActorCritic(nn.Module):
 
 @contextmanager
 def seeded_weights(seed: np.random.SeedSequence) -> Iterator[None]:
-    """Make new weights depend only on ``seed``, not on torch's global generator or number of threads.
-
-    Orthogonal initialisation uses a matrix decomposition that rounds differently with two threads than with one.
-    """
+    """Make new weights depend only on ``seed``: orthogonal ones round differently with two threads than with one."""
     n_threads = torch.get_num_threads()
     with torch.random.fork_rng(devices=[]):
         # Not torch.manual_seed, which seeds the generators of accelerators, too, and these are not restored.

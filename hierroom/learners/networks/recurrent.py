@@ -41,10 +41,7 @@ class ResetLSTM(nn.Module):
         return hidden, torch.cat([hidden, cell], dim=-1)
 
     def sequence(self, inputs: Tensor, state: Tensor, resets: Tensor) -> Tensor:
-        """Compute the outputs [T, M, H] of T steps from inputs [T, M, X] and the state [M, 2 H] before the first one.
-
-        The state is zero before each step where ``resets`` [T, M] is True.
-        """
+        """Compute outputs [T, M, H] from inputs [T, M, X] and a state [M, 2 H], made zero where ``resets`` [T, M]."""
         of_inputs, of_hidden = self.split_weight()
         driven = inputs @ of_inputs  # [T, M, 4 H]: what does not depend on the previous step
         keeps = (~resets).to(driven.dtype).unsqueeze(-1)  # [T, M, 1]

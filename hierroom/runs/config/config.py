@@ -1,7 +1,4 @@
-"""What a training run is: every choice in one frozen record.
-
-It loads neither the world nor torch, so that a command explains itself without delay.
-"""
+"""What a training run is; neither the world nor torch is loaded, so that a command explains itself without delay."""
 
 from __future__ import annotations
 
@@ -122,11 +119,7 @@ class TrainConfig:
         return {name: getattr(getattr(self, part) if part else self, field) for name, (part, field) in ENTRIES.items()}
 
     def changed(self, **entries: Any) -> TrainConfig:
-        """Return the config with some entries changed.
-
-        Args:
-            **entries: by their flat names, see `ENTRIES`, or a whole part of the config, such as ``ppo``.
-        """
+        """Return the config with some entries changed, by flat names (see `ENTRIES`) or as a part, such as ``ppo``."""
         if entries.get("preset", self.preset) != self.preset:
             raise InputError(
                 f"a config begins with a preset: one that began with {self.preset} cannot be changed to "

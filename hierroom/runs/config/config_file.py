@@ -21,16 +21,13 @@ def read_config(path: str | Path, *, trust: bool = False, **entries: Any) -> Tra
     """Read the config of a run from a file.
 
     A TOML file holds entries flat, named as on the command line with underscores (``num_envs = 32``), those of
-    ``meta_ppo`` in a table of that name; ``"None"`` is none. What it does not name comes from its ``preset``. The
-    ``config.json`` of a run holds every entry of that run, its goal graphs included. Other paths, such as that of a
-    goal graph, are relative to the current folder.
+    ``meta_ppo`` in a table of that name; ``"None"`` is none. Its ``preset`` gives the others. The ``config.json`` of a
+    run holds every entry. Paths in a file are relative to the current folder.
 
     Args:
-        path: a TOML file, which is trusted, or the ``config.json`` in the folder of a run, which is not.
-        trust: whether to accept code that a ``config.json`` names besides what ships with hierroom, and that the
-            entries do not name: a user-defined network, reward or meta-controller.
-        **entries: entries that replace those of the file; a ``preset`` among them is what those of a TOML file start
-            from.
+        path: a TOML file, which is trusted, or the ``config.json`` of a run, which is not.
+        trust: whether to accept user-defined code that a ``config.json`` names and the entries do not.
+        **entries: entries that replace those of the file; a TOML file's start from a ``preset`` among them.
     """
     path = Path(path)
     if path.name == "config.json":

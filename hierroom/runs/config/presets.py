@@ -28,14 +28,12 @@ _PAPER = TrainConfig(
 
 PRESETS: Mapping[str, TrainConfig] = {
     "default": TrainConfig(),
-    # With a constant learning rate the policy keeps fluctuating. Measured before the features doorway-places and
-    # frontier-places existed: after 5M steps episodes took 53 and 72 steps on graphs c and f with an annealed rate, 66
-    # and 87 with a constant one.
+    # With a constant learning rate the policy keeps fluctuating: after 5M steps episodes took 66 and 87 steps on graphs
+    # c and f, with an annealed rate 53 and 72 (without the features doorway-places and frontier-places).
     "long": TrainConfig(preset="long", steps=5_000_000, ppo=PPOConfig(final_learning_rate_fraction=0.1)),
-    # Paths are longer there, so there is more to remember, and 3M steps are few. Without the place of a doorway as
-    # a feature the controller can stay near chance in branch rooms that it should leave: on graph d one of three seeds
-    # ended 2M steps at 83% success, while with the place of the last doorway all three ended at 99%. A larger
-    # gae_lambda helped on graph f, and annealing helped at the end.
+    # Paths are longer there, so there is more to remember, and 3M steps are few. Without the place of the last doorway
+    # as a feature, one of three seeds ended 2M steps on graph d at 83% success; with it all three ended at 99%. A
+    # larger gae_lambda helped on graph f, and annealing helped at the end.
     "large": TrainConfig(
         preset="large",
         env=EnvConfig(size=31),
@@ -62,8 +60,7 @@ PRESETS: Mapping[str, TrainConfig] = {
         num_envs=128,
         # Annealed, because the goals that the meta-controller chooses keep changing: at a constant rate success on
         # graph f fell from 94% to 80% during training. With an entropy weight of 0.03 the controller stayed near chance
-        # on graph e (83% success, 98% with 0.01), where it spends most of the time searching for the exit without a
-        # reward. Both were measured before goal-place was a feature of the controller.
+        # on graph e (83% success, 98% with 0.01). Both were measured without the feature goal-place.
         ppo=PPOConfig(final_learning_rate_fraction=0.1, value_weight=0.5, gamma=0.98),
     ),
     "paper": _PAPER,

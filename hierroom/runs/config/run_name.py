@@ -22,10 +22,8 @@ _NEVER_NAMED = frozenset({"threads", "device"})
 def run_name(config: TrainConfig) -> str:
     """Return a short name for a run, fit for a folder on any system: letters, digits, ``-_.``, at most 97.
 
-    It names method, meta-controller, goal graph and seed; the preset, unless it is the default or the meta-controller
-    implies it; and every other entry that differs from the preset, as far as there is room: the number of those left
-    out and a digest stand for them. User-defined classes appear without their module. Threads and device are left out,
-    because a resumed run may have others; the number of steps is that of the run's beginning.
+    It names method, meta-controller, goal graph, seed, preset, and what differs from the preset as far as there is
+    room; a digest stands for the rest. Threads and device, in which a resumed run may differ, are left out.
     """
     method, meta = config.agents.method, config.resolved_method.meta
     graphs = [*_few(config.env.graph), *(f"no-{name}" for name in _few(config.env.exclude))]

@@ -31,10 +31,7 @@ def _in_file(kind: Any) -> Any:
 
 
 def typed_value(name: str, kind: Any, value: Any) -> Any:
-    """Return the value that a file holds for an entry as one of its type from `entry_types`.
-
-    Lists become tuples, 1e6 becomes 1000000, 1 becomes 1.0, and the text ``"None"`` none, which TOML does not have.
-    """
+    """Return a file's value as the type of its entry: lists become tuples, 1e6 1000000, 1 1.0, the text "None" none."""
     if value == "None" and NoneType in get_args(kind):
         return None
     try:

@@ -1,8 +1,4 @@
-"""A checkpoint as bytes: what torch writes, and after it a line with the SHA-256 digest of all of it.
-
-The digest is in the same file, so that no crash can part the two. Without it damage would go unnoticed: torch does not
-look at the checksums of its own format.
-"""
+"""A checkpoint as bytes: what torch writes, then its SHA-256 digest, as torch checks no checksums of its format."""
 
 from __future__ import annotations
 

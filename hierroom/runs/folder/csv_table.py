@@ -17,11 +17,7 @@ _FIRST = "steps"
 
 
 class CSVTable:
-    """Rows of a CSV file, each of which begins with the number of ``steps`` trained before it was written.
-
-    A row is one line, whatever it contains. Columns may be added. Only `read` and `numbers` hold the whole table in
-    memory. The first rows create the file. A resumed run calls `keep` before it appends.
-    """
+    """Rows of a CSV file, each of which begins with its ``steps``; a resumed run calls `keep` before it appends."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

@@ -34,11 +34,10 @@ class ModuleFile:
 
 
 def find_module_files(config: TrainConfig, metas: Sequence[str] = ()) -> list[ModuleFile]:
-    """Return the files of the modules that a config names, and of what these import from the same folder.
+    """Return the files of the modules that a config and ``metas`` name, and of what these import from the same folder.
 
-    A module that is not loaded is looked for in the current folder and where Python looks. Of an installed package only
-    its own files are taken, and never those of hierroom. Imports are read from the source; nothing is imported here.
-    ``metas`` are further meta-controllers. At most 50 are returned, and one named ``...`` if there are more.
+    Imports are read from the source; nothing is imported here. Of an installed package only its own files are taken,
+    never those of hierroom. At most 50 are returned, and one named ``...`` if there are more.
     """
     files: dict[str, ModuleFile] = {}
     named = [*(config.entries[entry] for entry in _PLUGGED), *metas]
@@ -57,10 +56,7 @@ def find_module_files(config: TrainConfig, metas: Sequence[str] = ()) -> list[Mo
 
 
 def own_code_digest(config: TrainConfig, metas: Sequence[str] = ()) -> str:
-    """Return a digest of the files of `find_module_files`: 16 hexadecimal digits, by which a change in them is seen.
-
-    It is empty where all that is named ships with hierroom, or a file is not found.
-    """
+    """Return 16 hexadecimal digits of `find_module_files`; empty if all ships with hierroom or a file is missing."""
     files = [(file.name, file.digest) for file in find_module_files(config, metas) if file.name != _MORE]
     is_complete = files and all(digest for _, digest in files)
     return hashlib.sha256(repr(files).encode()).hexdigest()[:16] if is_complete else ""

@@ -31,11 +31,10 @@ PACKAGES = ("numba", "numpy", "scipy", "torch", "gymnasium", "pettingzoo")
 
 
 def record_session(path: Path, config: TrainConfig, variant: str = "") -> list[str]:
-    """Add what works on a run now to its provenance.json, and copy the user's modules into its folder.
+    """Add this session to a run's provenance.json, copy new and changed modules of the user, and return warnings.
 
-    The copies are for reading; nothing imports them. A module that has changed since it was copied is copied again,
-    into another folder. No environment variable and no address of a repository is written. ``variant`` is the name of
-    the run in the plan of a sweep. Return a warning for each module that has changed or was not copied.
+    The copies are for reading; nothing imports them. No environment variable and no address of a repository is written.
+    ``variant`` is the name of the run in the plan of a sweep.
     """
     sessions, files = _sessions(path), find_module_files(config) if named_code(config) else []
     before = _newest_modules(path, sessions)
@@ -89,10 +88,7 @@ def describe_session(device: str = "cpu") -> dict[str, Any]:
 
 @cache
 def version_of_code() -> str:
-    """Return the version of hierroom, in a checkout with the commit of the first call.
-
-    An editable installation has the version of the commit that was installed.
-    """
+    """Return the version of hierroom, in a checkout with the commit of the first call."""
     git = describe_git(Path(hierroom.__file__).parent, "__init__.py")
     if git is None:
         return hierroom.__version__
@@ -100,11 +96,10 @@ def version_of_code() -> str:
 
 
 def describe_git(folder: Path, tracked: str | None = None) -> dict[str, Any] | None:
-    """Return the commit that is checked out in a folder, and whether files that git tracks differ from it.
+    """Return the commit that is checked out in a folder, and whether tracked files differ; None where there is none.
 
     No program that the checkout's config names is run: no filter, no hook, no monitor, none that fetches. The folder's
-    file ``tracked`` must belong to the checkout: an installed package may be inside another one. Return None where
-    there is no git, no checkout or no commit.
+    file ``tracked`` must belong to the checkout: an installed package may be inside another one.
     """
     if tracked is not None and _git(folder, "ls-files", "--error-unmatch", tracked) is None:
         return None
@@ -127,11 +122,7 @@ def _git(folder: Path, *arguments: str) -> str | None:
 
 
 def _status(folder: Path) -> str | None:
-    """Return what git status prints of tracked files; None if it fails, or for a filter of an odd name.
-
-    The filters of the checkout's own config are turned off: programs that would run on its files. Those of the user's
-    and the machine's configs, such as that of Git LFS, stay on.
-    """
+    """Return what git status prints, or None; the checkout's own filters, which would run programs, are off."""
     listed = [
         _git(folder, "config", scope, "--includes", "--null", "--name-only", "--get-regexp", r"^filter\.")
         for scope in ("--local", "--worktree")

@@ -20,13 +20,9 @@ _INTERRUPTED = "-interrupted"
 
 
 class RunFolder:
-    """A training run on disk.
+    """A training run on disk: config, provenance, tables, checkpoints named by their steps, summary, pictures, a lock.
 
-    The folder contains ``config.json``, ``provenance.json`` and ``modules/`` (see `provenance`), the tables
-    ``metrics.csv``, ``evaluations.csv`` and ``episodes.csv``, ``checkpoints/`` (named by their steps),
-    ``summary.json``, TensorBoard events, pictures and a lock. ``config.json`` holds user-defined goal graphs by their
-    content, so that the run can continue even if their files change. `learning_curve` describes the rows of
-    ``evaluations.csv``, `episode_log` those of ``episodes.csv``. The process that trains the run has the lock.
+    ``config.json`` holds user-defined goal graphs by content, so that the run can go on even if their files change.
     """
 
     def __init__(self, path: str | Path):

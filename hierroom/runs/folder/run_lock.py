@@ -14,10 +14,7 @@ class RunLockedError(InputError):
 
 
 class RunLock:
-    """The lock of a process that trains a run; reading a run needs none.
-
-    The operating system releases it when the process ends, however that ends. The file stays, and says nothing.
-    """
+    """The lock of a process that trains a run, which the system releases when it ends; reading needs none."""
 
     FILE = ".lock"
 

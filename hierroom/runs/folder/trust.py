@@ -24,10 +24,7 @@ def named_code(config: TrainConfig) -> dict[str, str]:
 
 
 def require_trust(path: Path, config: TrainConfig, *, trust: bool, named: Mapping[str, Any] | None = None) -> None:
-    """Refuse the config of a folder if it names code that its user did not name, unless the user trusts the folder.
-
-    ``named`` is what the user named, by ``meta``, ``network`` and ``reward``.
-    """
+    """Refuse a folder's config that names code besides what its user ``named``, unless the user trusts the folder."""
     given = named or {}
     unnamed = {what: spec for what, spec in named_code(config).items() if given.get(what) != spec}
     if unnamed and not trust:

@@ -1,8 +1,4 @@
-"""A trained agent in one small file: its config and the weights of its networks, as safetensors.
-
-This is enough to let the agent play; training goes on only from a run's folder. safetensors runs no code; as it notices
-no damage, the file contains a digest.
-"""
+"""A trained agent in one small file: config, weights and a digest, as safetensors, which runs no code."""
 
 from __future__ import annotations
 
@@ -90,10 +86,7 @@ class SavedAgent:
 
 
 def weights_file(run: str | Path) -> Path | None:
-    """Return the file of weights that a user means; None for the folder of a run.
-
-    ``run`` is a path, or a name in `SHIPPED` unless there is a file or folder of that name.
-    """
+    """Return the file of weights that a path, or else a name in `SHIPPED`, means; None for the folder of a run."""
     path = Path(run)
     if str(run) in SHIPPED and not path.exists():
         return FOLDER / f"{run}{SUFFIX}"

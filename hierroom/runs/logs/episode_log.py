@@ -24,13 +24,9 @@ _COLUMNS = ("steps", "env", "graph", "success", "length", "return", "goals")
 
 
 class EpisodeLog:
-    """Success, length and return of the last 500 episodes, and rows of those that just ended.
+    """Success, length and return of the last 500 episodes; ``ended`` holds rows of those since `begin_update`.
 
     ``clocks`` [N] are steps that the first episode of each environment counts as taken before its first.
-
-    Attributes:
-        episodes: number of episodes that have ended.
-        ended: rows of ``episodes.csv`` for the episodes that ended since `begin_update`.
     """
 
     def __init__(self, goals: GoalSet, clocks: NDArray[np.integer]) -> None:

@@ -22,10 +22,7 @@ _NAME = "events.out.tfevents"
 
 
 class Events(Logger):
-    """Writes the events of a run into its folder, one file for each session, which the first event creates.
-
-    Events after ``begins_after`` steps, of earlier sessions that were killed, are hidden; -1: all of them.
-    """
+    """Writes a session's events into the run's folder; hides earlier ones after ``begins_after`` steps, all for -1."""
 
     label = "TensorBoard"
 

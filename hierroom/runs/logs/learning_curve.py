@@ -16,10 +16,7 @@ FIRST_POINT = 0.01
 
 
 def evaluation_points(steps: int, evaluations: int) -> list[int]:
-    """Return the steps after which a run is evaluated: 0, and ``evaluations`` more at equal ratios up to the last.
-
-    Without ``evaluations`` there are none at all.
-    """
+    """Return the steps at which to evaluate: 0, and ``evaluations`` more at equal ratios to the last; none for 0."""
     if evaluations == 0:
         return []
     points = np.geomspace(max(1.0, FIRST_POINT * steps), steps, evaluations) if evaluations > 1 else [steps]
@@ -27,10 +24,7 @@ def evaluation_points(steps: int, evaluations: int) -> list[int]:
 
 
 def evaluation_rows(steps: int, seconds: float, evaluation: Evaluation) -> list[dict[str, object]]:
-    """Return an evaluation as rows of ``evaluations.csv``, one for each goal graph.
-
-    For each goal there is the share of episodes that achieved it and when they first did on average.
-    """
+    """Return rows of ``evaluations.csv``, one per goal graph, with the share and the mean first step of each goal."""
     return [
         {"steps": steps, "seconds": round(seconds, 3), "graph": graph, **_columns(score)}
         for graph, score in evaluation.graphs.items()

@@ -19,10 +19,7 @@ _PARAMS_AT_ONCE = 100
 
 
 class _Wandb(Logger):
-    """Shows a run in Weights & Biases, as the user's settings of it say: ``WANDB_MODE=offline`` asks no network.
-
-    Numbers are drawn over the steps trained, so what a resumed run shows again stays in its place.
-    """
+    """Shows a run in Weights & Biases over the steps trained; ``WANDB_MODE=offline`` asks no network."""
 
     label = "Weights & Biases"
 

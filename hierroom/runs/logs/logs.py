@@ -40,11 +40,8 @@ def logger_names(text: str) -> tuple[str, ...]:
 class Logs:
     """The loggers of a session. One that fails is warned of once, and training goes on without it.
 
-    Args:
-        path: the run's folder.
-        config: the run's config.
-        begins_after: steps before this session, -1 before the first; see `Events`.
-        names: the loggers. A folder is untrusted, so whoever resumes a run says where it is shown.
+    ``begins_after`` are the steps before this session, -1 before the first. ``names`` come from the user, because a
+    folder is untrusted.
     """
 
     def __init__(self, path: Path, config: TrainConfig, begins_after: int, names: Sequence[str] = DEFAULT) -> None:

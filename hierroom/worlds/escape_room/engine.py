@@ -44,13 +44,9 @@ class Engine:
 
     Args:
         graphs: goal graphs; each episode samples one of them.
-        num_envs: number of environments N.
         size: cells along a side of the grid, 11 to 63, outer walls included.
         max_steps: steps after which an episode is truncated.
-        drop_key: whether action 5 drops a key.
         seed: 0 to 2**63 - 1; None generates no levels yet: call `reset` with a seed first.
-        first_index: index of the first environment.
-        threads: most threads; small batches use fewer.
         memories: what levels remember of their episode, names in `layout.MEMORIES`.
         levels: which levels are drawn, a name in `layout.SPLITS`; None: all.
 
@@ -58,7 +54,6 @@ class Engine:
         state: the state of the environments, updated in place by each step.
         outcomes: [N] records of `layout.OUTCOME`, overwritten by each step.
         finals: [N] records of `layout.LEVEL`, each level at the end of its last episode.
-        has_begun: whether levels have been generated, which the first `reset` does.
     """
 
     def __init__(
@@ -98,11 +93,9 @@ class Engine:
         return len(self.outcomes)
 
     def reset(self, seed: Seeds = None, envs: Indices = slice(None)) -> None:
-        """Begin an episode in some environments (by default all): with a seed its first one, without one the next.
+        """Begin an episode in some environments: with a seed (0 to 2**63 - 1) its first one, without one the next.
 
-        Args:
-            seed: 0 to 2**63 - 1, one for all of them; or a sequence with one, or None, for each of them.
-            envs: which.
+        ``seed`` is one for all of them, or a sequence with one, or None, for each.
         """
         chosen, levels = self._chosen(envs), self.state.levels
         seeds, groups = ([*seed], chosen) if is_list(seed) else ([seed], [chosen])
@@ -139,11 +132,7 @@ class Engine:
         self.graph_records = graph_records(graphs)
 
     def step(self, actions: ArrayLike) -> np.ndarray:
-        """Act once in every environment and return the outcomes; where an episode ends, the next one begins.
-
-        Args:
-            actions: [N] integers; one that is not an action of the environment has no effect, but the step counts.
-        """
+        """Act once in every environment and return the outcomes; an integer [N] that is no action costs the step."""
         return self.advance(whole_numbers(actions, len(self)))
 
     def step_within_episode(self, actions: ArrayLike) -> np.ndarray:
@@ -198,8 +187,7 @@ class Engine:
     def set_state(self, state: State, envs: Indices = slice(None)) -> None:
         """Set environments (by default all) to a state taken earlier from these or other environments of the same size.
 
-        The state includes everything: the graph, the step limit, whether keys can be dropped, what is remembered, and
-        the seed and index of the original environment, which determine the episodes that follow.
+        The seed and index of the original environment are part of it, and determine the episodes that follow.
         """
         self.check_state(state, envs)
         self._put(state, self._chosen(envs))

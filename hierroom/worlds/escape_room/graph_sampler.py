@@ -23,10 +23,7 @@ class GraphSampler:
     decision, and waits until all have ended: those that escape end first, and would else be counted too often.
 
     Args:
-        graph: the graphs, as `find_graphs` takes them.
-        exclude: graphs to leave out of them.
-        drop_key: whether keys can be dropped, which makes every graph harder.
-        num_envs: number of environments N that sample from these graphs.
+        graph: the graphs, as `find_graphs` takes them, less those of ``exclude``.
         n_stages: stages of the `Curriculum` into which the set is divided.
 
     Attributes:

@@ -92,12 +92,7 @@ MEMORIES: Mapping[str, int] = {"visited": VISITED, "explored": EXPLORED, "doorwa
 
 @dataclass(frozen=True)
 class State:
-    """The exact state of N environments, as plain arrays.
-
-    Args:
-        grids: [N, size + 2 * MARGIN, size + 2 * MARGIN] uint8 tile codes.
-        levels: [N] records of `LEVEL`.
-    """
+    """The exact state of N environments: grids of tile codes, size + 2 * MARGIN a side, and records of `LEVEL`."""
 
     grids: NDArray[np.uint8]
     levels: np.ndarray
@@ -111,7 +106,7 @@ class State:
         return State(self.grids[chosen], self.levels[chosen])
 
     def distances(self, goals: NDArray[np.integer]) -> NDArray[np.integer]:
-        """Return [N] the Manhattan distances of the agents from goals [N], ignoring walls; 0 for -1, no goal.
+        """Return [N] the Manhattan distances to goals [N] from the agents, ignoring walls; 0 for -1, no goal.
 
         A key's distance is that from where it lies, or lay before it was picked up.
         """

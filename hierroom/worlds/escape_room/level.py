@@ -74,13 +74,7 @@ class LevelAgent:
 
 @dataclass(frozen=True)
 class Level:
-    """The level of one environment.
-
-    Args:
-        goals: all 13 goals by id, also those that the level does not have (see `Goal.exists`).
-        agent: the agent.
-        graph: the goal graph.
-    """
+    """The level of one environment: all 13 ``goals`` by id, existing or not, its ``agent`` and its goal ``graph``."""
 
     goals: tuple[Goal, ...]
     agent: LevelAgent
@@ -131,10 +125,7 @@ def uncoloured(name: str) -> str:
 
 
 def goal_name(level: np.record, goal: int) -> str:
-    """Return a goal of a level, or -1, in words: ``"red key 1"``, ``"red door 1"``, ``"exit"`` or ``"no goal"``.
-
-    The number is the branch room; a key or door that the level does not have has none.
-    """
+    """Return a goal, or -1, in words: ``"red key 1"`` with its branch room if any, ``"exit"`` or ``"no goal"``."""
     branch = N_COLOURS if goal in (EXIT_GOAL, NO_GOAL) else int(level.branches[goal % N_COLOURS])
     return _name(goal, branch + 1 if branch < level.n_rooms - 1 else 0)
 

@@ -32,12 +32,9 @@ _BRANCHES = np.arange(N_COLOURS)
 
 @dataclass(frozen=True, eq=False)
 class LevelView:
-    """What the levels of M environments show.
+    """What the levels of M environments show: ``tiles`` [M, 7, 7] in view and records of `layout.LEVEL`.
 
-    Args:
-        tiles: [M, 7, 7] uint8 tile codes of the view.
-        levels: [M] records of `layout.LEVEL`.
-        grids: [M, side, side] uint8 tile codes of the levels; for meta-controllers only.
+    ``grids`` [M, side, side], tile codes of the whole levels, are for meta-controllers only.
     """
 
     tiles: NDArray[np.uint8]
@@ -126,10 +123,7 @@ class LevelView:
 
     @cached_property
     def depth_first_ranks(self) -> NDArray[np.integer]:
-        """[M, 13] whole numbers by which a depth-first walk over the goal graph orders goals, the next one highest.
-
-        They put the exit first, then the door of a key held, then a key in the room opened last that still has one.
-        """
+        """[M, 13] ranks of goals in a depth-first walk, the next one highest: exit, door of a key held, latest key."""
         opened_at = np.zeros((len(self), 1 + N_COLOURS), np.int64)  # of every room; the centre is open from step 0
         opened_at[:, 1:] = self.levels["opened_at"]
         recency = opened_at[np.arange(len(self))[:, None], self.key_rooms]  # [M, 6] of the room the key lies in

@@ -30,10 +30,9 @@ def level_mdp(graph: GoalGraph, seed: int, drop_key: bool = False, size: int = 1
 def measure_levels(
     graphs: Sequence[GoalGraph], n_levels: int, horizon: int = 1000, drop_key: bool = False, seed: int = 0
 ) -> list[MeasuredGraph]:
-    """Measure ``n_levels`` levels of each goal graph, with the seeds ``seed``, ``seed + 1``, ...
+    """Measure ``n_levels`` levels of each graph, with seeds from ``seed`` on.
 
-    The number of rollouts of GORP is estimated by `GORP_RUNS` runs, and the information capacities by `LEVEL_POLICIES`
-    policies; everything else is computed. Levels of more than `MAX_LEVEL_STATES` states have `SampledMeasures`.
+    Levels of more than `MAX_LEVEL_STATES` states have `SampledMeasures`.
     """
     if n_levels < 1:
         raise InputError(f"measure at least one level of each goal graph, not {n_levels}")

@@ -6,8 +6,6 @@ Every state of a level has exactly one node:
 - (key k, open doors), while the agent holds a key whose door is still locked: k is the room of the last such key it
   picked up, the one that it would drop;
 - else (room r, open doors) for the room r it stands in; a doorway belongs to the room behind it.
-
-So a key node lasts from the pick-up until the door is open.
 """
 
 from __future__ import annotations

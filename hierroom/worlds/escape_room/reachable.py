@@ -34,12 +34,8 @@ class ReachableStates(NamedTuple):
 def reachable_states(state: State, max_states: int = 1_000_000) -> ReachableStates:
     """Find all states of a level, by taking every action in many of its states at once.
 
-    A level is deterministic. The number of steps and what is remembered of the episode decide nothing that follows,
-    and are no part of a state.
-
-    Args:
-        state: one environment before the end of its episode.
-        max_states: most states, that of having escaped included; with more, `TooManyStatesError` is raised.
+    Steps and what is remembered decide nothing that follows, and are no part of a state. If there are more than
+    ``max_states``, that of having escaped included, `TooManyStatesError` is raised.
     """
     if len(state) != 1:
         raise InputError(f"the states of one level are enumerated, but the state holds {len(state)} environments")

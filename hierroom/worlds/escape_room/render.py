@@ -1,8 +1,4 @@
-"""Rendering a level: as a picture in MiniGrid's style, as text for a terminal, and as numbers for a central critic.
-
-MiniGrid is imported with the first picture, because it loads pygame and registers more than 100 environments, which
-would slow down programs that only train.
-"""
+"""Rendering a level as a picture, as text and as numbers; slow MiniGrid is imported with the first picture."""
 
 from __future__ import annotations
 
@@ -53,11 +49,7 @@ def legible_tile_size(size: int) -> int:
 def draw_level(state: State, goal: int = NO_GOAL, tile_size: int = 32, title: str = "") -> NDArray[np.uint8]:
     """Draw one level as MiniGrid does, with the agent's view highlighted: [H, W, 3] uint8.
 
-    Args:
-        state: one environment.
-        goal: the current subgoal, or -1; its cell gets an outline, and its name is written over the lower outer wall.
-        tile_size: side length of a cell in pixels.
-        title: written over the upper outer wall.
+    The cell of ``goal`` gets an outline, and its name the lower outer wall; ``title`` is written over the upper one.
     """
     _check(state, goal)
     if not isinstance(tile_size, (int, np.integer)) or tile_size < 1:

@@ -17,16 +17,7 @@ from hierroom.worlds.escape_room.rollout_kernels import policy_rollouts, random_
 
 
 class SampledLevel:
-    """Rollouts in one level, each from the state it is given, until the horizon.
-
-    Args:
-        state: of one environment at the start of its episode.
-        horizon: steps T of an episode, at least 1.
-        seed: fixes all that is drawn, in the order in which it is asked for.
-
-    Attributes:
-        steps_played: steps of the rollouts of the random policy so far.
-    """
+    """Rollouts in one level, each from the state it is given until the horizon; `steps_played` are those at random."""
 
     def __init__(self, state: State, horizon: int, seed: int = 0) -> None:
         require_number("the horizon of a level", horizon, 1, 2**31 - 1, is_whole=True)
@@ -83,14 +74,9 @@ class SampledLevel:
         return solved / runs
 
     def gorp_rollouts(self, runs: int, max_steps: int) -> tuple[int | None, int]:
-        """Find m_1 by doubling m and then bisecting, as `Gorp.rollouts`.
+        """Find m_1 by doubling and bisecting, as `Gorp.rollouts`, in about ``max_steps`` steps.
 
-        Args:
-            runs: of GORP, for each number of rollouts.
-            max_steps: most steps to be played, about; what would surely take more is not tried.
-
-        Returns:
-            m_1, or None, and the greatest number of rollouts that was too few.
+        Return m_1, or None, and the greatest number of rollouts that was too few.
         """
         low, high, begun = 0, 1, self.steps_played
         while True:
@@ -115,16 +101,7 @@ class SampledLevel:
         gorp_runs: int = 20,
         max_steps: int = 500_000_000,
     ) -> SampledMeasures:
-        """Estimate the measures.
-
-        Args:
-            states: number of states, where it is known.
-            episodes: of the random policy.
-            n_policies: policies drawn for the information capacities.
-            policy_episodes: of each of them.
-            gorp_runs: runs of GORP for each number of rollouts.
-            max_steps: most steps played by GORP, about.
-        """
+        """Estimate the measures; ``states`` is their number if known, ``max_steps`` about the most steps for GORP."""
         start = self.state[:]
         success = wilson_interval(int(self.random_successes(start, episodes)[0]) / episodes, episodes, 0.95)
         information = policy_information(self.policy_returns(n_policies, policy_episodes))

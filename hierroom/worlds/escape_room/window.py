@@ -15,12 +15,7 @@ from hierroom.worlds.world import RENDER_MODES
 
 
 class Window:
-    """A window on the screen that opens with the first picture.
-
-    Args:
-        title: text of the title bar, which may be changed later.
-        frames_per_second: highest frame rate; `show` waits if it is called faster.
-    """
+    """A window on the screen that opens with the first picture; `show` waits for ``frames_per_second``."""
 
     def __init__(self, title: str = "hierroom", frames_per_second: float = 10):
         self.title = title

@@ -43,14 +43,7 @@ GOALS = GoalSet(
 
 
 class EscapeRoomWorld(Engine):
-    """N EscapeRooms, of goal graphs that a curriculum may choose; see `World`.
-
-    Args:
-        config: what they are made of.
-        num_envs: N.
-        autoreset: whether an environment whose episode ends begins its next one in the same step.
-        **settings: the seed, threads and memories of the `Engine`.
-    """
+    """N EscapeRooms, of goal graphs that a curriculum may choose; see `World`, and for settings `Engine`."""
 
     goals = GOALS
     features = FEATURES
