@@ -73,7 +73,6 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
-    """Return the comparison and the notes on it."""
     # These bring torch, scipy and matplotlib along, and --help needs none of them.
     from hierroom.lab.compare.caveats import caveats
     from hierroom.lab.compare.comparison import compare

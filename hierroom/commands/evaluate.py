@@ -101,7 +101,6 @@ def _number(value: float, style: str = ".1f") -> str:
 
 
 def _graph_table(results: Mapping[str, Evaluation]) -> Table:
-    """Return a line for each goal graph, the easiest first."""
     rows = []
     for graph, score in results["sampled"].graphs.items():
         rows.append([graph, str(score.episodes)])

@@ -73,7 +73,6 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
-    """Return the page, and notes for its reader."""
     import torch  # slow to load, as is what follows, and --help needs none of it
 
     from hierroom import __version__

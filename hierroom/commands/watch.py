@@ -79,7 +79,6 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _play(agent: TrainedAgent, arguments: WatchArguments) -> tuple[list[Episode], int]:
-    """Return the episodes to show, and how many were played in all."""
     from hierroom.runs.rollout import rollout
 
     total = arguments.most if arguments.failures else arguments.episodes
@@ -114,7 +113,6 @@ def _print(episodes: Sequence[Episode]) -> None:
 
 
 def _show(episodes: Sequence[Episode]) -> None:
-    """Show the episodes in a window, or as text if none can be opened."""
     from hierroom.agents.playback import film
     from hierroom.worlds.escape_room.render import default_tile_size
     from hierroom.worlds.escape_room.window import Window

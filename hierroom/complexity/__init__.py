@@ -22,10 +22,7 @@ Systems for m, v and h are solved without subtraction (`chains.elimination`; Gra
 
 `AugmentedGraph` is the paper's augmented graph with its weights W (appendix A). Numbers after a textbook are those of
 its theorems: Norris, Markov Chains, 1997; Kemeny and Snell, Finite Markov Chains, 1960; Golub and Pereyra, The
-Differentiation of Pseudo-Inverses, 1973. The docstring of each function has its equation in full.
-
-Measures of the literature, such as the effective horizon and the covering length, are in
-``hierroom.complexity.measures``, which has a table of its own.
+Differentiation of Pseudo-Inverses, 1973. Measures of the literature are in ``hierroom.complexity.measures``.
 """
 
 from hierroom.complexity.augmented import AugmentedGraph, Node, count_nodes

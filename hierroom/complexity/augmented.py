@@ -1,8 +1,4 @@
-"""The augmented goal graph (paper, appendix A): a goal graph unrolled over the sets of open doors.
-
-A node is a room together with the doors that are open, a key together with the doors that were open when it was picked
-up, or the exit.
-"""
+"""The augmented goal graph (paper, appendix A): a goal graph unrolled over the sets of open doors."""
 
 from __future__ import annotations
 
@@ -147,10 +143,7 @@ class AugmentedGraph:
         ]
 
     def to_networkx(self) -> nx.DiGraph:
-        """Return the moves as a networkx graph, without restarts and staying, as in the paper's drawing.
-
-        Nodes are labels with attributes ``kind``, ``room`` and ``doors``; edges have a ``weight``.
-        """
+        """Return the moves, without restarts, in networkx: labels with ``kind``, ``room``, ``doors``, and weights."""
         import networkx as nx  # loads slowly, and few programs need it
 
         unrolled = nx.DiGraph(drop_key=self.drop_key)
@@ -193,10 +186,9 @@ class AugmentedGraph:
 def count_nodes(graph: GoalGraph) -> int:
     """Count the nodes of the augmented graph without building it.
 
-    A set of open doors corresponds to a subtree of the tree of keys that contains room 0. Let c(r) be the number of
-    subtrees with root r in the tree below r: c(r) = prod over its children of (1 + c(child)). By the product rule this
-    also gives the sum over these subtrees of their rooms (one room node each) and of the children just outside them
-    (one key node each). The exit is one more.
+    A set of open doors is a subtree of the tree of keys that contains room 0. The number of subtrees with root r is
+    c(r) = prod over its children of (1 + c(child)). By the product rule this also sums, over these subtrees, their
+    rooms (a room node each) and the children just outside them (a key node each). The exit is one more.
     """
     subtrees = [(1, 1)] * graph.n_rooms  # their number, and the nodes they give
     for room in np.argsort(graph.depths)[::-1]:
@@ -211,11 +203,7 @@ def count_nodes(graph: GoalGraph) -> int:
 
 
 def kinds_of_nodes(augmented: AugmentedGraph) -> list[tuple[int, ...]]:
-    """List the classes of equivalent nodes, each ascending, in order of first appearance.
-
-    Two nodes are equivalent if an automorphism of the goal graph (a renaming of rooms that preserves the tree of keys
-    and the exit room) maps the room and the open doors of one to those of the other. It then maps the walk to itself.
-    """
+    """List the classes of nodes that a symmetry of the goal graph exchanges, each ascending, by first appearance."""
     graph = augmented.graph
 
     def shape(node: Node, room: int) -> tuple:
@@ -229,10 +217,6 @@ def kinds_of_nodes(augmented: AugmentedGraph) -> list[tuple[int, ...]]:
 
 
 def alike_nodes(augmented: AugmentedGraph) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Find one node of each class of equivalent nodes [k], and the size of each class [k].
-
-    A walk from the start reaches equivalent nodes with the same probabilities, so a sum over nodes needs only one node
-    of each class: a star of ten rooms has 5,121 nodes in 69 classes.
-    """
+    """Find one node of each class of equivalent nodes [k], for sums over nodes, and the size of each class [k]."""
     kinds = kinds_of_nodes(augmented)
     return np.array([alike[0] for alike in kinds]), np.array([len(alike) for alike in kinds])

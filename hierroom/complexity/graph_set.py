@@ -37,17 +37,13 @@ class GraphSet:
         specs: one of these, or a list or tuple of them: a letter, a name such as ``keys-0-1-exit-2``, a `GoalGraph`, a
             path to a TOML file, ``rooms:N`` for every goal graph of N rooms, and ``hitting_time:LOW..HIGH`` or
             ``expected_steps:LOW..HIGH`` for every goal graph of up to 7 rooms in between. The paper's hitting time
-            saturates near 100 and does not separate the hardest graphs; the expected steps, the true mean, do.
+            saturates near 100 and does not separate the hardest graphs; the expected steps do.
         exclude: the same for graphs to leave out, however their rooms are numbered.
-        drop_key: whether keys can be dropped, which makes every graph harder.
         max_rooms: largest N of ``rooms:N``; by default the most rooms that a grid can hold.
         walk: the walk by which difficulties are computed.
-        reading: the reading of the augmented graph by which they are computed.
 
     Attributes:
-        specs: the specs as a tuple, files being read.
-        graphs: the graphs in the order of the specs, those of an interval from the easiest on. A graph given by itself
-            keeps its name and its numbers of rooms.
+        graphs: the graphs in the order of the specs, those of an interval from the easiest on, with their given names.
         excluded: the graphs that are left out, in the same order.
         alike: pairs of names, of a graph and of the same graph given before it, which is taken for both.
     """
@@ -106,10 +102,7 @@ class GraphSet:
         return _ranked(self.graphs, self._interval.quantity if self._interval else "expected_steps", self._assumed)
 
     def stages(self, n_stages: int) -> tuple[tuple[GoalGraph, ...], ...]:
-        """Cut the set into parts of equal width in difficulty, from the easiest on; parts without a graph are left out.
-
-        A single interval is cut from its low to its high end, any other set from its easiest to its hardest graph.
-        """
+        """Cut the set, from the easiest on, into parts of equal width in difficulty; drop parts without a graph."""
         if len(self.graphs) == 1:
             return (self.graphs,)  # its augmented graph may be too large for a difficulty
         values = np.array([value for value, _ in self.difficulties])
@@ -146,13 +139,9 @@ class Curriculum:
     """Moves through a set of goal graphs depending on how often the agent escapes; the caller keeps the stage.
 
     Args:
-        graphs: the whole set.
-        n_stages: number of parts into which it is divided, at least 1; see `GraphSet.stages`.
+        n_stages: number of parts into which the set is divided, at least 1; see `GraphSet.stages`.
         promote_at: the next stage begins at this success rate or above.
         demote_at: the previous stage returns below this success rate; 0 <= demote_at < promote_at <= 1.
-
-    Attributes:
-        stages: the graphs of each stage, from the easiest on.
     """
 
     def __init__(self, graphs: GraphSet, n_stages: int = 5, promote_at: float = 0.8, demote_at: float = 0.2):
@@ -167,10 +156,7 @@ class Curriculum:
         self._promote_at, self._demote_at = promote_at, demote_at
 
     def advance(self, stage: int, success_rate: float) -> int:
-        """Return the next, the current or the previous stage, 0 to ``len(stages) - 1``.
-
-        ``success_rate``, 0..1, is the fraction of the stage's most recent episodes in which the agent escaped.
-        """
+        """Return the next, the current or the previous stage by the success rate (0..1) of its most recent episodes."""
         last = len(self.stages) - 1
         if not 0 <= stage <= last:
             raise InputError(f"the stages are 0 to {last}; there is no stage {stage}")

@@ -73,11 +73,9 @@ def list_text(reports: Iterable[ComplexityReport], form: str) -> str:
 def to_frame(
     reports: ComplexityReport | MeasuredGraph | PlayedChain | Iterable[ComplexityReport] | Iterable[MeasuredGraph],
 ) -> pd.DataFrame:
-    """Return reports as a pandas DataFrame, one row each, indexed by the names of their graphs.
+    """Return reports as a DataFrame, one row each, indexed by the names of their graphs.
 
-    Args:
-        reports: one or several of `analyze`, or of `measure_graphs` and `measure_levels`; or one of `measure`, or a
-            chain from play, which has a row for each number, observed and of the chain, with its interval.
+    A chain from play, such as a report of `measure`, has a row for each number, observed and of the chain.
     """
     import pandas as pd  # it and the next one load slowly, and few programs need them
 

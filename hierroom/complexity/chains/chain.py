@@ -56,10 +56,7 @@ class Chain:
     """A random walk on named nodes; each quantity is computed on first access.
 
     Args:
-        weights: W [n, n] CSR, the probability of each move in one step; one minus the sum of a row is the probability
-            to stay.
-        labels: the name of each node.
-        source: index of the start node.
+        weights: W [n, n] CSR, the probability of each move in one step; the rest of a row is the probability to stay.
         goals: for each goal the nodes at which it has been achieved; `"exit"` is one node.
     """
 
@@ -92,14 +89,14 @@ class Chain:
         *,
         rates: bool = False,
     ) -> Chain:
-        """The walk with a matrix of probabilities or rates, on any exploration graph.
+        """Return the walk with a matrix of probabilities or rates, on any exploration graph.
 
         Args:
             matrix: [n, n] dense or sparse; what a row lacks to one is the node's probability to stay.
             source: the start node, by its index or its label.
-            target: the node to reach, the goal ``"exit"``, by its index or its label.
+            target: the goal ``"exit"``, by its index or its label.
             labels: [n] names of the nodes; their indices by default.
-            rates: divide each row by its sum, because it holds rates or counts.
+            rates: divide each row by its sum, for rates or counts.
         """
         weights = normalized(as_weights(matrix)) if rates else as_weights(matrix)
         as_moves(weights)
@@ -114,25 +111,19 @@ class Chain:
     def from_networkx(
         cls, graph: nx.Graph, source: Hashable, target: Hashable, weight: str | None = "weight", *, rates: bool = False
     ) -> Chain:
-        """The random walk on a networkx graph, directed or not; the names of its nodes become labels.
+        """Return the random walk on a networkx graph, directed or not; the names of its nodes become labels.
 
         Args:
-            source: the start node.
-            target: the node to reach, the goal ``"exit"``.
-            weight: attribute of the edges that holds their probability. Where no edge has it, or for None, the walk
-                leaves each node by each of its edges with equal probability.
-            rates: divide each node's weights by their sum, because they are rates or counts.
+            weight: attribute of the edges with their probability. Where no edge has it, or for None, a node's edges are
+                equally likely.
+            rates: divide each node's weights by their sum, for rates or counts.
         """
         weights, nodes = graph_weights(graph, weight, rates), list(graph)
         return cls.from_matrix(weights, node_index(nodes, source), node_index(nodes, target), nodes)
 
     @cached_property
     def hitting_time(self) -> float:
-        """The paper's hitting time of the exit, b' pinv(D - W) b.
-
-        It is not a number of steps. On the paper's walk, whose exit is left with probability 0.01, it saturates near
-        1 / 0.01 = 100; on others it can saturate elsewhere or not at all: see `hierroom.complexity.chains.laplacian`.
-        """
+        """The paper's hitting time of the exit, b' pinv(D - W) b; not a number of steps, see `chains.laplacian`."""
         return self.hitting_time_to(EXIT)
 
     @cached_property
@@ -151,10 +142,7 @@ class Chain:
         return self.variance**0.5
 
     def expected_steps_to(self, goal: str) -> float:
-        """Mean number of steps until a goal is first achieved; ``inf`` if that may never happen.
-
-        A goal is `"key r"`, `"door r"`, `"exit"`, or the label of one node.
-        """
+        """Mean steps to a goal: `"key r"`, `"door r"`, `"exit"` or a node's label; ``inf`` if it may never happen."""
         return float(mean_first_passage_time(self.weights, self.nodes_of(goal))[self.source])
 
     def hitting_time_to(self, node: str) -> float:
@@ -199,10 +187,9 @@ class Chain:
         return sorted(edges, key=lambda edge: edge.elasticity)
 
     def goal_sensitivity(self) -> dict[str, float]:
-        """Percent change of expected_steps if a goal gets one percent easier, the bottleneck first.
+        """Percent change of expected_steps if a goal gets one percent easier, the bottleneck first; empty for ``inf``.
 
-        Sum the elasticities of the edges that lead from nodes where the goal has not been achieved to nodes where it
-        has. The result is empty if the exit may never be reached.
+        Sum the elasticities of the edges from nodes where the goal has not been achieved to nodes where it has.
         """
         if np.isinf(self.expected_steps):
             return {}

@@ -1,12 +1,9 @@
 """First passage of a random walk in discrete time: mean, variance, probability, visits, and sensitivity to each edge.
 
-Every function takes W as described in `chains.weights` and returns the exact limit where an equation has no solution: a
-node from which the target may never be reached has mean ``inf`` instead of a singular matrix.
-
-With Q the transition matrix among the nodes that are not targets, I - Q = D - W on those nodes, whatever the
-probability to stay; N = (I - Q)^-1 is the fundamental matrix (Kemeny and Snell, Finite Markov Chains, 1960, chapter 3).
-Systems are solved without subtraction (`chains.elimination`): means, visits and probabilities have a small
-relative error in each entry, however long the walk takes.
+Every function takes W as in `chains.weights` and returns the exact limit where an equation has no solution: a mean is
+``inf`` where the target may never be reached. With Q the transition matrix among the nodes that are not targets,
+I - Q = D - W on those nodes; N = (I - Q)^-1 is the fundamental matrix (Kemeny and Snell, Finite Markov Chains, 1960,
+chapter 3). Systems are solved without subtraction (`chains.elimination`): each entry has a small relative error.
 """
 
 from __future__ import annotations
@@ -44,7 +41,7 @@ class _Fates(NamedTuple):
 
 
 def mean_first_passage_time(weights: Weights, targets: Targets) -> NDArray[np.float64]:
-    """Mean number of steps until a target is first reached, including steps that stay.
+    """Mean number of steps [n], staying included, until a target is first reached; ``inf`` where it may be missed.
 
     m_i = 0 on the targets and sum_j (D - W)_ij m_j = 1 elsewhere, the boundary-value problem of Norris, Markov Chains
     (1997), theorem 1.3.5. The numbers in the paper's Table 2 are different ones: see `laplacian_hitting_time`.
@@ -52,9 +49,6 @@ def mean_first_passage_time(weights: Weights, targets: Targets) -> NDArray[np.fl
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
         targets: one or several nodes.
-
-    Returns:
-        [n], in steps, for each start node; ``inf`` where the target is missed with positive probability.
     """
     moves, fates = _prepare(weights, targets)
     means = np.where(fates.target, 0.0, np.inf)
@@ -63,23 +57,18 @@ def mean_first_passage_time(weights: Weights, targets: Targets) -> NDArray[np.fl
 
 
 def first_passage_variance(weights: Weights, targets: Targets) -> NDArray[np.float64]:
-    """Variance of the number of steps until a target is first reached.
+    """Variance [n] of the number of steps until a target is first reached; ``inf`` where the mean is ``inf``.
 
-    With m the mean and P the transition probabilities, there are two ways:
+    With m the mean and P the transition probabilities, each node gets the value with the smaller error bound of two:
 
     1. the second moment N (2 m - 1), minus m^2. It is the (2 N - I) m - m^2 of Kemeny and Snell (theorem 3.3.3), and
        loses digits where the variance is much smaller than m^2;
     2. the law of total variance over the first step, v_i = sum_j P_ij v_j + sum_j P_ij (m_j + 1 - m_i)^2 with v = 0 on
-       the targets. It loses digits where means are large and lie close together.
-
-    The rounding error of each is bounded along with it, and each node gets the value with the smaller bound.
+       the targets. It loses digits where means are large and close together.
 
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
         targets: one or several nodes.
-
-    Returns:
-        [n], in steps squared; ``inf`` where the mean is ``inf``.
     """
     moves, fates = _prepare(weights, targets)
     variances = np.where(fates.target, 0.0, np.inf)
@@ -119,19 +108,15 @@ def hitting_probability(weights: Weights, targets: Targets) -> NDArray[np.float6
 
 
 def expected_visits(weights: Weights, source: int, targets: Targets) -> NDArray[np.float64]:
-    """Expected number of steps spent at each node before a target is first reached.
+    """Expected number of steps [n] spent at each node before a target is first reached; their sum is the mean.
 
-    v = e_source' N, the source's row of the fundamental matrix, is computed by solving (D - W)' v = e_source on the
-    transient nodes. The sum of v is the mean first-passage time.
+    v = e_source' N, the source's row of the fundamental matrix, solves (D - W)' v = e_source on the transient nodes. It
+    is ``inf`` at nodes where a walk that missed the targets stays for ever.
 
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
         source: index of the start node.
         targets: one or several nodes.
-
-    Returns:
-        [n], in steps; 0 at the targets and at nodes that are not visited before them, ``inf`` at nodes where a
-        walk that missed the targets stays for ever.
     """
     moves, fates = _prepare(weights, targets)
     n = n_nodes(moves)
@@ -150,19 +135,16 @@ def expected_visits(weights: Weights, source: int, targets: Targets) -> NDArray[
 
 
 def passage_time_sensitivity(weights: Weights, source: int, targets: Targets) -> sp.csr_array:
-    """Derivative of the mean first-passage time with respect to each edge's weight, balanced by the chance to stay.
+    """Derivative [n, n] CSR of the mean first-passage time by each edge's weight, balanced by the chance to stay.
 
     dm_s / dW_ij = v_i (m_j - m_i), with v the expected visits from s and m the mean times: at each visit to i, a little
-    probability moves from staying at i to going to j. This follows from dN = N dQ N.
+    probability moves from staying at i to going to j. This follows from dN = N dQ N. Edges that begin at a node visited
+    before a target have an entry; all are ``nan`` if the mean is ``inf``.
 
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
         source: index of the start node.
         targets: one or several nodes.
-
-    Returns:
-        [n, n] CSR with an entry for each edge of W that begins at a node visited before a target, in steps per
-        unit of weight; negative where a larger weight shortens the time; ``nan`` throughout if the mean is ``inf``.
     """
     moves, fates = _prepare(weights, targets)
     source = as_node(source, n_nodes(moves))
@@ -207,6 +189,5 @@ def _finite(steps: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _system(moves: sp.csr_array, among: NDArray[np.bool_]) -> Elimination:
-    """Factor D - W on nodes that the walk surely leaves."""
     rows = moves[among]
     return Elimination(rows[:, among], row_sums(rows[:, ~among]))

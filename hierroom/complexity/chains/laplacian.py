@@ -1,8 +1,8 @@
 """The paper's hitting time: the sparse least-squares solution of a singular Laplacian system.
 
 The paper (section 2.1) sets L = W - D, asks for x with L x = b and x_t = 0, where b_s = 1 and b_t = -1, and calls x_s
-the hitting time. L is singular, and because the walk is directed, b is not in its range: no x solves the system. Table
-2 is reproduced by the least-squares solution x = pinv(L) b, which gives
+the hitting time. No x solves this system, because L is singular and b is not in its range. Table 2 is reproduced by the
+least-squares solution x = pinv(L) b, which gives
 
     hitting time = b' pinv(D - W) b                                                                              (1)
 
@@ -16,24 +16,19 @@ there and v_i steps at each other node i, the `expected_visits` before the exit 
 
     hitting time = (v_s + r |v|^2) / (1 + r^2 |v|^2).                                                            (2)
 
-The sum of v is the mean first-passage time, while this number adds up squares: of two walks that take equally long, it
-is smaller for the one that spreads its time over more nodes. As |v|^2 grows, it tends to 1 / r = 100 on any graph: it
-is 98.7 for a chain of 8 rooms with a mean of 1,656 steps and 100.0 for one of 20 rooms with 6.7 million. It is above
-100 exactly where more than 100 steps are spent at the start, and falls again as graphs get harder: with drop it is up
-to 113 with 7 rooms, and 102.0 for a chain of 6 rooms, 100.5 for one of 7. Use the mean to compare hard graphs.
+The sum of v is the mean first-passage time, while this number adds up squares. As |v|^2 grows, it tends to 1 / r = 100
+on any graph: it is 98.7 for a chain of 8 rooms with a mean of 1,656 steps and 100.0 for one of 20 rooms with 6.7
+million. It is above 100 exactly where more than 100 steps are spent at the start, and falls again as graphs get harder:
+with drop it is up to 113 with 7 rooms. Use the mean to compare hard graphs.
 
 **Sparse solution.** Let K = D - W. Its left null space is spanned by one vector y_c for each closed class c of the
-walk; y_c is zero outside the class, so these vectors are orthogonal. Its right null space is spanned by the vectors
-h_c, the probabilities to end in class c. Hence
+walk, zero outside the class, and its right null space by the h_c, the probabilities to end in class c. Hence
 
     1. b^ = b - sum_c y_c (y_c' b) / (y_c' y_c)        the part of b in the range of K: least squares,
     2. K x = b^, with x = 0 at one node of each class  regular: solved by elimination without subtraction,
     3. x - H (H' H)^-1 H' x, with columns h_c          the solution of least norm.
 
-The nodes of step 2 may not be rare ones: x is large beside its differences where most walks take long to get there.
-
-On the augmented graph every node restarts, so there is one class, y is proportional to the stationary distribution of
-the walk, h = 1, and step 3 subtracts the mean.
+The nodes of step 2 may not be rare ones: x is large compared with its differences where walks take long to get there.
 """
 
 from __future__ import annotations
@@ -72,9 +67,7 @@ def laplacian(weights: Weights) -> sp.csr_array:
 
 
 def laplacian_hitting_time(weights: Weights, source: int, target: int) -> float:
-    """Return the paper's hitting time, as in Table 2: b' pinv(D - W) b with b = e_source - e_target.
-
-    It is ``inf`` if there is no path from source to target, and 0 if they are the same node.
+    """Return the paper's hitting time (Table 2): b' pinv(D - W) b, b = e_source - e_target; ``inf`` without a path.
 
     Args:
         weights: W [n, n], dense or sparse; rows may have any sum, and the diagonal cancels.
@@ -97,7 +90,7 @@ def laplacian_hitting_time(weights: Weights, source: int, target: int) -> float:
 
 
 def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_array:
-    """Derivative of the paper's hitting time with respect to the weight of each edge.
+    """Derivative [n, n] CSR of the paper's hitting time by each edge's weight; ``nan`` if that time is ``inf``.
 
     With K = D - W, x = pinv(K) b, z = pinv(K') b, r = b - K x and u = pinv(K) z, the derivative of a pseudo-inverse of
     constant rank (Golub and Pereyra, 1973, theorem 4.3) gives, as dK / dW_ij = e_i (e_i - e_j)',
@@ -108,10 +101,6 @@ def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_
         weights: W [n, n] with one closed class in the connected component of the source, as in any walk that restarts.
         source: index of the start node.
         target: index of the goal node.
-
-    Returns:
-        [n, n] CSR with an entry for each edge of that component, per unit of weight; ``nan`` throughout if the hitting
-        time is ``inf``.
     """
     whole = as_weights(weights)
     n = n_nodes(whole)
@@ -137,10 +126,7 @@ def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_
 
 
 class LaplacianInverse:
-    """Applies pinv(D - W) to vectors without forming it; W is CSR without stored zeros.
-
-    D - W is regular without the row and the column of one node of each closed class, its pin.
-    """
+    """Applies pinv(D - W); D - W is regular without the row and column of one node, the pin, of each closed class."""
 
     def __init__(self, weights: sp.csr_array) -> None:
         classes = closed_classes(weights)
@@ -191,7 +177,6 @@ class LaplacianInverse:
 
 
 def _part_of(weights: sp.csr_array, node: int) -> NDArray[np.int64]:
-    """The nodes connected to ``node`` when edges count in both directions, ascending."""
     labels = connected_components(weights, directed=False)[1]
     return np.flatnonzero(labels == labels[node])
 

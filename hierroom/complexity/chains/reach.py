@@ -4,14 +4,12 @@ With Q the transition matrix among the nodes that are not targets and h the prob
 
     P(T <= t) = h_s - (Q^t h)_s                                                                                 (1)
 
-because Q^t h is the probability to reach the targets later than t. A million steps do not need a million products:
+because Q^t h is the probability to reach the targets later than t.
 
 - **Small walks** raise Q to the requested powers by repeated squaring, about 20 products for t = 10^6.
 - **Large walks** step a vector, w_t = Q^t h, until its decay is geometric. If lo <= 1 - w_{t+1} / w_t <= hi at every
   node, then (1 - hi)^k w_t <= w_{t+k} <= (1 - lo)^k w_t for all k, because Q has no negative entries (the
-  Collatz-Wielandt bounds). Once the two bounds differ by less than the tolerance for every k, the rest of the curve is
-  known. Restarts make this fast: differences between nodes decay at least as fast as the probability not to have
-  restarted.
+  Collatz-Wielandt bounds). Once the two differ by less than the tolerance for every k, the rest of the curve is known.
 """
 
 from __future__ import annotations
@@ -87,10 +85,7 @@ def expected_states(
 def later_by_squaring(
     moves: sp.csr_array, source: int, targets: NDArray[np.bool_], hits: NDArray[np.float64], times: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Return the probability [m, k] to reach each of m sets of targets later than t, by repeated squaring of Q.
-
-    ``targets`` is [n, m]; ``hits`` [n, m] is the probability to reach each set ever, 0 at its own nodes.
-    """
+    """Return the probability [m, k] to reach each set [n, m] later than t; ``hits`` [n, m]: ever, 0 at own nodes."""
     later = np.empty((targets.shape[1], len(times)))
     chances = with_staying(moves).toarray()
     n_bits = int(times.max(initial=0)).bit_length()
@@ -140,7 +135,6 @@ def later_by_stepping(
 def _reached(
     moves: sp.csr_array, source: int, targets: NDArray[np.bool_], times: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Return P(T <= t) [m, k] for the m target sets in the columns of targets [n, m]."""
     is_seen = can_reach(moves.T.tocsr(), as_targets(source, n_nodes(moves)))
     moves, targets = moves[is_seen][:, is_seen], targets[is_seen]  # such nodes lead only to such nodes
     source = int(is_seen[:source].sum())

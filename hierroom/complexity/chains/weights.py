@@ -1,8 +1,7 @@
 """W, the weights of a random walk: validation, graphs as W, and which nodes can be reached from which.
 
-W[i, j] is the probability to move from node i to node j in one step. One minus the sum of a row is the probability to
-stay, as in the paper, where staying cancels in the Laplacian. An entry on the diagonal has the same meaning and is
-accepted too.
+W[i, j] is the probability to move from node i to node j in one step. What a row lacks to one is the probability to
+stay, as in the paper, where staying cancels in the Laplacian; an entry on the diagonal has the same meaning.
 """
 
 from __future__ import annotations
@@ -50,10 +49,7 @@ def as_weights(weights: Weights) -> sp.csr_array:
 
 
 def as_moves(weights: Weights) -> sp.csr_array:
-    """Check W, whose rows sum to at most one, and return it as [n, n] float64 CSR without its diagonal.
-
-    The diagonal cancels in D - W; one minus the sum of a row of the result is the probability to stay.
-    """
+    """Check W, whose rows sum to at most one, and return it as [n, n] float64 CSR without its diagonal."""
     matrix = as_weights(weights)
     totals = row_sums(matrix)
     row = int(totals.argmax())

@@ -1,7 +1,6 @@
 """Drawings of a goal graph and its augmented graph: one row per number of open doors, as in the paper's appendix.
 
-The exit is a single node of the augmented graph. It is drawn once for every set of open doors from which it can be
-reached, so that no edge has to cross the whole picture. What is equivalent by symmetry is drawn once, with its number.
+The exit is drawn once for every set of open doors from which it can be reached, so that no edge crosses the picture.
 """
 
 from __future__ import annotations
@@ -40,10 +39,7 @@ INK, FAINT = "#333333", "#9a9a9a"
 
 
 def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
-    """Draw a goal graph next to its augmented graph and write the picture to a .png, .pdf or .svg file.
-
-    The suffix of ``path`` selects the format; without one .png is added.
-    """
+    """Draw a goal graph next to its augmented graph into a .png (the default), .pdf or .svg file."""
     save_figure(_figure(augmented), path)
 
 
@@ -154,7 +150,6 @@ def _draw_box(pen: _Pen, augmented: AugmentedGraph, box: Box) -> None:
 
 
 def _draw_moves(pen: _Pen, box: Box, moves: set[tuple[Node, Node]]) -> None:
-    """Draw the moves between rooms and keys of one set of open doors."""
     all_rooms = [Node("room", room, box.doors) for room in (0, *box.doors)]
     for key in box.keys:
         has_all = all((room, key.node) in moves for room in all_rooms)
@@ -182,7 +177,6 @@ def _name(node: Node) -> str:
 
 
 def _corners(boxes: list[Box]) -> list[Point]:
-    """Return the corners of boxes, as points with the padding of a node as margin."""
     corners = []
     for box in boxes:
         (left, bottom), (width, height) = box.corner, box.size
@@ -196,13 +190,10 @@ def _extent(points: list[Point]) -> Point:
 
 
 def _colour_of(room: int) -> str:
-    """Return the colour of a room and of its key; those of branch rooms repeat."""
     return ROOM_COLOURS[room and 1 + (room - 1) % (len(ROOM_COLOURS) - 1)]
 
 
 class _Pen:
-    """Draws nodes, arrows and boxes onto one Axes, all in one scale."""
-
     def __init__(self, axes: Axes, scale: float, title: str, points: list[Point]) -> None:
         self.axes, self.scale = axes, scale
         axes.set_title(title, parse_math=False, fontsize=11 * max(scale, 0.7), color=INK)
@@ -238,7 +229,6 @@ class _Pen:
         )  # fmt: skip
 
     def patch(self, corner: Point, size: Point, fill: str, rim: str, order: int) -> None:
-        """Draw a box with round corners."""
         self.axes.add_patch(
             FancyBboxPatch(
                 corner, *size, boxstyle="round,pad=0,rounding_size=0.3", facecolor=fill, edgecolor=rim,
@@ -247,6 +237,5 @@ class _Pen:
         )  # fmt: skip
 
     def text(self, corner: Point, words: str) -> None:
-        """Write the name of a box, readable above arrows."""
         behind = {"facecolor": "#f6f6f6", "edgecolor": "none", "pad": 1.0}
         self.axes.text(*corner, words, fontsize=9 * self.scale, va="top", color=INK, zorder=5, bbox=behind)

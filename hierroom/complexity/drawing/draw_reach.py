@@ -36,8 +36,6 @@ def draw_played_reach(
     """Draw the reach curves of a measured chain and of its episodes, with Wilson's interval, to their step limit.
 
     Args:
-        axes: the Axes to draw onto.
-        played: a chain measured from play, in any environment.
         last: the greatest number of steps; None: that of the longest episode.
         beside: further chains by their names in the legend.
     """

@@ -1,8 +1,4 @@
-"""Where the nodes of drawings stand: sets of open doors in rows by size, equivalent ones drawn once.
-
-A renaming of rooms that preserves the goal graph maps sets of open doors to others. One of each class is drawn, with
-the number of sets it stands for; rooms or keys that the renaming exchanges are drawn once too.
-"""
+"""Where the nodes of drawings stand: sets of open doors in rows by size, and what is equal by symmetry once."""
 
 from __future__ import annotations
 
@@ -51,8 +47,6 @@ class Box(NamedTuple):
 
 
 class _Contents(NamedTuple):
-    """The contents of a box: rooms and keys are one of each kind, with the number of its nodes."""
-
     doors: tuple[int, ...]
     count: int
     rooms: list[tuple[Node, int]]
@@ -79,7 +73,6 @@ def place_augmented(augmented: AugmentedGraph) -> list[Box]:
 
 
 def _all_contents(augmented: AugmentedGraph) -> list[_Contents]:
-    """Return the contents of each class of equivalent sets of open doors, the smallest sets first."""
     exit_room, kinds = augmented.graph.exit_room, kinds_of_nodes(augmented)
     if len(kinds) > MAX_DRAWN_NODES:
         raise InputError(
@@ -125,7 +118,6 @@ def _box(contents: _Contents, moves: set[tuple[Node, Node]], left: float, middle
 
 
 def _lines(row: Iterable[_Contents]) -> list[list[_Contents]]:
-    """Cut a row where it gets too long."""
     lines: list[list[_Contents]] = []
     length = LONGEST_LINE
     for contents in row:

@@ -17,9 +17,8 @@ LEAST_CHANCE = 1e-300
 class CoveringLength:
     """Bounds on the covering length L, in episodes; all are ``inf`` where a pair is less likely than `LEAST_CHANCE`.
 
-    L is the number of episodes of the random policy after which every pair of a state and an action was tried at least
-    once with probability 1/2 (Even-Dar and Mansour, Learning Rates for Q-learning, JMLR 2003, who count steps; in
-    episodes as Laidlaw et al. 2023 use it). Pairs out of reach within the horizon and absorbing states do not count.
+    L episodes of the random policy try every pair of a state and an action with probability 1/2 (Even-Dar and Mansour,
+    Learning Rates for Q-learning, JMLR 2003, who count steps; in episodes as Laidlaw et al. 2023 use it).
     """
 
     low: float  # no fewer episodes suffice: the hardest pair alone is missed with probability above 1/2
@@ -30,11 +29,11 @@ class CoveringLength:
 
 
 def covering_length(mdp: DeterministicMDP, horizon: int) -> CoveringLength:
-    """Bound the covering length by the probabilities of trying each pair.
+    """Bound the covering length; pairs out of reach within the horizon and absorbing states do not count.
 
-    With d_t(s, a) the probability that step t of the random policy takes action a in state s, a pair is tried in an
-    episode of ``horizon`` steps with probability p, max_t d_t <= p <= min(1, sum_t d_t). L is at least
-    ln(1/2) / ln(1 - p) for each pair, and at most the least n with sum over the pairs of (1 - p)^n <= 1/2.
+    With d_t(s, a) the probability that step t takes action a in state s, an episode tries a pair with probability p,
+    max_t d_t <= p <= min(1, sum_t d_t). L is at least ln(1/2) / ln(1 - p) for each pair, and at most the least n with
+    sum over the pairs of (1 - p)^n <= 1/2.
     """
     check_horizon(mdp, horizon)
     occupancy = np.zeros(mdp.n_states)

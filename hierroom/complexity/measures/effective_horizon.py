@@ -2,10 +2,8 @@
 
 With Q^1 the values of the random policy and Q^(k+1)_h(s, a) = r(s, a) + max_a' Q^k_(h-1)(s', a'), an MDP is
 *k-QVI-solvable* if every policy that is greedy in Q^k is optimal (Laidlaw, Russell and Dragan, Bridging RL Theory and
-Practice with the Effective Horizon, NeurIPS 2023, definition 5.1). GORP, which estimates Q^k by m random rollouts
-after each of the A^k sequences of k actions and acts greedily, then needs k and m such that it finds an optimal policy
-with probability 1/2: H_k = k + log_A m_k, the effective horizon is H = min_k H_k (definition 5.2), and GORP samples
-T^2 A^H steps (lemma 5.3).
+Practice with the Effective Horizon, NeurIPS 2023, definition 5.1). If GORP (see `gorp`) finds an optimal policy with k
+and m_k with probability 1/2, H_k = k + log_A m_k, and the effective horizon is H = min_k H_k (definition 5.2).
 """
 
 from __future__ import annotations
@@ -22,10 +20,7 @@ from hierroom.complexity.measures.mdp import DeterministicMDP, Values, check_hor
 
 @dataclass(frozen=True)
 class EffectiveHorizon:
-    """The bound of theorem 5.4 on the effective horizon, for each k at which it is finite.
-
-    Where k is missing in ``rollouts`` no number suffices by this theorem, or k alone exceeds the bound of a smaller k.
-    """
+    """The bound of theorem 5.4 on the effective horizon, for each k at which it is finite and can be the least."""
 
     horizon: int  # number of steps T of an episode
     n_actions: int  # number of actions A
@@ -61,15 +56,14 @@ def samples_of(horizon: int, n_actions: int, effective_horizon: float) -> float:
 
 
 def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
-    """Bound the effective horizon by theorem 5.4 of Laidlaw, Russell and Dragan (2023).
+    """Bound the effective horizon by theorem 5.4 of Laidlaw, Russell and Dragan (2023), as their program does.
 
     At every state s and time t to which actions lead that are better in Q^k than each suboptimal one,
 
         m >= 16 (S_t(s) / D_t(s)^2) ln(2 T A^k)
 
-    suffices, where D_t(s) is the gap of Q^k between its greatest value and that of the best suboptimal action, and
-    S_t(s) the greatest (Q - Q_worst) (Q_best - Q_worst) after k - 1 further actions, a bound on the variance of a
-    return. This is what the authors' program computes for every MDP of their data set.
+    suffices. D_t(s) is the gap of Q^k between its greatest value and that of the best suboptimal action, and S_t(s) the
+    greatest (Q - Q_worst) (Q_best - Q_worst) after k - 1 further actions, a bound on the variance of a return.
     """
     values, is_optimal, table = mdp.random_values(horizon), mdp.optimal_actions(horizon), (mdp.transitions, mdp.rewards)
     variances = np.zeros_like(values)
@@ -93,10 +87,9 @@ def minimum_k(mdp: DeterministicMDP, horizon: int) -> int:
 
 
 def effective_planning_window(mdp: DeterministicMDP, horizon: int) -> int:
-    """Return the least number W of steps to plan ahead, such that every plan greedy in their reward alone is optimal.
+    """Return the least W such that every plan of W steps that is greedy in their reward alone is optimal: Q^1 = r.
 
-    Malik, Pacchiano, Srinivasan and Li (Sample Efficient Reinforcement Learning In Continuous State Spaces, ICML 2021),
-    as Laidlaw et al. compute it: Q^1 = r instead of the values of the random policy.
+    Malik, Pacchiano, Srinivasan and Li (Sample Efficient Reinforcement Learning In Continuous State Spaces, ICML 2021).
     """
     check_horizon(mdp, horizon)
     return _backups_needed(mdp, horizon, np.zeros((horizon + 1, mdp.n_states)))

@@ -1,11 +1,9 @@
 """How many rollouts GORP needs on a deterministic MDP whose return is 0 or 1: exactly, or by runs drawn.
 
-GORP (greedy over random policy; Laidlaw, Russell and Dragan 2023, algorithm 1) fixes one action after the other: after
-each of the A^k sequences of k actions that could follow those already fixed, it makes m rollouts of the random policy,
-and it fixes the first action of the sequence of the greatest mean return. Its estimates are binomial here, so that its
-choices have known probabilities. m_k is the number of rollouts with which it finds an optimal policy with probability
-1/2, and H_k = k + log_A m_k (definition 5.2), of which `effective_horizon` gives an upper bound only. Ties are broken
-at random.
+GORP (greedy over random policy; Laidlaw, Russell and Dragan 2023, algorithm 1) fixes one action after the other. It
+makes m rollouts of the random policy after each of the A^k sequences of k further actions, and fixes the first action
+of the sequence of the greatest mean return; ties are broken at random. With m_k rollouts it finds an optimal policy
+with probability 1/2, and H_k = k + log_A m_k (definition 5.2), of which `effective_horizon` gives an upper bound only.
 """
 
 from __future__ import annotations
@@ -49,14 +47,12 @@ class GorpRollouts:
 
 
 class Gorp:
-    """GORP on one MDP.
+    """GORP on one MDP, whose returns must be 0 or 1.
 
     Args:
-        mdp: the MDP, whose returns must be 0 or 1.
         horizon: number of steps T of an episode, at least 1.
         k: number of actions of a sequence, at least 1.
         runs: number of runs to draw, for MDPs too large to compute the probability; None computes it.
-        seed: seed of the runs.
     """
 
     def __init__(self, mdp: DeterministicMDP, horizon: int, k: int = 1, runs: int | None = None, seed: int = 0):

@@ -1,7 +1,6 @@
 """A deterministic Markov decision process with finitely many states, and its values over a finite horizon.
 
-Values are undiscounted, as in Laidlaw, Russell and Dragan (2023), and indexed by the number of steps left, h = 0..T.
-An array of values is therefore [T + 1, S], and its row 0 is zero.
+Values [T + 1, S] are undiscounted (Laidlaw, Russell and Dragan, 2023), by the number of steps left; row 0 is zero.
 """
 
 from __future__ import annotations
@@ -35,7 +34,6 @@ class DeterministicMDP:
     Args:
         transitions: [S, A] int, the state after each action.
         rewards: [S, A] float, finite.
-        start: state in which every episode begins.
     """
 
     transitions: NDArray[np.int64]
@@ -102,10 +100,7 @@ class DeterministicMDP:
         return is_optimal
 
     def random_success(self, horizon: int) -> float:
-        """Probability that an episode of the uniformly random policy earns the greatest return.
-
-        P_h(s) = sum over the optimal actions of P_{h - 1}(s') / A, and P_0 = 1.
-        """
+        """Probability that the random policy earns the most: P_h(s) = sum_optimal P_{h-1}(s') / A, and P_0 = 1."""
         is_optimal, success = self.optimal_actions(horizon), np.ones(self.n_states)
         for h in range(1, horizon + 1):
             success = (is_optimal[h] * success[self.transitions]).mean(axis=1)
@@ -146,10 +141,10 @@ def check_horizon(mdp: DeterministicMDP, horizon: int) -> None:
 
 
 def graph_mdp(augmented: AugmentedGraph) -> DeterministicMDP:
-    """The MDP of an agent that chooses the next node of an augmented goal graph.
+    """Return the MDP of an agent that chooses the next node of an augmented goal graph, without restarts.
 
     Action i takes the i-th edge of a node, in the order of `AugmentedGraph.edges`, or stays if there are fewer edges.
-    The step to the exit earns 1 and ends the episode. The MDP has no staying and no restarts.
+    The step to the exit earns 1 and ends the episode.
     """
     sources, targets = augmented.edges.T
     n = len(augmented.nodes)
@@ -180,10 +175,7 @@ def enumerate_env(
         env: a deterministic environment with discrete actions that `copy.deepcopy` can copy.
         state: returns what decides all that follows in an environment, without the number of steps.
         actions: which actions to take; all by default.
-        reward: returns the MDP's reward for the environment's, such as ``lambda r: float(r > 0)`` where it shrinks with
-            the number of steps.
-        seed: seed of the level.
-        max_states: largest number of states.
+        reward: converts a reward, such as ``lambda r: float(r > 0)`` where it shrinks with the number of steps.
     """
     if not isinstance(env.action_space, Discrete):
         raise InputError(f"states are enumerated with discrete actions, not with {env.action_space}")

@@ -72,12 +72,10 @@ def mdp_policy_information(
     with probability softmax(preferences(s))_a. Only the draw of the policies is random.
 
     Args:
-        mdp: the MDP.
         horizon: number of steps T of an episode, at least 1.
         n_policies: number of policies drawn, at least 1.
         deviation: standard deviation of the preferences, at least 0.
         temperature: of optimality, above 0; towards 0 POIC becomes PIC.
-        seed: seed of the policies.
     """
     check_horizon(mdp, horizon)
     if not mdp.is_binary:

@@ -76,11 +76,9 @@ def measure_mdp(
     """Compute every measure of an MDP whose returns are 0 or 1.
 
     Args:
-        mdp: the MDP.
         horizon: number of steps T of an episode, at least as many as a shortest solution has.
         n_policies: number of policies drawn for the information capacities.
         gorp_runs: number of runs of GORP to draw, for MDPs too large to compute its probability; None computes it.
-        seed: seed of what is drawn.
     """
     shortest = mdp.shortest_solution()
     if shortest < 0:
@@ -125,10 +123,7 @@ class WalkMeasures:
 
 
 def measure_walk(chain: Chain, n_walks: int = 1000, seed: int = 0) -> WalkMeasures:
-    """Compute every measure of the long run of a walk.
-
-    Draw ``n_walks`` with the seed for the cover time of a graph that is too large for an exact one.
-    """
+    """Compute every measure of the long run of a walk; ``n_walks`` are for the cover time of a large graph."""
     weights, source, target = as_moves(chain.weights), chain.source, chain.goals[EXIT][0]
     n = len(chain.labels)
     to_exit = committor(weights, source, target)

@@ -4,10 +4,7 @@ For each node j, the counts n_ijk of i, j, k one after the other are a table of 
 play is a Markov chain of order one, rows and columns are independent. Pearson's statistic of the tables, summed over
 the nodes j, is then chi-squared, with the sum of their degrees of freedom (Anderson and Goodman, Statistical inference
 about Markov chains, 1957, section 3.3; Billingsley, Statistical Inference for Markov Processes, 1961). Staying counts
-as a step, so a node that is not left with the same probability at every step fails the test as well.
-
-What it does not see: a memory of more than two steps that leaves no trace in two; and the level, if levels differ so
-that each episode is a chain of its own.
+as a step. The test misses a memory of more than two steps that leaves no trace in two, and differences between levels.
 """
 
 from __future__ import annotations
@@ -37,10 +34,7 @@ class MarkovTest(NamedTuple):
 
 
 def markov_test(triples: NDArray[np.int64]) -> MarkovTest | None:
-    """Test order one against order two; None if the counts are too few to compare any two predecessors of a node.
-
-    ``triples`` [T, 4] are three nodes in a row, and how often they came.
-    """
+    """Test order one by ``triples`` [T, 4], three nodes in a row and their count; None if the counts are too few."""
     from scipy.stats import chi2, chi2_contingency  # loads slowly, and few programs need it
 
     statistic, degrees = 0.0, 0

@@ -1,8 +1,7 @@
 """A chain measured from play: counted transitions between nodes of the augmented graph, and a report on their W.
 
-The paper defines W by the policy that the agent executes; see `played.played_chain` for how it is measured here. Two
-kinds of edges come from the assumed walk. A truncated episode leads from its last node back to the start, like the
-walk's restart ("the agent is not able to reach the exit within the time limit"). The exit has only its restart.
+Two kinds of edges come from the assumed walk: a truncated episode leads back to the start, like the walk's restart
+("the agent is not able to reach the exit within the time limit"), and the exit has only its restart.
 """
 
 from __future__ import annotations
@@ -31,7 +30,6 @@ class MeasuredReport(PlayedChain):
     """A report on the chain measured from play, next to the predictions of the assumed walk.
 
     Args:
-        assumed: the report of the assumed walk on the same goal graph.
         counts: the transitions between the nodes of ``assumed.augmented``.
         options: ``level``, ``n_resamples`` and ``seed`` as in `PlayedChain`.
     """

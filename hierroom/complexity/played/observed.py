@@ -1,11 +1,9 @@
-"""Episodes of play as counts, and without a chain their mean, deviation and reach, with intervals.
+"""Episodes of play as counts, and without a chain their mean, deviation and reach, with intervals over all levels.
 
 - **Reach**: of E episodes k had escaped within t steps; the interval is Wilson's score interval (Wilson, 1927; Brown,
   Cai and DasGupta, 2001). It has a width even where nobody escaped, about 4 / E.
-- **Times**: percentile intervals of the bootstrap over whole episodes (Efron and Tibshirani, 1993, chapter 13). Fewer
-  than `FEWEST_EPISODES`, or resamples that do not differ, say nothing about an interval: there is none then.
-
-They cover the value that the same player would have over all levels and all its random numbers.
+- **Times**: percentile intervals of the bootstrap over whole episodes (Efron and Tibshirani, 1993, chapter 13); none
+  for fewer than `FEWEST_EPISODES`, or for resamples that do not differ.
 """
 
 from __future__ import annotations
@@ -58,18 +56,12 @@ class EpisodeCounts:
 
     @property
     def mean_steps(self) -> float:
-        """Mean number of steps from a start to the next exit over consecutive episodes; ``inf`` if none escaped.
-
-        All steps, plus one for each restart, are divided by the number of escapes.
-        """
+        """Mean steps from a start to the next exit over consecutive episodes, and one for each restart, or ``inf``."""
         n_escaped = int(self.escaped.sum())
         return (int(self.lengths.sum()) + len(self.lengths) - n_escaped) / n_escaped if n_escaped else float("inf")
 
     def passages(self) -> NDArray[np.int64]:
-        """Steps from a start to the next exit over consecutive episodes, [number of episodes that escaped].
-
-        An episode that did not escape adds its steps, and one for the restart.
-        """
+        """Steps from a start to the next exit over consecutive episodes, and one for each restart: [n_escaped]."""
         ends = np.cumsum(self.lengths + ~self.escaped)[self.escaped]
         return np.diff(ends, prepend=0)
 
@@ -82,10 +74,7 @@ def counts_of(
     triple_keys: NDArray[np.int64] | None = None,
     failed: NDArray[np.bool_] | None = None,
 ) -> EpisodeCounts:
-    """Count transitions that are encoded as one number each.
-
-    ``keys`` are ``(episode * n + source) * n + target``, and ``triple_keys`` ``(first * n + second) * n + third``.
-    """
+    """Count ``(episode * n + source) * n + target`` and, in ``triple_keys``, ``(first * n + second) * n + third``."""
     unique, counts = np.unique(keys, return_counts=True)
     episodes, sources, targets = _digits(unique, n_nodes)
     triples = None

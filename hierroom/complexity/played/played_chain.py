@@ -30,15 +30,15 @@ from hierroom.support.tables import html_table, text_table
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PlayedChain:
-    """The walk whose moves are as frequent as those of the episodes, and beside it what was observed of them.
+    """The walk whose moves are as frequent as those of the episodes, next to what was observed of them.
 
-    W_ij is the fraction of the steps from node i that led to node j. Two kinds of edges come from elsewhere. An episode
-    that ends without reaching the exit leads from its last node back to the source, which takes one more step: this
-    makes the chain's `expected_steps` and `empirical_steps` the same number, whatever the policy, because the counts
-    balance at every node. The exit leads back to the source with the probability ``restart``.
+    W_ij is the fraction of the steps from node i that led to node j. An episode that misses the exit leads from its
+    last node back to the source, in one more step. This makes the chain's `expected_steps` and `empirical_steps` the
+    same number for every policy, because the counts balance at every node. The exit leads back with probability
+    ``restart``.
 
-    Everything else that the chain says, such as a standard deviation or a probability within t steps, is true of play
-    only if play is Markov on these nodes, which `markov` tests. Compare it with `observed`.
+    Everything else, such as a probability within t steps, is true of play only if play is Markov on these nodes: see
+    `markov`, and compare with `observed`.
     """
 
     counts: EpisodeCounts  # each episode has at least one transition
@@ -82,11 +82,7 @@ class PlayedChain:
         return self.counts.mean_steps
 
     def empirical_reach(self, t: ArrayLike) -> NDArray[np.float64]:
-        """Fraction of the episodes that had escaped within t steps; ``nan`` past the step limit.
-
-        If it differs from `chain.reach_probability`, the policy's next step depends on more than the node, for example
-        on the distance to the next object.
-        """
+        """Fraction of the episodes that had escaped within t steps; ``nan`` past the step limit."""
         return self.counts.reach(t)
 
     @cached_property
@@ -104,10 +100,9 @@ class PlayedChain:
     def intervals(self) -> dict[str, Interval]:
         """Times to the exit and to each goal, and reach probabilities, of the chain, with intervals over episodes.
 
-        Episodes are resampled with replacement and the whole report is computed again (Efron and Tibshirani, 1993,
-        chapter 13). So an interval covers what the chain would be after very many episodes. It may end at ``inf``, as a
-        resample without an escape has infinite times. Where the resamples do not differ or the episodes are few, a time
-        has no interval, and a probability has Wilson's. Chains of thousands of nodes take a minute for 200 resamples.
+        Resample episodes and compute the whole report again (Efron and Tibshirani, 1993, chapter 13). Resamples without
+        an escape have infinite times, so an interval may end at ``inf``. Where resamples do not differ or episodes are
+        few, a time has no interval, and a probability has Wilson's.
         """
         rng = np.random.default_rng(self.seed)
         share = np.full(self.episodes, 1 / self.episodes)

@@ -27,18 +27,16 @@ def measure_trajectories(
     failed: Sequence[bool] | None = None,
     seed: int = 0,
 ) -> PlayedChain:
-    """Measure the chain of given trajectories.
+    """Measure the chain of given trajectories; nodes are in the order in which they were first seen, the target last.
 
-    Nodes are in the order in which they were first seen, the target last. The probability to have escaped is reported
-    within the median number of steps, and twice and four times as many.
+    Report the probability to have escaped within the median number of steps, and twice and four times as many.
 
     Args:
         trajectories: for each episode its node at every step, from the start on, which must be the same for all. What
             follows the first visit of the target is left out.
         target: the node to reach, where an episode ends; the chain's goal ``"exit"``.
         may_miss: accept that no trajectory reaches the target; its times are infinite then.
-        failed: for each episode whether it ended for good, as by a fall, and never reaches the target; by default
-            those that missed it were truncated.
+        failed: for each episode whether it ended for good without the target; by default such episodes were truncated.
         seed: seed of the bootstrap that gives intervals.
     """
     numbers: dict[Hashable, int] = {}
@@ -87,14 +85,11 @@ def measure_env(
     """Play in a Gymnasium environment, and measure the chain of the nodes that it passes through.
 
     Args:
-        env: the environment.
         node: returns the node at which an environment is; called after each reset and step.
-        target: the node to reach. An episode that ends elsewhere has missed it, for good if it was terminated. If none
-            reaches it, there is a warning.
+        target: the node to reach. An episode that ends elsewhere has missed it, for good if it was terminated.
         policy: returns an action for an observation; random actions by default.
         episodes: number of episodes, at least 1.
-        seed: episode e begins with ``env.reset(seed=seed + e)``, so that its level is new. The seed fixes the random
-            actions and the bootstrap too.
+        seed: episode e begins with ``env.reset(seed=seed + e)``; also fixes the random actions and the bootstrap.
         max_steps: number of steps after which an episode is truncated, if the environment does not do so.
         progress: called with the number of episodes done.
     """

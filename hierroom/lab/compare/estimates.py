@@ -1,9 +1,8 @@
 """Estimates over few runs, with intervals (Agarwal et al. 2021, "Deep RL at the edge of the statistical precipice").
 
 A stratum is an array of scores [R, K, Q]: R runs that were evaluated on the same K graphs, and Q scores of each run on
-each graph. The bootstrap resamples runs within their stratum, each with all its scores, as only runs are independent.
-With one graph for each run, as usual, this is the stratified bootstrap of that paper. All statistics take further axes
-in front, for resamples.
+each graph. The stratified bootstrap resamples runs within their stratum, each with all its scores, as only runs are
+independent. All statistics take further axes in front, for resamples.
 """
 
 from __future__ import annotations
@@ -45,8 +44,7 @@ def probability_of_improvement(ours: Sequence[Scores], theirs: Sequence[Scores])
     """Return the probability [..., Q] that a run of ours scores higher than one of theirs, the mean over the graphs.
 
     ``P(X > Y) = mean over graphs g of mean over pairs (i, j) of [x[g, i] > y[g, j]] + [x[g, i] = y[g, j]] / 2``
-    (Agarwal et al. 2021, section 4.3: the statistic of Mann & Whitney 1947). Scores are [..., R, Q] and [..., S, Q] for
-    each graph, in the same order.
+    (Agarwal et al. 2021, section 4.3; Mann & Whitney 1947), with scores [..., R, Q] and [..., S, Q] for each graph.
     """
     by_graph = []
     for x, y in zip(ours, theirs, strict=True):
@@ -56,10 +54,7 @@ def probability_of_improvement(ours: Sequence[Scores], theirs: Sequence[Scores])
 
 
 def estimate(strata: Strata, statistic: Callable[[Strata], Scores], resamples: int, seed: int) -> Estimate:
-    """Return a statistic of all runs, and the 2.5% and 97.5% quantiles of its stratified bootstrap.
-
-    The statistic takes strata [..., R, K, Q] to [..., Q].
-    """
+    """Return a statistic of strata [R, K, Q] to [Q], with the 2.5% and 97.5% quantiles of its stratified bootstrap."""
     values = statistic(strata)
     unknown = np.full_like(values, np.nan)
     is_known = np.isfinite(_pooled(strata)).all(axis=-2)
@@ -88,5 +83,4 @@ def estimate(strata: Strata, statistic: Callable[[Strata], Scores], resamples: i
 
 
 def _pooled(strata: Strata) -> Scores:
-    """Return the scores [..., N, Q] of all runs on all graphs."""
     return np.concatenate([s.reshape(*s.shape[:-3], -1, s.shape[-1]) for s in strata], axis=-2)

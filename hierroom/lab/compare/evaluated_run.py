@@ -76,10 +76,7 @@ def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
 
 
 def runs_inside(path: Path) -> list[Path]:
-    """Return a run's folder itself, or the folders of runs in a folder or in its ``runs``, as a sweep's.
-
-    Of several with the same config, as after another evaluation of a sweep, those in the sweep's table count.
-    """
+    """Return a run's folder, or those in a folder or its ``runs``; of equal configs the ones in a sweep's table."""
     if (path / "config.json").is_file():
         return [path]
     for pattern in ("*/config.json", "runs/*/config.json") if path.is_dir() else ():
@@ -107,7 +104,6 @@ def _endings(table: Path) -> set[str]:
 
 
 def _has_curve(path: Path) -> bool:
-    """Return whether a run was evaluated after its first step; `read_run` reports a broken table."""
     try:
         return any(float(row.get("steps", 0)) > 0 for row in RunFolder(path).evaluations.read())
     except (InputError, ValueError):
@@ -132,7 +128,6 @@ def read_run(path: Path) -> EvaluatedRun:
 
 
 def _evaluations(folder: RunFolder) -> pd.DataFrame:
-    """Return the compared columns as numbers; cells may be empty."""
     path = folder.path / _TABLE
     try:
         rows = pd.DataFrame(folder.evaluations.read(), dtype=object)

@@ -62,7 +62,6 @@ def _figure(comparison: Comparison) -> Figure:
 
 
 def _panels(comparison: Comparison) -> dict[str, str]:
-    """Return the panels' graphs and titles."""
     graphs = comparison.tasks.graphs
     if graphs == (OWN,):
         return {ALL: ""}

@@ -49,11 +49,7 @@ def choose_groups(runs: Sequence[EvaluatedRun], by: str | None) -> list[Group]:
 
 
 def differing_entries(runs: Sequence[EvaluatedRun]) -> tuple[str, ...]:
-    """Return the entries that differ between the runs; ``method`` if none does.
-
-    Those of `_NAMED_BY_VALUE` come first. An entry that differs only together with earlier ones, as the reward with the
-    method, does not count.
-    """
+    """Return the entries that differ between the runs, but not only together with earlier ones; else ``method``."""
     names = [name for name in runs[0].entries if _is_treatment(name)]
     first = [name for name in _NAMED_BY_VALUE if name in names]
     choices = {name: [run.choice(name) for run in runs] for name in [*first, *names]}

@@ -1,7 +1,6 @@
 """Measure a chain from play: real episodes, seen as a walk on the augmented graph.
 
-Play has other edges than the paper's graph, where a key leads into the room it opens: opening a door leaves the agent
-in the centre, in front of the open door; and with a second key in hand it is at that key's node.
+Play has other edges than the paper's graph: an opened door leaves the agent in the centre, in front of the door.
 """
 
 from __future__ import annotations
@@ -72,8 +71,6 @@ def measure(
     Args:
         turns: N fresh environments of one goal graph, with autoreset.
         player: what `make_player` gives, a trained `Pair`, or anything with their method ``step``.
-        episodes: how many in all.
-        progress: called with the number of episodes done.
         seed: fixes the bootstrap.
     """
     counts = count_transitions(turns, player, episodes, progress)
@@ -95,10 +92,8 @@ def measure_named(
 
     Args:
         name: `"random"`, `"oracle"`, or the folder of a training run.
-        entries: the ``graph``, ``size`` and ``max_steps`` of the environments, where they differ from the run's, or,
-            for `"random"` and `"oracle"`, from the defaults.
+        entries: the ``graph``, ``size`` and ``max_steps``, where they differ from the run's or else the defaults.
         drop_key: whether keys can be dropped; always true for a run that trained so.
-        seed: fixes the levels, the actions and the bootstrap.
         trust: whether to run the code that the run's config names, as for `load`.
     """
     require_number("episodes", episodes, 1, 10**9, is_whole=True)

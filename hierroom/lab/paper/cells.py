@@ -60,10 +60,7 @@ def table_3(rows: pd.DataFrame, curves: Curves, sizes: Sequence[int]) -> pd.Data
 
 
 def cells_where_reached(cells: pd.DataFrame, rows: pd.DataFrame, curves: Curves, reference: str) -> pd.DataFrame:
-    """Return the cells of one grid size, interpolated to the steps of one method's median seed to the paper's success.
-
-    Graphs where the method never had the paper's success, or where that is too low to resolve, are left out.
-    """
+    """Return one size's cells at a method's median steps to the paper's success, where it had that."""
     steps = cells[cells["method"] == reference].set_index("graph")["steps_to_paper"]
     earlier = cells[np.isfinite(cells["graph"].map(steps))].copy()
     for n, one in earlier.iterrows():

@@ -33,7 +33,6 @@ class _PaperFigure:
     methods: ClassVar[tuple[str, ...]] = tuple(METHODS)
 
     def run(self) -> None:
-        """Train what is missing, and draw."""
         sweep = self.runs.train(self.graphs, self.methods)
         for size in self.runs.sizes:
             figure, path = self.draw(sweep, size), self.runs.out / f"{type(self).__name__.lower()}-{size}"
@@ -44,11 +43,9 @@ class _PaperFigure:
                 Console().print(sentence, highlight=False)
 
     def draw(self, sweep: Sweep, size: int) -> Figure:
-        """Draw the figure from the sweep's rows."""
         raise NotImplementedError
 
     def sentence(self, sweep: Sweep, size: int) -> str:
-        """Return what to print of the figure."""
         return ""
 
 
@@ -163,7 +160,6 @@ def _draw_curve(axes: Axes, runs: pd.DataFrame, curves: Curves, name: str, scale
 
 
 def _labelled(figure: Figure, axes: np.ndarray, label: str = "training steps (millions)") -> Figure:
-    """Return the figure with the label of its horizontal axes and its legend."""
     for place in axes.flat:
         place.grid(alpha=0.25, linewidth=0.5)
         place.spines[["top", "right"]].set_visible(False)

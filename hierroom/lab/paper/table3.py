@@ -78,8 +78,6 @@ def markdown(compared: Compared, steps: int) -> str:
 
 @dataclass(frozen=True)
 class _Part:
-    """A table of groups of lines, each with a text for each column."""
-
     title: str
     legend: str  # how to read it
     headings: tuple[str, ...]
@@ -123,7 +121,6 @@ def _parts(compared: Compared, steps: int) -> list[_Part]:
 
 
 def _part_where_reached(reference: str, cells: pd.DataFrame) -> _Part:
-    """Compare the methods at the steps where one of them first had the paper's success."""
     by_method = _by_method(cells)
     steps = ("our steps", "", *map(_steps, dict(by_method)[reference]["steps_to_paper"]))
     numbers = [_compared(*own, "success") for own in by_method]
@@ -137,7 +134,6 @@ def _headings(second: str, cells: pd.DataFrame) -> tuple[str, ...]:
 
 
 def _by_method(cells: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-    """Return the cells of each method, with its name."""
     return [(METHODS[str(method)], own) for method, own in cells.groupby("method", sort=False)]
 
 

@@ -85,7 +85,6 @@ class Board:
         self._surface.blit(text, (x - text.get_width() / 2, y - text.get_height() / 2) if centred else at)
 
     def _numbers(self, game: Game, top: int) -> None:
-        """Write next to each key and onto each locked door which room it opens."""
         state, side = game.state, tile_size(game.state.size)
         tiles, level = state.grids[0, MARGIN:-MARGIN, MARGIN:-MARGIN], state.levels[0]
         for room, colour in enumerate(level.colours[: level.n_rooms - 1].tolist(), start=1):
@@ -95,7 +94,6 @@ class Board:
                     self._write(str(room), at, self._small, (255, 255, 255), centred=True)
 
     def _facts(self, game: Game, left: int) -> int:
-        """Write the facts of the level; return where they end."""
         level = game.state.levels[0]
         self._write(f"graph {game.graph.name}", (left, 14), self._large)
         held = [game.name_of(int(colour)) for n, colour in enumerate(level.colours) if int(level.keys) >> n & 1]
@@ -159,7 +157,6 @@ class Board:
 
 
 def _wrapped(words: str, font: pygame.font.Font, width: int) -> list[str]:
-    """Return words as lines that are not wider than so many pixels."""
     lines = [""]
     for word in words.split():
         longer = f"{lines[-1]} {word}".strip()

@@ -19,14 +19,11 @@ from hierroom.worlds.escape_room.replayer import ACTION_NAMES
 
 
 class Game:
-    """The levels of one environment, played step by step.
-
-    A trained agent looks on while a person plays, so that it remembers what was seen when it takes over.
+    """The levels of one environment, played step by step; a trained agent looks on, to remember what was seen.
 
     Args:
         turns: one environment without autoreset, with measured shortest lengths.
         agent: a trained agent that can take over, and that made the ``turns``; None for none.
-        seed: of the agent's actions.
 
     Attributes:
         message: what the last step did, or why it did nothing.

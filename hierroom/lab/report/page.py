@@ -119,7 +119,6 @@ def _interval(row: Mapping[str, str]) -> str:
 
 
 def _origin(run: ReportedRun) -> list[tuple[str, str]]:
-    """Return where a run came from, as names and texts."""
     lines = []
     for number, session in enumerate(run.sessions, start=1):
         which = f" {number}" if len(run.sessions) > 1 else ""

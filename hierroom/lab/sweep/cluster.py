@@ -18,8 +18,8 @@ from hierroom.support.errors import InputError, in_one_line
 def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> Iterator[Event]:
     """Do jobs on the machines of a Ray cluster, one core each, and yield what happens to them.
 
-    A run begins again elsewhere if its machine is lost. Machines share no folder: that of a run comes back when it is
-    done. A request to stop keeps what has come back. The address is one that `ray.init` takes.
+    A run begins again elsewhere if its machine is lost. Its folder comes back when it is done; a request to stop keeps
+    what has come back.
     """
     try:
         import ray  # pyright: ignore[reportMissingImports] - an extra
@@ -69,7 +69,6 @@ def _require_listener(address: str) -> None:
 
 
 def _work_elsewhere(job: Job) -> tuple[dict[str, object], bytes]:
-    """Do a job in a folder of this machine; return the results and the packed folder."""
     with TemporaryDirectory() as place:
         folder = Path(place, job.folder.name)
         numbers = replace(job, folder=folder).work(lambda steps, words: None)

@@ -72,7 +72,6 @@ class Job:
             raise InputError(f"{self.folder} holds another run: {', '.join(differences)}; move it away")
 
     def _numbers(self, trainer: Trainer, folder: RunFolder) -> dict[str, object]:
-        """Return the results: milestones from the learning curve, then evaluations of all that was learned."""
         summary = trainer.summary()
         numbers: dict[str, object] = {name: summary[name] for name in ("steps", "episodes", "seconds")}
         numbers["steps_per_second"] = round(summary["steps_per_second"])
@@ -106,11 +105,7 @@ def _columns(prefix: str, result: Evaluation) -> dict[str, object]:
 
 
 class Event(NamedTuple):
-    """What happened to a job, wherever it is worked on.
-
-    A job is retried from its last checkpoint if its process was killed or stopped, and interrupted, after saving, if
-    the sweep is to stop.
-    """
+    """What happened to a job: retried from a checkpoint if its process was stopped, interrupted if the sweep was."""
 
     kind: Literal["progressed", "finished", "failed", "retried", "interrupted"]
     job: Job

@@ -130,9 +130,8 @@ class Plan:
 def read_plan(path: Path | None, words: Sequence[str] = ()) -> Plan:
     """Return the plan of a TOML file and of words ``entry=value,value,...``, which win.
 
-    The file has the entries of a run's config, flat as for ``python -m hierroom train --config``, but with lists of the
-    values to try; and ``graphs``, ``seeds``, ``episodes``, ``metas``, and tables ``[[variants]]``, each with a ``name``
-    and further entries. The words ``seed`` and ``graph`` replace its ``seeds`` and ``graphs``.
+    The file has the entries of a run's config, flat, but with lists of the values to try; ``graphs``, ``seeds``,
+    ``episodes``, ``metas``; and tables ``[[variants]]``, each with a ``name`` and further entries.
     """
     table = {} if path is None else read_toml(path, "sweep")
     where = "" if path is None else f"{path}: "
@@ -164,7 +163,6 @@ def read_plan(path: Path | None, words: Sequence[str] = ()) -> Plan:
 
 
 def _assignment(word: str) -> tuple[str, list[Any]]:
-    """Return the entry's name and the values to try of ``gamma=0.9,0.99``."""
     name, _, text = word.partition("=")
     if not text:
         raise InputError(f"a sweep takes entry=value,value,... such as method=hippo,ppo, not {shown(word)}")
@@ -181,7 +179,6 @@ def _value(text: str) -> Any:
 
 
 def _typed(table: Mapping[str, Any], where: str) -> dict[str, list[Any]]:
-    """Return the values to try of each entry, each of its type."""
     types, typed = flat_entry_types(), {}
     for name, values in flat_entries(table, where).items():
         if name in _OWN_KEYS:
@@ -199,7 +196,6 @@ def _typed(table: Mapping[str, Any], where: str) -> dict[str, list[Any]]:
 
 
 def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
-    """Return the entries of nested tables as one table, their table's name in front."""
     flat: dict[str, Any] = {}
     for name, value in table.items():
         flat |= _flat(value, f"{name}.") if isinstance(value, dict) else {f"{before}{name}": value}

@@ -69,7 +69,6 @@ def work_here(jobs: Sequence[Job], processes: int, interrupt: Interrupt) -> Iter
 
 
 def _stopped(workers: list[_Worker]) -> Iterator[Event]:
-    """Ask all workers that have a job to save, and wait until they have."""
     for worker in workers:
         if worker.job is not None:
             worker.process.terminate()
@@ -81,7 +80,6 @@ def _stopped(workers: list[_Worker]) -> Iterator[Event]:
 
 
 def _heard(workers: list[_Worker], timeout: float) -> Iterator[Event]:
-    """Yield what the workers that have a job say within some seconds."""
     ready = wait([worker.connection for worker in workers if worker.job is not None], timeout)
     for worker in workers:
         job = worker.job
@@ -112,7 +110,6 @@ def _without_ctrl_c() -> Iterator[None]:
 
 
 def _work(connection: Connection, command: list[str]) -> None:
-    """Do jobs until the sweep is over."""
     sys.orig_argv = command  # which the runs record, instead of how multiprocessing starts a process
     version_of_code()  # what this process has loaded, whatever is committed while it works
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches it too; the sweep asks it to stop by SIGTERM

@@ -75,10 +75,7 @@ class Sweep:
         shard: Shard = Shard(),
         command: str = "",
     ) -> SweepOutcome:
-        """Do the runs of a shard that the table lacks, and record the command in their rows.
-
-        They run in so many processes, by default one for each core, or on the Ray cluster of an address.
-        """
+        """Do the runs of a shard that the table lacks, in processes or on a Ray cluster; their rows get the command."""
         if processes is not None:
             require_number("processes", processes, 1, 1024, is_whole=True)
         runs = shard.of(self.plan.runs())

@@ -64,10 +64,7 @@ class SweepTable:
     def add(
         self, run: PlannedRun, numbers: Mapping[str, object], evaluations: Sequence[Mapping[str, str]] = ()
     ) -> bool:
-        """Add a run's row of results and its curve; return whether it replaces a row of another config.
-
-        ``evaluations`` are the rows of its ``evaluations.csv``; with several goal graphs they are left out.
-        """
+        """Add a row, and the curve if it has one goal graph; return whether it replaces a row of another config."""
         import pandas as pd
 
         row = {**run.identity, **{name: _text(value) for name, value in numbers.items()}, "digest": run.digest}
