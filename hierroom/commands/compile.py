@@ -117,6 +117,7 @@ def _plays() -> Iterator[Callable[[], object]]:
         for _ in range(12 if entries.get("meta") == "learned" else 2):
             trainer.advance()
         trainer.evaluate()
+        trainer.turns.set_state(trainer.turns.get_state())  # as a run that goes on does
 
     def play(env: Any) -> None:
         env.reset(seed=0)
