@@ -14,7 +14,7 @@ from hierroom.goals.goal_set import GoalSet
 
 @dataclass(frozen=True)
 class Observation:
-    """What M environments show an agent at one moment: observations and the features of a network are made from it.
+    """The moment of M environments from which observations and the features of a network are made.
 
     Attributes of the view can be asked for directly: ``observation.levels`` is ``observation.view.levels``.
 

@@ -74,7 +74,7 @@ class LearningMeta(MetaController, Protocol):
         ...
 
     def for_play(self, num_envs: int, *, seed: int) -> MetaController:
-        """What it has learned as a meta-controller that learns no more, for a number of other environments."""
+        """Return what it has learned as a meta-controller that learns no more, for a number of other environments."""
         ...
 
     def state_dict(self) -> dict:
@@ -128,7 +128,7 @@ class LevelMeta:
         self.function = function
 
     def choose(self, observations, legal, situation: Situation) -> NDArray[np.integer]:
-        """What the function says of each environment; no goal, and nothing is asked, where no goal is legal."""
+        """Return the function's goal of each environment; no goal, and nothing is asked, where no goal is legal."""
         n_goals, envs = len(situation.goal_set), range(len(situation))
         return np.array([self._goal(situation.level(m), n_goals) if legal[m].any() else NO_GOAL for m in envs])
 
@@ -274,7 +274,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _is_function(thing: Any) -> TypeGuard[Callable[[Any], Any]]:
-    """Whether it takes a level: a function, or another callable that does not choose by itself."""
+    """Return whether it takes a level: a function, or another callable that does not choose by itself."""
     return callable(thing) and not isinstance(thing, type) and not hasattr(thing, "choose")
 
 

@@ -1,1 +1,1 @@
-"""What acts and learns in the place of ``meta_0`` and ``controller_0``."""
+"""The agents that act and learn as ``meta_0`` and ``controller_0``."""

@@ -95,7 +95,7 @@ class Episode:
 
     @property
     def title(self) -> str:
-        """What it was, in a line."""
+        """Return a description of the episode in a line."""
         end = "escaped" if self.success else "did not escape"
         where = f"graph {self.graph.name}, seed {self.seed}, environment {self.env}, episode {self.number}"
         shortest = f" (shortest {self.shortest})" if self.shortest >= 0 else ""
@@ -113,17 +113,17 @@ class Episode:
 
     @property
     def number(self) -> int:
-        """How many episodes the environment had begun before it with that seed."""
+        """Return the number of episodes that the environment had begun before it with that seed."""
         return self.replayer.identity(self.start)[2]
 
     @property
     def success(self) -> bool:
-        """Whether it ended at the exit."""
+        """Return whether the episode ended at the exit."""
         return self.terminated
 
     @property
     def subgoals(self) -> tuple[Subgoal, ...]:
-        """What the meta-controller asked for, option by option."""
+        """Return the goals that the meta-controller chose, option by option."""
         subgoals, first = [], 0
         for last in np.flatnonzero(self.outcomes != NO_OUTCOME).tolist():
             goal, outcome = int(self.goals[last]), OUTCOME_NAMES[int(self.outcomes[last])]

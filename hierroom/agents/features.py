@@ -92,12 +92,12 @@ class Features:
 
     @property
     def are_by_goal(self) -> bool:
-        """Whether each of them has one number for each goal, so that a network can treat all colours alike."""
+        """Return whether each of them has one number for each goal, so that a network can treat all colours alike."""
         return all(feature.is_by_goal for feature in self._chosen)
 
     @property
     def memories(self) -> tuple[str, ...]:
-        """What the world must remember for them."""
+        """Return what the world must remember for them."""
         return tuple(memory for feature in self._chosen for memory in feature.memories)
 
     def encode(self, observation: Observation) -> NDArray[np.uint8]:

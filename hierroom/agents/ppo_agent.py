@@ -57,12 +57,12 @@ class PPOAgent:
 
     @property
     def is_learning(self) -> bool:
-        """Whether its warm-up, if it has one, has ended."""
+        """Return whether its warm-up, if it has one, has ended."""
         return self._warm_up is None or self._warm_up.has_ended
 
     @property
     def ready(self) -> bool:
-        """Whether it has taken enough turns for an `update`."""
+        """Return whether it has taken enough turns for an `update`."""
         return self.learner.ready
 
     def act(self, observation: Observation) -> NDArray[np.integer]:

@@ -1,4 +1,4 @@
-"""What evaluate and watch both ask: which trained agent plays, and where."""
+"""The arguments that evaluate and watch share: which trained agent plays, and where."""
 
 from __future__ import annotations
 

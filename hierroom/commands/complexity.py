@@ -28,7 +28,7 @@ OF_PLAY = ("episodes", "size", "max_steps", "trust_run")  # options of --from-pl
 
 @dataclass(frozen=True)
 class ComplexityArguments:
-    """How hard goal graphs are to explore, before training: depth, width and passage times.
+    """Measure how hard goal graphs are to explore, before training: depth, width and passage times.
 
     Give one graph for its full report, or several for a list. By default the paper's seven graphs are listed.
 

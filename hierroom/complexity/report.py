@@ -1,4 +1,4 @@
-"""How hard a goal graph is to explore, computed before training."""
+"""The report of how hard a goal graph is to explore, computed before training."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the AEC and the parallel environment share: the two agents' spaces, the state and the pictures of one world."""
+"""The base of the AEC and the parallel environment: the two agents' spaces, the state and the pictures of one world."""
 
 from __future__ import annotations
 

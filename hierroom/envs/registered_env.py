@@ -1,4 +1,4 @@
-"""What Gymnasium asks of registered environments besides observations and steps: the spec and options."""
+"""The spec and the reset options that Gymnasium asks of registered environments."""
 
 from __future__ import annotations
 

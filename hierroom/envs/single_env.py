@@ -68,7 +68,7 @@ class SingleEnv:
 
     @property
     def is_meta_turn(self) -> bool:
-        """Whether the meta-controller acts next."""
+        """Return whether the meta-controller acts next."""
         return bool(self.turns.ledger.is_meta_turn[0])
 
     @property

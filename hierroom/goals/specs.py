@@ -1,4 +1,4 @@
-"""How users give goal graphs: one, or a set of them, in the same words wherever a graph is taken."""
+"""Goal graphs as users give them: one or a set, in the same words wherever a graph is taken."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether the numbers of a learner are such that it can go on learning from them."""
+"""Checks that a learner can go on learning from its numbers."""
 
 from __future__ import annotations
 

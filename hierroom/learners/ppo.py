@@ -120,7 +120,7 @@ class Learner:
 
     @property
     def ready(self) -> bool:
-        """Whether there are enough full sequences for an `update`."""
+        """Return whether there are enough full sequences for an `update`."""
         return self._rollout.n_full >= self.sequences_per_update
 
     @property

@@ -50,7 +50,7 @@ class Trainer:
 
     @property
     def is_done(self) -> bool:
-        """Whether the config's steps are taken."""
+        """Return whether the config's steps are taken."""
         return self.steps >= self.config.steps
 
     def advance(self) -> None:

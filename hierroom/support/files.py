@@ -114,7 +114,7 @@ def remove_unfinished(folder: Path) -> None:
 
 
 def is_unfinished(path: Path) -> bool:
-    """Whether a path has the name of a file that `write_atomically` has begun."""
+    """Return whether a path has the name of a file that `write_atomically` has begun."""
     return _UNFINISHED.fullmatch(path.name) is not None
 
 

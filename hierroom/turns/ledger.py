@@ -19,7 +19,7 @@ from hierroom.turns.records import LEDGER, STEP, reset_values
 
 
 class Ledger:
-    """Where the turns in N environments stand.
+    """The state of the turns in N environments.
 
     An option ends where its goal is reached, where its horizon has run out, and where the episode ends. 'No goal' asks
     for something new: it is reached where a goal is achieved, or comes into view, for the first time this episode.

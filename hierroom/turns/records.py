@@ -96,7 +96,7 @@ def reset_values(n_actions: int) -> dict[str, Any]:
 
 
 class Step:
-    """What one primitive step did in N environments, in arrays that nobody else holds.
+    """The results of one primitive step in N environments, in arrays that nobody else holds.
 
     Args:
         records: [N] records of `STEP`.

@@ -1,4 +1,4 @@
-"""What a meta-controller may know of the environments whose turn it is."""
+"""The situation that a meta-controller chooses goals in."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hierroom.support.errors import InputError
 
 @dataclass(frozen=True)
 class Situation(Observation):
-    """What a meta-controller may know of M environments: an `Observation`, and their exact state in the view.
+    """The `Observation` of M environments with their exact state in the view, for meta-controllers.
 
     ``goals`` are those of its last options that ended; ``masks`` [M, G + 1] the legal choices, 'no goal' the last.
 

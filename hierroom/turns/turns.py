@@ -86,7 +86,7 @@ class Turns:
 
     @property
     def last_step(self) -> Step | None:
-        """What the last step did, or None before the first one since a reset."""
+        """Return what the last step did, or None before the first one since a reset."""
         if self._last_step is None and self.last_records is not None:
             self._last_step = Step(self.last_records, self._n_goals)
         return self._last_step
@@ -269,7 +269,7 @@ class Turns:
 
     @property
     def can_split(self) -> bool:
-        """Whether no environment depends on others, by stages of a curriculum or a user's reward."""
+        """Return whether no environment depends on others, by stages of a curriculum or a user's reward."""
         return self.world.can_split and self._kernel_reward != OWN_REWARD
 
     def subset(self, envs: NDArray[np.integer]) -> Turns:

@@ -1,4 +1,4 @@
-"""What an environment is made of; neither the world nor torch is loaded, so that a command explains itself at once."""
+"""The config of an environment; loads neither the world nor torch, so that ``--help`` is fast."""
 
 from __future__ import annotations
 

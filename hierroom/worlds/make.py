@@ -13,7 +13,7 @@ from hierroom.worlds.world import Feature, World
 
 @dataclass(frozen=True, eq=False)
 class WorldSpec:
-    """What agents are made for: the attributes of a `World` that are known before it is made."""
+    """The spec that agents are made for: the attributes of a `World` that are known before it is made."""
 
     config: EnvConfig
     goals: GoalSet

@@ -34,7 +34,7 @@ Seeds = int | Sequence[int | None] | None
 
 
 class View(Protocol):
-    """What M environments show at one moment: features and observations are made from it.
+    """The view of M environments at one moment, from which features and observations are made.
 
     A world adds what its own features and meta-controllers ask for by name. Optional are ``reachable`` [M, G] bool and
     ``depth_first_ranks`` [M, G], by which ``fixed-dfs`` chooses, and ``oracle_goals`` [M], which ``oracle`` gives.
@@ -180,7 +180,7 @@ class World(Protocol):
 
     @property
     def complexity(self) -> Any:
-        """How hard the environments are to explore, or None if no rules are known."""
+        """Measure how hard the environments are to explore, or None if no rules are known."""
 
     def reset(self, seed: Seeds = None, envs: Any = slice(None)) -> None:
         """Begin an episode: with a seed an environment's first one, without one its next."""

@@ -1,4 +1,4 @@
-"""What a random walk does in the long run and between two sets of nodes.
+"""Random walks in the long run and between two sets of nodes.
 
 Every function takes W as described in `hierroom.complexity.chains.weights`; P is W with the probability to stay on its
 diagonal. Numbers are those of theorems in Levin and Peres, Markov Chains and Mixing Times, 2nd edition, 2017.

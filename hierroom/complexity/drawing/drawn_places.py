@@ -1,4 +1,4 @@
-"""Where the nodes of drawings stand: sets of open doors in rows by size, and what is equal by symmetry once."""
+"""Places of nodes in drawings: sets of open doors in rows by size, and what is equal by symmetry once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How many episodes the random policy needs to try every action in every state: the covering length."""
+"""The covering length: the episodes that the random policy needs to try every action in every state."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How many rollouts GORP needs on a deterministic MDP whose return is 0 or 1: exactly, or by runs drawn.
+"""The rollouts that GORP needs on a deterministic MDP whose return is 0 or 1: exactly, or by runs drawn.
 
 GORP (greedy over random policy; Laidlaw, Russell and Dragan 2023, algorithm 1) fixes one action after the other. It
 makes m rollouts of the random policy after each of the A^k sequences of k further actions, and fixes the first action

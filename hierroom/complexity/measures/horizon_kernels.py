@@ -85,7 +85,7 @@ def mark_optimal(transitions, rewards, best, is_optimal):
 
 @njit(cache=True, nogil=True)
 def greedy_is_optimal(transitions, rewards, values, is_optimal, start):
-    """Whether every policy greedy in Q takes optimal actions only, ties being followed every way."""
+    """Return whether every policy greedy in Q takes optimal actions only, ties being followed every way."""
     n_states, n_actions = transitions.shape
     q = np.empty(n_actions)
     visited, following = np.zeros(n_states, np.bool_), np.zeros(n_states, np.bool_)

@@ -75,7 +75,7 @@ class DeterministicMDP:
 
     @cached_property
     def is_binary(self) -> bool:
-        """Whether every return is 0 or 1: the only reward is 1, and it ends the episode."""
+        """Return whether every return is 0 or 1: the only reward is 1, and it ends the episode."""
         earns = self.rewards != 0
         return bool((self.rewards[earns] == 1).all() and self.is_absorbing[self.transitions[earns]].all())
 

@@ -29,7 +29,7 @@ class MarkovTest(NamedTuple):
 
     @property
     def is_rejected(self) -> bool:
-        """Whether play is not Markov on these nodes, at the level `SIGNIFICANCE`."""
+        """Return whether play is not Markov on these nodes, at the level `SIGNIFICANCE`."""
         return self.p_value < SIGNIFICANCE
 
 

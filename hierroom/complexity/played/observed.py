@@ -24,7 +24,7 @@ FEWEST_EPISODES = 10
 
 @dataclass(frozen=True, eq=False)
 class EpisodeCounts:
-    """How often each episode moved from one node to another; staying at a node counts as a transition too."""
+    """Counts of each episode's moves from one node to another; staying at a node counts as a transition too."""
 
     n_nodes: int  # number of nodes n
     episodes: NDArray[np.int64]  # [K], the episode of each entry, 0 to ``len(lengths) - 1``

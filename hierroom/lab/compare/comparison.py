@@ -49,7 +49,7 @@ class GroupSummary:
 
 @dataclass(frozen=True)
 class Improvement:
-    """How likely a run of one group is better than a run of another, over all graphs, at the end or by the area."""
+    """The probability that a run of one group beats one of another, over all graphs, at the end or by the area."""
 
     better: Group
     worse: Group

@@ -1,4 +1,4 @@
-"""How figures for papers look, and how they are written."""
+"""The style of figures for papers, and their files."""
 
 from __future__ import annotations
 

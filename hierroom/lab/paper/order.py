@@ -1,4 +1,4 @@
-"""How our runs agree with the paper: the order of the methods, and how well the hitting time predicts learning."""
+"""Agreement of our runs with the paper: the order of the methods, and how well the hitting time predicts learning."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class MethodOrder(NamedTuple):
 
 
 class PairCounts(NamedTuple):
-    """How many pairs of methods on the same goal graph come in the paper's order; its ties are left out."""
+    """Counts of pairs of methods on the same goal graph that come in the paper's order; its ties are left out."""
 
     same: int
     opposite: int

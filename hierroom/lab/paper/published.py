@@ -44,7 +44,7 @@ _LENGTH = {
 
 @dataclass(frozen=True)
 class PaperCell:
-    """What the paper's Table 3 prints for one method on one graph: means over five seeds' last 10 episodes."""
+    """One method on one graph in the paper's Table 3: means over five seeds' last 10 episodes."""
 
     success: float  # percent
     length: float | None  # percent of 1000 steps; None for a dash, next to at most 0.5% success: about the whole limit

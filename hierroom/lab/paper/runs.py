@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PaperRuns:
-    """What is trained for the paper's Table 3 and figures; what is there already is used.
+    """Train the runs of the paper's Table 3 and figures; runs that exist are used.
 
     Args:
         out: the folder of the sweep and of the figures.

@@ -33,7 +33,7 @@ class TableCell:
 
     @property
     def agrees(self) -> bool:
-        """Whether our value, rounded as in the paper, equals the printed one."""
+        """Return whether our value, rounded as in the paper, equals the printed one."""
         return round(self.ours, 1) == self.paper
 
     @property

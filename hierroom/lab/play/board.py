@@ -1,4 +1,4 @@
-"""What the window of a game shows: the level, and a goal graph that lights up as goals are reached."""
+"""The window of a game: the level, and a goal graph that lights up as goals are reached."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a sweep shows while it runs: a line for each run at work, and how much is left of all."""
+"""The display of a sweep while it runs: a line for each run at work, and how much is left of all."""
 
 from __future__ import annotations
 

@@ -105,7 +105,7 @@ def _columns(prefix: str, result: Evaluation) -> dict[str, object]:
 
 
 class Event(NamedTuple):
-    """What happened to a job: retried from a checkpoint if its process was stopped, interrupted if the sweep was."""
+    """An event of a job: retried from a checkpoint if its process was stopped, interrupted if the sweep was."""
 
     kind: Literal["progressed", "finished", "failed", "retried", "interrupted"]
     job: Job

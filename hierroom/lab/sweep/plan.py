@@ -49,7 +49,7 @@ class PlannedRun:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a sweep trains, and how each run is evaluated at its end."""
+    """The runs that a sweep trains, and the evaluation at the end of each."""
 
     values: Values
     graphs: GraphSpecs = ()  # or sets of them; each graph gets runs; () for ``graph`` of the values

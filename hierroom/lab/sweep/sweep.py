@@ -133,7 +133,7 @@ class Sweep:
 
 @dataclass(frozen=True)
 class SweepOutcome:
-    """How an attempt to do the runs of a sweep ended."""
+    """The outcome of an attempt to do the runs of a sweep."""
 
     failures: tuple[tuple[PlannedRun, str], ...]  # the runs that could not be done, and why
     replaced: tuple[PlannedRun, ...]  # the runs with rows that replace those of other configs

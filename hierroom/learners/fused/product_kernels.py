@@ -24,7 +24,7 @@ class Products(NamedTuple):
     add_transposed_product: Callable  # (a, b, c) adds ``a.T @ b`` to c
 
     def work(self) -> bool:
-        """Whether the products come out right, for sizes with whole tiles and with remainders."""
+        """Return whether the products come out right, for sizes with whole tiles and with remainders."""
         random = np.random.default_rng(0)
         a, b = random.random((6, 70), np.float32), random.random((70, 150), np.float32)
         expected = 1 + a @ b

@@ -1,4 +1,4 @@
-"""What a training run is; neither the world nor torch is loaded, so that a command explains itself without delay."""
+"""The config of a training run; loads neither the world nor torch, so that ``--help`` is fast."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class TrainConfig:
 
     @property
     def title(self) -> str:
-        """What the run trains, in a sentence."""
+        """Return what the run trains, in a sentence."""
         agents = f"{self.agents.method} with meta-controller {self.resolved_method.meta}"
         graphs, excluded = (", ".join(spec_names(specs)) for specs in (self.env.graph, self.env.exclude))
         where = f"graph {graphs}{f' without {excluded}' if excluded else ''}, seed {self.seed}"

@@ -1,4 +1,4 @@
-"""What a run came from: provenance.json, with every command that worked on it, and copies of user-defined modules."""
+"""The origin of a run: provenance.json, with every command that worked on it, and copies of user-defined modules."""
 
 from __future__ import annotations
 

@@ -121,7 +121,7 @@ class RunFolder:
 
     @property
     def is_untrained(self) -> bool:
-        """Whether its process was killed before the first checkpoint, so that there is nothing to lose."""
+        """Return whether its process was killed before the first checkpoint, so that there is nothing to lose."""
         return not self._checkpoint_paths() and not any(table.path.exists() for table in self.tables)
 
     def load_checkpoint(self, steps: int | None = None) -> dict[str, Any]:

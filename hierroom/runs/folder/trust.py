@@ -1,4 +1,4 @@
-"""Which code runs: what the user names in a call or on a command line, or agrees to; never what a folder names."""
+"""The user's code that may run: named in a call or on a command line, or agreed to; never named by a folder alone."""
 
 from __future__ import annotations
 

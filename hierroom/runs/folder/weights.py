@@ -30,7 +30,7 @@ _OUTLINE = msgspec.defstruct(
 
 @dataclass(frozen=True)
 class SavedAgent:
-    """What a file of weights, or a checkpoint, says of trained agents."""
+    """A trained agent as read from a file of weights or a checkpoint."""
 
     config: TrainConfig  # what was trained
     steps: int  # primitive steps it was trained for

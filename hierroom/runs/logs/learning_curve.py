@@ -48,7 +48,7 @@ def _columns(score: Score) -> dict[str, object]:
 
 @dataclass(frozen=True)
 class Crossing:
-    """When a success rate was reached."""
+    """The step at which a success rate was reached."""
 
     steps: float  # primitive steps trained until then
     seconds: float  # of training until then

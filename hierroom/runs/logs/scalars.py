@@ -1,4 +1,4 @@
-"""What loggers show of a run, its numbers in groups, and what a logger does."""
+"""The numbers of a run in groups, as loggers show them, and the protocol of a logger."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where there is more to be seen: floor that was in view this episode, beside a cell that was not (Yamauchi 1997)."""
+"""Frontiers: floor that was in view this episode, beside a cell that was not (Yamauchi 1997)."""
 
 from __future__ import annotations
 

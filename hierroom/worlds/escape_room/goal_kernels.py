@@ -1,4 +1,4 @@
-"""Which goals a meta-controller may choose in a level, as compiled kernels."""
+"""Kernels that write the goals a meta-controller may choose in a level."""
 
 from hierroom.support.compile.kernel import njit
 

@@ -1,4 +1,4 @@
-"""What the levels of M environments show, and for meta-controllers their exact state."""
+"""The view of M environments' levels, and for meta-controllers their exact state."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _BRANCHES = np.arange(N_COLOURS)
 
 @dataclass(frozen=True, eq=False)
 class LevelView:
-    """What the levels of M environments show: ``tiles`` [M, 7, 7] in view and records of `layout.LEVEL`.
+    """The view of M environments: ``tiles`` [M, 7, 7] in view and records of `layout.LEVEL`.
 
     ``grids`` [M, side, side], tile codes of the whole levels, are for meta-controllers only.
     """

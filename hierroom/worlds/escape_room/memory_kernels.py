@@ -1,4 +1,4 @@
-"""What a level remembers of its episode, on request: see `layout.MEMORIES`."""
+"""Memories that a level keeps of its episode, on request: see `layout.MEMORIES`."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What agents see as compiled kernels: observations are written once, into the arrays that users get."""
+"""Kernels of observations, which are written once, into the arrays that users get."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a state can be one of environments: kernels rely on it, and check no bounds."""
+"""The check that a state can be one of environments: kernels rely on it, and check no bounds."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ def _holds(grid, cell, tile):
 
 @njit(cache=True)
 def _is_tree(level):
-    """Whether the exit's room and those of the keys exist, and each key can be come by."""
+    """Return whether the exit's room and those of the keys exist, and each key can be come by."""
     if level.exit_room >= level.n_rooms:
         return False
     for branch in range(level.n_rooms - 1):

@@ -1,4 +1,4 @@
-"""What the agent sees, as in MiniGrid: light that spreads through a view of 7 x 7 cells."""
+"""Kernels of the agent's view, as in MiniGrid: light that spreads through a view of 7 x 7 cells."""
 
 import numpy as np
 

@@ -84,7 +84,7 @@ class EscapeRoomWorld(Engine):
 
     @property
     def complexity(self) -> ComplexityReport:
-        """How hard the environments are to explore; of several goal graphs, the hardest."""
+        """Measure how hard the environments are to explore; of several goal graphs, the hardest."""
         return analyze(self.sampler.everything[-1], drop_key=self.n_actions == 6)
 
     def reset(self, seed: Seeds = None, envs: Any = slice(None)) -> None:
