@@ -126,22 +126,22 @@ def _view(observation: Any) -> NDArray:
 _PLACE = UNKNOWN_DISTANCE + 1
 
 FEATURES: Mapping[str, Feature] = {
-    "view": Feature(lambda _: (N_TILES,) * N_CELLS, _view),
-    "view-ids": Feature(lambda _: (N_TILES,) * N_CELLS, _view, TRIPLES.astype(np.float32)),
+    "view": Feature((N_TILES,) * N_CELLS, _view),
+    "view-ids": Feature((N_TILES,) * N_CELLS, _view, TRIPLES.astype(np.float32)),
     "goal": Feature(
-        lambda _: (4, 1 + N_COLOURS),
+        (4, 1 + N_COLOURS),
         lambda observation: _GOAL_CATEGORIES[observation.goals],
         is_of_goal=True,
         is_of_world=False,
     ),
-    "goal-in-view": Feature(lambda _: (N_CELLS + 1,), _goal_cells, is_of_goal=True, is_of_world=False),
-    "goal-place": Feature(lambda _: (_PLACE,) * 2, _goal_place, is_of_goal=True, is_of_world=False),
-    "object-places": Feature(lambda _: (_PLACE,) * 2 * N_GOALS, _object_places, is_of_world=False),
-    "doorway-places": Feature(lambda _: (_PLACE,) * 4, _doorway_places, memories=("doorways",), is_of_world=False),
-    "frontier-places": Feature(lambda _: (_PLACE,) * 4, _frontier_places, memories=("explored",), is_of_world=False),
-    "direction": Feature(lambda _: (4,), lambda observation: observation.view.levels["direction"][:, None]),
-    "keys": Feature(lambda _: (2,) * N_COLOURS, lambda observation: _by_colour(observation, "keys")),
-    "goal-status": Feature(lambda _: (3,) * N_GOALS, _goal_status, is_by_goal=True),
+    "goal-in-view": Feature((N_CELLS + 1,), _goal_cells, is_of_goal=True, is_of_world=False),
+    "goal-place": Feature((_PLACE,) * 2, _goal_place, is_of_goal=True, is_of_world=False),
+    "object-places": Feature((_PLACE,) * 2 * N_GOALS, _object_places, is_of_world=False),
+    "doorway-places": Feature((_PLACE,) * 4, _doorway_places, memories=("doorways",), is_of_world=False),
+    "frontier-places": Feature((_PLACE,) * 4, _frontier_places, memories=("explored",), is_of_world=False),
+    "direction": Feature((4,), lambda observation: observation.view.levels["direction"][:, None]),
+    "keys": Feature((2,) * N_COLOURS, lambda observation: _by_colour(observation, "keys")),
+    "goal-status": Feature((3,) * N_GOALS, _goal_status, is_by_goal=True),
 }
 """view: the tile of each cell of the view; view-ids: the same, read as its object id, colour id and open bit; goal:
 object and colour; goal-in-view: the cell of the view that holds the goal; goal-place: about how far ahead of the agent
