@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from hierroom.controller import Observation, observation_spaces
 from hierroom.support.array_pool import ArrayPool
 from hierroom.support.errors import InputError
-from hierroom.turns.kernels import KERNEL_REWARDS, NO_GOAL, OWN_REWARD
+from hierroom.turns.kernels import KERNEL_REWARDS, OWN_REWARD
 from hierroom.turns.ledger import Ledger, compiled_record, compiled_take
 from hierroom.turns.records import META, N_OUTCOMES, STEP, Step, ledger_schema, reset_values
 from hierroom.turns.rewards import make_reward
@@ -74,8 +74,7 @@ class Turns:
         self._everywhere: NDArray[np.integer] = world.everywhere
         self._all_legal = np.ones((num_envs, world.n_actions), bool)
         self._all_legal.setflags(write=False)
-        self._all_goals = np.ones((num_envs, world.goals.n_choices), bool)
-        self._actions, self._no_goals = np.zeros(num_envs, np.int64), np.full(num_envs, NO_GOAL)
+        self._actions = np.zeros(num_envs, np.int64)
         if world.has_begun:
             self._begin(self._everywhere)
 
@@ -171,10 +170,6 @@ class Turns:
     def choose_everywhere(self, actions: NDArray[np.int64]) -> None:
         """Take the meta-controller's turn wherever it has one, without a `Situation`: see `kernels.take_goals`."""
         compiled_take()(self.meta_masks(), self.ledger.records, actions)
-
-    def choose_no_goal(self) -> None:
-        """Take the meta-controller's turn wherever it has one, and pursue no goal."""
-        compiled_take()(self._all_goals, self.ledger.records, self._no_goals)
 
     def meta_masks(self) -> NDArray[np.bool_]:
         """Return the meta-controller's legal actions everywhere, [N, G + 1]; where it has no turn it can only wait."""
