@@ -210,8 +210,7 @@ def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integ
 def take_turn(meta: MetaController, turns: Turns) -> None:
     """Let a meta-controller take its turn wherever it is due."""
     if type(meta) is NoGoals:
-        if turns.ledger.is_meta_turn.any():
-            turns.choose_everywhere(np.full(len(turns), NO_GOAL))
+        turns.choose_no_goal()
     elif len(due := turns.due(META)):
         situation = turns.situation(due)
         turns.choose(situation, choose_goals(meta, situation))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.support.compile.kernel import compiled
-from hierroom.turns.kernels import record_turns, take_goals
+from hierroom.turns.kernels import is_any_turn, record_turns, take_goals
 from hierroom.turns.records import LEDGER, STEP, reset_values
 
 
@@ -65,6 +65,12 @@ def compiled_record(outcome: np.dtype) -> Callable[..., int]:
     """Compile `kernels.record_turns` for the outcomes of a world."""
     arrays = np.zeros(1, outcome), np.zeros(1, np.int64), np.zeros(1, LEDGER), np.zeros(1, STEP)
     return compiled(record_turns, *arrays, True, 1, 1, 1, 1.0, True)
+
+
+@cache
+def compiled_any() -> Callable[..., bool]:
+    """Compile `kernels.is_any_turn` for the type of a batch's records."""
+    return compiled(is_any_turn, np.zeros(1, LEDGER))
 
 
 @cache

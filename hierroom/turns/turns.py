@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from hierroom.controller import Observation, observation_spaces
 from hierroom.support.array_pool import ArrayPool
 from hierroom.support.errors import InputError
-from hierroom.turns.kernels import KERNEL_REWARDS, OWN_REWARD
-from hierroom.turns.ledger import Ledger, compiled_record, compiled_take
+from hierroom.turns.kernels import KERNEL_REWARDS, NO_GOAL, OWN_REWARD
+from hierroom.turns.ledger import Ledger, compiled_any, compiled_record, compiled_take
 from hierroom.turns.records import META, N_OUTCOMES, STEP, Step, ledger_schema, reset_values
 from hierroom.turns.rewards import make_reward
 from hierroom.turns.situation import Situation
@@ -74,7 +74,7 @@ class Turns:
         self._everywhere: NDArray[np.integer] = world.everywhere
         self._all_legal = np.ones((num_envs, world.n_actions), bool)
         self._all_legal.setflags(write=False)
-        self._actions = np.zeros(num_envs, np.int64)
+        self._actions, self._no_goals = np.zeros(num_envs, np.int64), np.full(num_envs, NO_GOAL)
         if world.has_begun:
             self._begin(self._everywhere)
 
@@ -166,6 +166,11 @@ class Turns:
         self.ledger.illegal_goals[envs] += ~is_legal
         is_turn = self.ledger.is_meta_turn[envs]
         self.ledger.begin_options(envs[is_turn], goals[is_turn])
+
+    def choose_no_goal(self) -> None:
+        """Take the meta-controller's turn wherever it has one, in pursuit of no goal."""
+        if compiled_any()(self.ledger.records):
+            self.choose_everywhere(self._no_goals)
 
     def choose_everywhere(self, actions: NDArray[np.int64]) -> None:
         """Take the meta-controller's turn wherever it has one, without a `Situation`: see `kernels.take_goals`."""
