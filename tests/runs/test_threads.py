@@ -81,16 +81,11 @@ class Drawn(nn.Module):
 
     def __init__(self) -> None:
         super().__init__()
-        self.layers = nn.ModuleList(
-            [nn.LSTM(3, 4), nn.Conv2d(3, 4, 3), nn.MultiheadAttention(4, 2), nn.Embedding(3, 4)]
-        )
+        layers = nn.LSTM(3, 4), nn.Conv2d(3, 4, 3), nn.MultiheadAttention(4, 2), nn.Embedding(3, 4)
         drawn = [torch.randn(4, 4), torch.rand(4), torch.empty(4, 4).normal_(), torch.normal(0.0, torch.ones(4))]
-        drawn += [
-            torch.randperm(4).float(),
-            torch.randn_like(drawn[0]),
-            torch.distributions.Normal(0.0, 1.0).sample((4,)),
-        ]
-        self.drawn = nn.ParameterList(drawn)
+        drawn += [torch.randperm(4).float(), torch.randn_like(drawn[0])]
+        drawn += [torch.distributions.Normal(0.0, 1.0).sample((4,))]
+        self.layers, self.drawn = nn.ModuleList(layers), nn.ParameterList(drawn)
         nn.init.xavier_normal_(self.drawn[0])
         nn.init.sparse_(self.drawn[2], 0.5)
 
@@ -132,10 +127,10 @@ def test_other_threads_draw_from_a_global_generator_that_nobody_touches(one_thre
 
 
 def test_torch_computes_in_one_thread_here_and_elsewhere_as_before():
-    before, of_new_threads = (
-        torch.get_num_threads(),
-        lambda: ThreadPoolExecutor(1).submit(torch.get_num_threads).result(),
-    )
+    def of_new_threads():
+        return ThreadPoolExecutor(1).submit(torch.get_num_threads).result()
+
+    before = torch.get_num_threads()
     try:
         torch.set_num_threads(2)
         with one_torch_thread():
@@ -145,26 +140,36 @@ def test_torch_computes_in_one_thread_here_and_elsewhere_as_before():
         torch.set_num_threads(before)
 
 
-def test_streams_filters_and_styles_are_as_before_however_threads_interleave():
-    before = sys.stdout, sys.stderr, [*warnings.filters], matplotlib.rcParams["font.size"]
-    entered, leave = Barrier(2), [Event(), Event()]
+def test_streams_are_as_before_though_the_first_thread_to_replace_them_leaves_first():
+    before, entered = (sys.stdout, sys.stderr), Barrier(2)
+    second_entered, first_left = Event(), Event()
 
-    def enter(first):
-        if first:
-            with drawing({"font.size": 3}):
-                pass
+    def first():
         with lasting_output():
             entered.wait()
-            leave[first].wait()
-        leave[not first].set()  # those that came first leave first
+            second_entered.wait(5)
+        first_left.set()
 
-    threads = [Thread(target=enter, args=(first,)) for first in (True, False)]
-    for thread in threads:
-        thread.start()
-    leave[True].set()
-    for thread in threads:
-        thread.join()
-    assert (sys.stdout, sys.stderr, [*warnings.filters], matplotlib.rcParams["font.size"]) == before
+    def second():
+        entered.wait()
+        with lasting_output():
+            second_entered.set()
+            first_left.wait(5)
+
+    at_once(first, second)
+    assert (sys.stdout, sys.stderr) == before
+
+
+def test_filters_and_styles_are_as_before_though_threads_draw_at_the_same_time():
+    before = [*warnings.filters], matplotlib.rcParams["font.size"]
+
+    def draw(size):
+        for _ in range(20):
+            with drawing({"font.size": size}):
+                assert matplotlib.rcParams["font.size"] == size
+
+    at_once(*(lambda size=size: draw(size) for size in (3, 4, 5)))
+    assert ([*warnings.filters], matplotlib.rcParams["font.size"]) == before
 
 
 @pytest.fixture
@@ -196,9 +201,8 @@ def test_threads_that_share_an_agent_play_what_one_alone_plays(agent, tmp_path, 
         loaded = hierroom.load(agent)
 
     def play():
-        return [
-            one.actions.tolist() for one in hierroom.rollout(loaded, hierroom.EnvConfig(graph="c", max_steps=60), 24)
-        ]
+        config = hierroom.EnvConfig(graph="c", max_steps=60)
+        return [episode.actions.tolist() for episode in hierroom.rollout(loaded, config, 24)]
 
     alone = play()
     for together in at_once(*[play] * 3):
