@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
+from threading import Lock
 from typing import cast
 
 import torch
@@ -19,6 +20,7 @@ Vectors = Sequence[NDArray | None] | None
 _N_TURNS = 3
 _TOLERANCE = 1e-3
 """By how much the outputs of `PolicyNetwork.step` and of `PolicyNetwork.sequence` may differ, absolute and relative."""
+_one_tries = Lock()
 
 NETWORKS: Mapping[str, Callable[[AgentSpace, int, Vectors], nn.Module]] = {"recurrent": RecurrentActorCritic}
 """The networks that ship, by the name users type: each is made from a space, a hidden size and vectors."""
@@ -52,12 +54,13 @@ def try_network(name: str, network: nn.Module, space: AgentSpace) -> None:
     """Let two environments, and one alone, take three turns, and refuse what the learner could not train.
 
     Afterwards the network's weights, buffers and modes, and torch's random numbers, are as before; gradients are None.
+    A network may draw as it computes, by dropout, from torch's global generator: one is tried at a time.
     """
     if not any(parameter.requires_grad for parameter in network.parameters()):
         raise InputError(f"{name} has no weights to learn: no parameter requires a gradient")
     policy = cast(PolicyNetwork, network)
     modes = {module: module.training for module in network.modules()}
-    with own_code(f"{name}, in its first turns,"), torch.random.fork_rng([]):
+    with own_code(f"{name}, in its first turns,"), _one_tries, torch.random.fork_rng([]):
         before = deepcopy(network.state_dict())
         buffers = {path: (buffer, buffer.clone()) for path, buffer in network.named_buffers()}  # in no state, some
         for n_envs in (2, 1):

@@ -8,11 +8,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-import torch
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from hierroom.agents.scripted_agent import ScriptedAgent, unsaved_memory
+from hierroom.learners.networks.initial_weights import one_torch_thread
 from hierroom.runs.assembly import evaluation_seed
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
@@ -84,8 +84,7 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
 
 def run_session(trainer: Trainer, folder: RunFolder, log: Sequence[str] = DEFAULT) -> int:
     """Train until the end or an interrupt, print results even if nobody reads them, and return the exit code."""
-    torch.set_num_threads(1)  # more threads gain nothing at these sizes
-    with folder.lock, lasting_output():
+    with one_torch_thread(), folder.lock, lasting_output():  # more threads gain nothing at these sizes
         console = Console()
 
         def say(line: str) -> None:

@@ -6,6 +6,7 @@ The AEC, parallel and Gymnasium environments and the trainer are views of this o
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from copy import deepcopy
 from typing import Any
 
 import numpy as np
@@ -242,8 +243,11 @@ class Turns:
         return Observation(envs, view, goals, step.goals[envs], step.actions[envs], outcomes, masks)
 
     def observation_space(self, agent: str) -> spaces.Dict:
-        """Return the space of an agent's observations of one environment, as `Observation.as_dict` gives them."""
-        world, goals = self.world.observation_spaces, self.world.goals
+        """Return a new space of an agent's observations of one environment, as `Observation.as_dict` gives them.
+
+        Spaces draw samples from generators of their own, so no two environments or agents share one.
+        """
+        world, goals = deepcopy(self.world.observation_spaces), self.world.goals
         if agent == META:
             outcome = {"outcome": spaces.Discrete(N_OUTCOMES)}
             return spaces.Dict({**observation_spaces(world, goals, goals.n_choices), **outcome})
