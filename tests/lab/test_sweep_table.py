@@ -21,7 +21,7 @@ def test_a_row_of_an_older_preset_is_made_again_and_others_stay(tmp_path):
         table.add(run, {"success_rate": 0.123456789, "length": 40.0, "steps_to_95": float("inf")})
     assert [*table.of((old, other))["success_rate"]] == ["0.123457"] * 2
     assert len(table.of((new,))) == 0
-    table.add(new, {"success_rate": 1.0, "more": 'it, "quoted"'})
+    table.add(new, {"success_rate": 1.0, "length": 1.0, "more": 'it, "quoted"'})
     assert [*table.read()["digest"]] == [other.digest, new.digest]
     assert [*table.read()["more"]] == ["", 'it, "quoted"']
     assert table.read()["steps_to_95"][0] == ""

@@ -26,7 +26,7 @@ def state_after(steps, **mine):
 
 def test_a_file_that_is_called_as_a_named_graph_is_not_the_graph(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    Path(SMALL.env.graph).write_text("something else")
+    Path(SMALL.env.graph).write_text("something else", encoding="utf-8")
     assert RunFolder.create(tmp_path / "run", SMALL).config() == SMALL
 
 
