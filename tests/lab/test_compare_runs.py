@@ -190,7 +190,6 @@ def test_what_a_sweep_calls_a_run_is_what_it_is_called_here(tmp_path, compare):
     assert {one["group"] for one in rows("compare/summary.csv")} == {"quick", "slow, HiPPO"}
     (path / "provenance.json").unlink()
     shutil.copytree(path, tmp_path / "r" / "renamed")
-    (tmp_path / "r" / "renamed" / "provenance.json").unlink()
     record_session(tmp_path / "r" / "renamed", RunFolder(path).config(), "quick")
     with pytest.raises(InputError, match=r"other and .*renamed have the same seed, 0, and"):
         compare(tmp_path / "r", by="gamma")

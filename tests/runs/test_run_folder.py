@@ -70,6 +70,23 @@ def test_of_a_checkpoint_of_another_version_nothing_before_it_is_told(tmp_path, 
         folder.load_checkpoint()
 
 
+def test_no_table_is_cut_where_another_is_broken(tmp_path):
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    rates = {"success_rate": 0.5, "length": 5, "episode_length": 5, "episodes": 1}
+    unknown = dict.fromkeys(("seconds", "return", "length_over_shortest"), 1)
+    for table in folder.tables:
+        graph = {} if table is folder.metrics else {"graph": "a"}
+        table.append([{"steps": steps, **rates, **unknown, **graph} for steps in (64, 128)])
+    evaluations = folder.evaluations.path.read_text().replace("64,0.5", "64,abc")
+    folder.evaluations.path.write_text(evaluations)
+    before = [table.path.read_text() for table in folder.tables]
+    with pytest.raises(
+        InputError, match=r"evaluations\.csv is broken: line 2: success_rate .* 'abc'; mend it, or delete"
+    ):
+        RunFolder(folder.path).keep_rows({"tables": dict.fromkeys(checkpoint.TABLES, 1), "steps": 64})
+    assert [table.path.read_text() for table in folder.tables] == before
+
+
 def test_not_a_number_is_null_in_json():
     assert json.loads(to_json({"a": (float("nan"), 1.5), "b": {"c": None}})) == {"a": [None, 1.5], "b": {"c": None}}
 

@@ -56,7 +56,7 @@ class SweepTable:
         """
         import pandas as pd
 
-        refuse_foreign(replaced=[self.path, self.curves_path])
+        refuse_foreign(replaced=[self.path, self.curves_path], changed=[Path(self._lock.lock_file)])
         _read(self.curves_path)
         if self.read().empty:
             return
