@@ -162,7 +162,7 @@ def test_a_table_that_a_spreadsheet_has_saved_goes_on(tmp_path):
     _, *rows = table.path.read_text().splitlines(keepends=True)
     for left in (rows, rows[:1]):
         table.path.write_text("".join(left))
-        with pytest.raises(InputError, match="(has no column digest|line 1 names a column twice)"):
+        with pytest.raises(InputError, match=r"(has no column digest|line 1 names a column twice)"):
             table.add(second, NUMBERS)
         assert table.path.read_text() == "".join(left)
 
