@@ -80,9 +80,7 @@ def test_no_table_is_cut_where_another_is_broken(tmp_path):
     evaluations = folder.evaluations.path.read_text().replace("64,0.5", "64,abc")
     folder.evaluations.path.write_text(evaluations)
     before = [table.path.read_text() for table in folder.tables]
-    with pytest.raises(
-        InputError, match=r"evaluations\.csv is broken: line 2: success_rate .* 'abc'; mend it, or"
-    ):
+    with pytest.raises(InputError, match=r"evaluations\.csv is broken: line 2: success_rate .* 'abc'; mend it, or"):
         RunFolder(folder.path).keep_rows({"tables": dict.fromkeys(checkpoint.TABLES, 1), "steps": 64})
     assert [table.path.read_text() for table in folder.tables] == before
 
