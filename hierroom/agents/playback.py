@@ -108,9 +108,9 @@ def save_episodes(episodes: Sequence[Episode], path: Path) -> None:
         animate(film(episodes, most=MOST_IN_GIF if kind == ".gif" else None), path)
     elif kind == ".txt":
         words = "\n\n\n".join(description(episode) for episode in episodes)
-        write_atomically(path, (without_colours(words) + "\n").encode())
+        write_atomically(path, without_colours(words) + "\n")
     else:
-        write_atomically(path, (to_json([episode.to_dict() for episode in episodes]) + "\n").encode())
+        write_atomically(path, to_json([episode.to_dict() for episode in episodes]) + "\n")
 
 
 def film(

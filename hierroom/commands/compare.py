@@ -18,7 +18,6 @@ from hierroom.support.tables import csv_text, print_table
 
 if TYPE_CHECKING:
     from hierroom.lab.compare.comparison import Comparison
-    from hierroom.lab.compare.evaluated_run import EvaluatedRun
 
 REPORT = "comparison.json"  # marks the folder of an earlier comparison
 
@@ -76,7 +75,7 @@ def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
     # These bring torch, scipy and matplotlib along, and --help needs none of them.
     from hierroom.lab.compare.caveats import caveats
     from hierroom.lab.compare.comparison import compare
-    from hierroom.lab.compare.evaluated_run import find_runs, read_run, refuse_without_overlap
+    from hierroom.lab.compare.evaluated_run import find_runs, read_each, read_run, refuse_without_overlap
     from hierroom.lab.compare.grouping import choose_groups
     from hierroom.lab.compare.tasks import Tasks
 
@@ -84,13 +83,13 @@ def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
         paths, left_out = find_runs(arguments.runs)
         if not paths:
             raise InputError(f"no run in {', '.join(map(str, arguments.runs))} has evaluations")
-        runs: list[EvaluatedRun] = list(bar.track(map(read_run, paths), len(paths), description="reading"))
+        runs, unread = read_each(bar.track(paths, description="reading"), read_run)
         refuse_without_overlap(runs)
         groups = choose_groups(runs, arguments.by)
         tasks = Tasks.common(groups)
         track = partial(bar.track, description="estimating")
         comparison = compare(groups, tasks, arguments.metric, arguments.resamples, arguments.seed, track)
-    notes = [f"left out, as it has no evaluations: {path}" for path in left_out]
+    notes = [*unread, *(f"left out, as it has no evaluations: {path}" for path in left_out)]
     if arguments.by is None:
         notes.append(f"compared by {', '.join(comparison.by)}, as no --by was given")
     return comparison, notes + caveats(comparison)
@@ -132,7 +131,7 @@ def _write(comparison: Comparison, report: dict[str, Any], out: Path) -> list[Pa
         out / "improvement.csv": csv_text(report["improvement"], columns),
     }
     for path, text in files.items():
-        write_atomically(path, text.encode())
+        write_atomically(path, text)
     return [*files, *draw_comparison(comparison, out)]
 
 

@@ -130,7 +130,7 @@ def _open_streams() -> None:
             os.open(os.devnull, os.O_RDWR)
         stream = getattr(sys, name)
         if stream is None:
-            setattr(sys, name, open(os.devnull, "r+"))  # noqa: SIM115 - it is open until the process ends
+            setattr(sys, name, open(os.devnull, "r+", encoding="utf-8"))  # noqa: SIM115 - it is open until the process ends
         elif number and isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
 

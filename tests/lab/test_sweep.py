@@ -35,7 +35,7 @@ def own_code(tmp_path, monkeypatch):
 
 def results(path: Path) -> list[dict[str, str]]:
     """The rows but for what tells the time, in one order."""
-    with path.open(newline="") as file:
+    with path.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     kept = [{k: v for k, v in row.items() if not k.startswith(TIMES)} for row in rows]
     return sorted(kept, key=lambda row: row["digest"])
@@ -148,7 +148,7 @@ def test_a_row_tells_the_own_code_that_made_it(own_code, tmp_path, capsys):
 def test_own_code_that_is_not_found_is_not_said_to_have_changed(own_code, tmp_path):
     sweep = Sweep(plan("reward=a_reward_that_moves:none", "method=ppo", "seed=0"), tmp_path / "out")
     (run,) = sweep.plan.runs()
-    Path("a_reward_that_moves.py").write_text("")
+    Path("a_reward_that_moves.py").write_text("", encoding="utf-8")
     (tmp_path / "out").mkdir()
     sweep.table.add(run, {"own_code": "0" * 16})
     assert sweep.made_with_other_code() == [run.name]
@@ -158,12 +158,14 @@ def test_own_code_that_is_not_found_is_not_said_to_have_changed(own_code, tmp_pa
 
 @pytest.mark.slow
 def test_own_code_of_other_meta_controllers_is_told_too(own_code, tmp_path):
-    Path("a_meta_of_a_sweep.py").write_text("def first(level):\n    return level.goals[0] if level.goals else None\n")
+    Path("a_meta_of_a_sweep.py").write_text(
+        "def first(level):\n    return level.goals[0] if level.goals else None\n", encoding="utf-8"
+    )
     sweep = Sweep(plan(metas=("a_meta_of_a_sweep:first",), seeds=1), tmp_path / "out")
     assert not sweep.fill(processes=1).failures
     assert [*sweep.rows()["own_code"].str.len()] == [16]
     assert sweep.made_with_other_code() == []
-    with Path("a_meta_of_a_sweep.py").open("a") as file:
+    with Path("a_meta_of_a_sweep.py").open("a", encoding="utf-8") as file:
         file.write("# changed\n")
     assert len(sweep.made_with_other_code()) == 1
 
@@ -171,13 +173,13 @@ def test_own_code_of_other_meta_controllers_is_told_too(own_code, tmp_path):
 @pytest.mark.slow
 def test_a_run_does_not_go_on_with_other_code(own_code, tmp_path):
     own = Path("a_reward_that_changes.py")
-    own.write_text("import numpy as np\n\ndef none(step):\n    return np.zeros(len(step.events))\n")
+    own.write_text("import numpy as np\n\ndef none(step):\n    return np.zeros(len(step.events))\n", encoding="utf-8")
     sweep = Sweep(plan(f"reward={own.stem}:none", "method=ppo", "seed=0"), tmp_path / "out")
     (run,) = sweep.plan.runs()
     folder = begin(run.config, tmp_path / "out" / "runs" / run.name)[1]
     folder.lock.release()
     record_session(folder.path, run.config)
-    own.write_text(own.read_text() + "# changed\n")
+    own.write_text(own.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
     ((failed, reason),) = sweep.fill(processes=1).failures
     assert failed == run
     assert f"{own} has changed since {folder.path} was trained" in reason
@@ -190,10 +192,12 @@ def test_a_run_does_not_go_on_with_other_code(own_code, tmp_path):
 def test_a_process_does_not_mix_code_that_it_loaded_with_code_that_it_did_not(own_code, tmp_path, monkeypatch):
     monkeypatch.setattr(job, "_loaded_files", {})
     own = Path("a_reward_edited_meanwhile.py")
-    own.write_text("import numpy as np\n\ndef one(step):\n    return np.zeros(len(step.events))\n\ntwo = one\n")
+    own.write_text(
+        "import numpy as np\n\ndef one(step):\n    return np.zeros(len(step.events))\n\ntwo = one\n", encoding="utf-8"
+    )
     one, two = plan(f"reward={own.stem}:one,{own.stem}:two", "method=ppo", "seed=0").runs()
     assert job.Job(one, tmp_path / "one", 4, (), "").work(lambda steps, words: None)
-    own.write_text(own.read_text() + "# changed\n")
+    own.write_text(own.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
     with pytest.raises(InputError, match=f"^{own} changed while the sweep went on; begin the sweep again to load it"):
         job.Job(two, tmp_path / "two", 4, (), "").work(lambda steps, words: None)
     assert not (tmp_path / "two").exists()
@@ -243,7 +247,7 @@ def test_entries_may_stand_behind_options(monkeypatch, capsys, tmp_path):
         ("--out", "x=y", "plan.toml", "--list", "gamma=0.9", "--graphs", "a", "b"),
     ):
         monkeypatch.chdir(tmp_path)
-        Path("plan.toml").write_text("steps = 1000\n")
+        Path("plan.toml").write_text("steps = 1000\n", encoding="utf-8")
         assert main(words) == 0
         told.append(capsys.readouterr().out)
     assert told[0] == told[1] == told[2]
@@ -275,7 +279,7 @@ def start(out: Path) -> subprocess.Popen:
 
 def children(process: subprocess.Popen) -> list[int]:
     path = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-    pids = [int(pid) for pid in path.read_text().split()]
+    pids = [int(pid) for pid in path.read_text(encoding="utf-8").split()]
     return [pid for pid in pids if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
 
 

@@ -249,9 +249,9 @@ def test_evaluate_prints_a_table_and_json(trained, capsys):
 )
 def test_wrong_input_is_one_line_and_writes_nothing(arguments, said, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    Path("broken.toml").write_text("key_rooms = [0,")
-    Path("cycle.toml").write_text("key_rooms = [2, 1]\nexit_room = 1\n")
-    Path("huge.toml").write_text(f"key_rooms = {[0] * 7}\nexit_room = 1\n")
+    Path("broken.toml").write_text("key_rooms = [0,", encoding="utf-8")
+    Path("cycle.toml").write_text("key_rooms = [2, 1]\nexit_room = 1\n", encoding="utf-8")
+    Path("huge.toml").write_text(f"key_rooms = {[0] * 7}\nexit_room = 1\n", encoding="utf-8")
     before = sorted(Path().rglob("*"))
     with pytest.raises(InputError, match=said) as caught:
         train([*(FLAGS[2:] if "--graph" in arguments else FLAGS), "--steps", "512", *arguments])

@@ -60,7 +60,7 @@ def run(tmp_path, monkeypatch) -> RunFolder:
     folder.lock.release()
     folder.evaluations.append(evaluation_rows(0, 0.0, trainer.evaluate()))
     for name in ("code.py", "run/code.py"):
-        Path(name.replace("code", "planted")).write_text(CODE)
+        Path(name.replace("code", "planted")).write_text(CODE, encoding="utf-8")
     yield folder
     sys.modules.pop("planted", None)
     sys.modules.pop("run.planted", None)
@@ -68,9 +68,9 @@ def run(tmp_path, monkeypatch) -> RunFolder:
 
 def plant(entry: str, spec: str) -> None:
     path = Path("run/config.json")
-    config = json.loads(path.read_text())
+    config = json.loads(path.read_text(encoding="utf-8"))
     config[PARTS[entry]][entry] = spec
-    path.write_text(json.dumps(config))
+    path.write_text(json.dumps(config), encoding="utf-8")
 
 
 @pytest.mark.parametrize("call", CALLS)

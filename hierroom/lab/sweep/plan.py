@@ -19,7 +19,8 @@ from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.runs.config.run_name import run_name
 from hierroom.runs.config.typed_value import typed_value
 from hierroom.support.errors import InputError, require_number, shown
-from hierroom.support.files import read_toml, to_json
+from hierroom.support.files import to_json
+from hierroom.support.reading import read_toml
 
 RESULTS_VERSION = 1
 """Raise it when the same config gives other results ('Results change' in CHANGELOG.md) or an entry another default."""

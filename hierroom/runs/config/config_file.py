@@ -11,7 +11,7 @@ from hierroom.runs.config.config import ENTRIES, META_PART, OF_META, PARTS, Trai
 from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.runs.config.typed_value import entry_types, typed_value
 from hierroom.support.errors import InputError, shown
-from hierroom.support.files import read_toml
+from hierroom.support.reading import read_toml
 
 OF_ENVIRONMENTS = ("env_index", "levels")
 """Entries of an environment that a run sets itself: it trains in levels of its own, and is evaluated in others."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import platform
 import shlex
@@ -24,6 +23,7 @@ from hierroom.runs.folder.trust import named_code
 from hierroom.runs.logs.output import warn
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json, write_atomically
+from hierroom.support.reading import read_json, read_text
 
 FILE, COPIES = "provenance.json", "modules"
 PACKAGES = ("numba", "numpy", "scipy", "torch", "gymnasium", "pettingzoo")
@@ -36,7 +36,7 @@ def record_session(path: Path, config: TrainConfig, variant: str = "") -> list[s
     The copies are for reading; nothing imports them. No environment variable and no address of a repository is written.
     ``variant`` is the name of the run in the plan of a sweep.
     """
-    sessions, files = _sessions(path), find_module_files(config) if named_code(config) else []
+    sessions, files = read_sessions(path), find_module_files(config) if named_code(config) else []
     before = _newest_modules(path, sessions)
     warnings = _changes(path, files, before)
     warnings += [f"there is no copy of {file.name} in {path}: {file.problem}" for file in files if file.problem]
@@ -44,21 +44,19 @@ def record_session(path: Path, config: TrainConfig, variant: str = "") -> list[s
     modules = [_copied(path, folder, file, before.get(file.name)) for file in files]
     called = {"variant": variant} if variant else {}
     sessions.append({**called, **describe_session(config.device), "modules": modules})
-    write_atomically(path / FILE, to_json({"sessions": sessions}).encode())
+    write_atomically(path / FILE, to_json({"sessions": sessions}))
     return warnings
 
 
 def variant_of(path: Path) -> str:
-    """Return what the plan of a sweep called a run; empty where it did not, or provenance.json cannot be read."""
-    try:
-        return next((str(one["variant"]) for one in _sessions(path) if "variant" in one), "")
-    except (InputError, TypeError):
-        return ""
+    """Return what the plan of a sweep called a run; empty where it did not."""
+    named = (one for one in read_sessions(path) if isinstance(one, dict))
+    return next((str(one["variant"]) for one in named if "variant" in one), "")
 
 
 def changed_modules(path: Path, config: TrainConfig) -> list[str]:
     """Return a line for each user-defined module that has changed since the run in the folder was trained."""
-    before = _newest_modules(path, _sessions(path))
+    before = _newest_modules(path, read_sessions(path))
     return _changes(path, find_module_files(config), before) if before else []
 
 
@@ -115,7 +113,9 @@ def _git(folder: Path, *arguments: str) -> str | None:
     env["GIT_NO_LAZY_FETCH"] = "1"
     command = ["git", "--no-optional-locks", "-c", "core.fsmonitor=false", *arguments]
     try:
-        done = subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True, timeout=10, check=True)
+        done = subprocess.run(
+            command, cwd=folder, env=env, capture_output=True, encoding="utf-8", timeout=10, check=True
+        )
     except (OSError, subprocess.SubprocessError, UnicodeDecodeError):
         return None
     return done.stdout.strip()
@@ -138,21 +138,22 @@ def _status(folder: Path) -> str | None:
 
 def _cpu() -> str:
     try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-    except OSError:
+        lines = read_text(Path("/proc/cpuinfo")).splitlines()
+    except InputError:
         lines = []
     named = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return named[0] if named else platform.processor() or platform.machine()
 
 
-def _sessions(path: Path) -> list[dict[str, Any]]:
+def read_sessions(path: Path) -> list[dict[str, Any]]:
+    """Return the sessions of a run's provenance.json, as they are there; none without that file."""
     file = path / FILE
-    if not file.is_file():
+    if not file.exists():
         return []
-    try:
-        return [*json.loads(file.read_text())["sessions"]]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"cannot read {file}: {error}") from error
+    table = read_json(file)
+    if not isinstance(table, dict) or not isinstance(sessions := table.get("sessions"), list):
+        raise InputError(f"cannot read {file}: it lists no sessions")
+    return sessions
 
 
 def _newest_modules(path: Path, sessions: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from hierroom.support.errors import InputError
+from hierroom.support.files import refuse_foreign
 
 
 class RunLockedError(InputError):
@@ -25,6 +26,7 @@ class RunLock:
         """Take the lock, unless this object has it already."""
         try:
             if not self._lock.is_locked:
+                refuse_foreign(changed=[self._folder / self.FILE])
                 self._lock.acquire()
         except Timeout:
             busy = f"{self._folder} is being trained by another process; wait until that ends, or stop it"

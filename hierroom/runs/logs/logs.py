@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from hierroom.runs.logs.output import warn
 from hierroom.runs.logs.scalars import Logger, hyperparameters, result_scalars
 from hierroom.support.errors import InputError, in_one_line, shown
 from hierroom.support.files import to_json, write_atomically
+from hierroom.support.reading import read_json
 
 TENSORBOARD, NONE = "tensorboard", "none"
 DEFAULT = (TENSORBOARD,)
@@ -56,7 +56,7 @@ class Logs:
                 continue
             self._loggers.append(logger)
             identities[name] = logger.identity
-            write_atomically(path / _FILE, to_json(identities).encode())
+            write_atomically(path / _FILE, to_json(identities))
 
     def _each(self, act: Callable[[Logger], object]) -> None:
         for logger in [*self._loggers]:
@@ -91,7 +91,7 @@ def _warn(error: Exception, label: str) -> None:
 def _identities(path: Path) -> dict[str, str]:
     """Read the identities from earlier sessions; none where that fails."""
     try:
-        known = json.loads((path / _FILE).read_text())
+        known = read_json(path / _FILE)
         return {name: known[name] for name in LIBRARIES if isinstance(known.get(name), str)}
-    except (OSError, ValueError, AttributeError, RecursionError):
+    except (InputError, AttributeError):
         return {}
