@@ -37,16 +37,17 @@ class RunError(Exception):
 
 def require_number(name: str, value: object, low: float, high: float = math.inf, *, is_whole: bool = False) -> None:
     """Refuse a value, called ``name`` in the message, that is not a finite (and whole) number from low to high."""
-    kinds = (int, np.integer) if is_whole else (int, float, np.number)
+    kinds = (int, np.integer) if is_whole else (int, float, np.integer, np.floating)
     if not isinstance(value, kinds) or isinstance(value, bool):
-        raise InputError(f"{name} must be a {'whole ' * is_whole}number, not {value!r}")
+        raise InputError(f"{name} must be a {'whole ' * is_whole}number, not {shown(value)}")
     if not (low <= value <= high and abs(value) < math.inf):  # pyright: ignore[reportOperatorIssue] - it is a number
         bound = f"from {low} to {high}" if high < math.inf else f"at least {low}"
         if is_whole:
             bound = f"at least {low}" if value < low else f"at most {high}"  # pyright: ignore[reportOperatorIssue]
-        elif high == math.inf and not math.isfinite(value):  # pyright: ignore[reportArgumentType] - it is a number
+        elif high == math.inf and not abs(value) < math.inf:  # pyright: ignore[reportArgumentType] - it is a number
             bound = "finite"
-        raise InputError(f"{name} must be {bound}, not {value}")
+        given = value.item() if isinstance(value, np.generic) else value
+        raise InputError(f"{name} must be {bound}, not {shown(given)}")
 
 
 def use_python_numbers(config: Any) -> None:
