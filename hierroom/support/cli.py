@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import signal
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -94,6 +95,8 @@ def run(command: Callable[[], int]) -> None:
         code = 0 if isinstance(error.__context__, BrokenPipeError) else error.code
     except Exception as error:
         code = _report(error)
+    if signal.getsignal(signal.SIGINT) != signal.SIG_IGN:  # one more Ctrl-C ends what Python does at exit, in silence
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     sys.exit(_flush(code))
 
 
