@@ -15,14 +15,27 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, shown
 
 _UNFINISHED = re.compile(r"\.[0-9a-f]{16}\.part")
 
 
+def usable_path(path: str | Path) -> Path:
+    """Return a path of the user, whether or not there is anything; refuse one that the system does not look up."""
+    try:
+        os.lstat(path)
+    except (FileNotFoundError, NotADirectoryError):
+        pass
+    except OSError as error:  # a name that is too long, a folder without permission
+        raise InputError(f"{error.strerror}: {shown(os.fspath(path))}") from error
+    except ValueError as error:  # a character that no path has
+        raise InputError(f"{shown(os.fspath(path))} cannot be a path: {error}") from error
+    return Path(path)
+
+
 def write_atomically(path: str | Path, content: bytes | Iterable[bytes]) -> None:
     """Write a file in an existing folder so that it holds the old or the new content, even after a crash."""
-    path = Path(path)
+    path = usable_path(path)
     # Nobody can know the name beforehand, and a file or link that has it nevertheless is not opened ("x").
     unfinished = path.with_name(f".{secrets.token_hex(8)}.part")
     try:

@@ -20,6 +20,7 @@ from hierroom.runs.config.config_file import OF_ENVIRONMENTS, listed_entries
 from hierroom.runs.folder.provenance import variant_of
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError
+from hierroom.support.files import usable_path
 
 _TABLE = "evaluations.csv"
 
@@ -77,7 +78,7 @@ def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
 
 def runs_inside(path: Path) -> list[Path]:
     """Return a run's folder, or those in a folder or its ``runs``; of equal configs the ones in a sweep's table."""
-    if (path / "config.json").is_file():
+    if (usable_path(path) / "config.json").is_file():
         return [path]
     for pattern in ("*/config.json", "runs/*/config.json") if path.is_dir() else ():
         if inside := sorted(path.glob(pattern)):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import platform
-import shlex
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -22,6 +21,7 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.own_modules import ModuleFile, find_module_files
 from hierroom.runs.folder.trust import named_code
 from hierroom.runs.logs.output import warn
+from hierroom.support.cli import shell_words
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json, write_atomically
 
@@ -73,7 +73,7 @@ def describe_session(device: str = "cpu") -> dict[str, Any]:
     package = Path(hierroom.__file__).parent
     return {
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
-        "command": shlex.join(sys.orig_argv),
+        "command": shell_words(*sys.orig_argv),
         "folder": str(Path.cwd()),
         "git": describe_git(Path.cwd()),
         "hierroom": {"version": hierroom.__version__, "git": describe_git(package, "__init__.py")},

@@ -14,7 +14,7 @@ from hierroom.runs.folder.csv_table import CSVTable
 from hierroom.runs.folder.run_lock import RunLock, RunLockedError
 from hierroom.runs.logs.output import warn
 from hierroom.support.errors import CheckpointError, InputError
-from hierroom.support.files import is_unfinished, remove_unfinished, to_json, write_atomically
+from hierroom.support.files import is_unfinished, remove_unfinished, to_json, usable_path, write_atomically
 
 _INTERRUPTED = "-interrupted"
 
@@ -26,7 +26,7 @@ class RunFolder:
     """
 
     def __init__(self, path: str | Path):
-        self.path = Path(path)
+        self.path = usable_path(path)
         self.checkpoints = self.path / "checkpoints"
         self.tables = tuple(CSVTable(self.path / f"{name}.csv") for name in checkpoint.TABLES)
         self.metrics, self.evaluations, self.episodes = self.tables

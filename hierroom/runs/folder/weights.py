@@ -16,7 +16,7 @@ from safetensors.torch import save
 
 from hierroom.runs.config.config import TrainConfig
 from hierroom.support.errors import InputError, shown
-from hierroom.support.files import to_json, write_atomically
+from hierroom.support.files import to_json, usable_path, write_atomically
 
 SUFFIX = ".safetensors"
 FOLDER = Path(__file__).parents[2] / "weights"
@@ -87,7 +87,7 @@ class SavedAgent:
 
 def weights_file(run: str | Path) -> Path | None:
     """Return the file of weights that a path, or else a name in `SHIPPED`, means; None for the folder of a run."""
-    path = Path(run)
+    path = usable_path(run)
     if str(run) in SHIPPED and not path.exists():
         return FOLDER / f"{run}{SUFFIX}"
     return path if path.suffix == SUFFIX and not path.is_dir() else None
