@@ -19,6 +19,7 @@ from hierroom.runs.folder import checkpoint
 from hierroom.runs.folder.provenance import record_session
 from hierroom.runs.folder.run_folder import RunFolder, claim_folder
 from hierroom.runs.folder.trust import named_code, trust_option
+from hierroom.runs.folder.weights import digest
 from hierroom.runs.interrupt import Interrupt
 from hierroom.runs.logs.learning_curve import LearningCurve, evaluation_points, evaluation_rows
 from hierroom.runs.logs.logs import DEFAULT, NONE, Logs
@@ -47,7 +48,8 @@ def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Tra
     folder = RunFolder.create(out or claim_folder(Path("runs") / run_name(config)), config)
     with ExitStack() as stack:
         stack.enter_context(folder.lock)
-        _record(folder, config, variant)
+        weights = trainer.controller.weights["learner"]["backend"]["network"]
+        _record(folder, config, variant, digest({}, weights) if config.warm_start else "")
         folder.save_checkpoint(trainer.state_dict())  # so that the run can be resumed from the very start
         folder.load_checkpoint()  # a disk that loses what is written is noticed now
         stack.pop_all()  # `run_session` releases it
@@ -216,6 +218,6 @@ def _try_out(trainer: Trainer) -> None:
         raise InputError(f"what this run would save could not be loaded again: {error}") from error
 
 
-def _record(folder: RunFolder, config: TrainConfig, variant: str = "") -> None:
-    for line in record_session(folder.path, config, variant):
+def _record(folder: RunFolder, config: TrainConfig, variant: str = "", warm_start: str = "") -> None:
+    for line in record_session(folder.path, config, variant, warm_start):
         warn(line)
