@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import NO_GOAL
-from hierroom.support.errors import InputError, in_one_line, own_code, shown
+from hierroom.support.errors import InputError, own_code, shown
 from hierroom.support.plugins import load_plugin
 from hierroom.turns.records import META, Step
 from hierroom.turns.situation import Situation
@@ -178,7 +178,7 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
     )
     if _is_function(make):
         return LevelMeta(make)
-    try:
+    with own_code(f"the meta-controller {spec!r}", "cannot be made"):
         if not isinstance(make, type) and hasattr(make, "choose"):
             raise InputError(f"{spec!r} is an object with a method choose; name its class, to be made by a run")
         if not hasattr(make, "for_training"):
@@ -189,10 +189,6 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
             meta = make.for_training(num_envs)
             if meta is None:
                 raise InputError(f"for_training of the meta-controller {spec!r} must return one, not None")
-    except InputError:
-        raise
-    except (Exception, SystemExit) as error:  # whatever a user's own code may raise
-        raise InputError(f"the meta-controller {spec!r} cannot be made: {in_one_line(error)}") from error
     with own_code(f"the meta-controller {spec!r}"):  # to look at an attribute may run code
         return checked_meta(meta, repr(spec))
 

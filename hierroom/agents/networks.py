@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
-from hierroom.support.errors import InputError, in_one_line, own_code, shown
+from hierroom.support.errors import InputError, own_code, shown
 from hierroom.support.plugins import load_plugin
 
 ENTRY_POINT_GROUP = "hierroom.networks"
@@ -40,10 +40,8 @@ def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vector
     if spec in NETWORKS:
         return NETWORKS[spec](space, hidden_size, vectors)
     make = load_plugin(spec, "network", NETWORKS, ENTRY_POINT_GROUP)
-    try:
+    with own_code(f"the network {spec!r}", "cannot be made"):
         network = make(space, hidden_size)
-    except (Exception, SystemExit) as error:  # whatever a user's own code may raise
-        raise InputError(f"the network {spec!r} cannot be made: {in_one_line(error)}") from error
     if not isinstance(network, nn.Module) or not isinstance(network, PolicyNetwork):
         raise InputError(f"the network {spec!r} must be a torch.nn.Module with initial_state, step and sequence")
     try_network(f"the network {spec!r}", network, space)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,7 +15,7 @@ from hierroom.lab.sweep.summary import summarise
 from hierroom.lab.sweep.sweep import Shard, Sweep
 from hierroom.runs.config.unread_entries import entries_without_effect
 from hierroom.runs.logs.output import warn
-from hierroom.support.cli import Flag, given, read_arguments
+from hierroom.support.cli import Flag, given, read_arguments, shell_words
 from hierroom.support.errors import InputError
 from hierroom.support.tables import print_table
 
@@ -74,7 +73,7 @@ class SweepArguments:
         words = [Path(word).name if Path(word).is_absolute() else word for word in self.what]
         for name, value in self._settings.items():
             words += [f"--{name}", *map(str, value if isinstance(value, tuple) else (value,))]
-        return shlex.join(["python", "-m", "hierroom", "sweep", *words])
+        return shell_words("python", "-m", "hierroom", "sweep", *words)
 
 
 def main(argv: Sequence[str]) -> int:
@@ -114,7 +113,7 @@ def main(argv: Sequence[str]) -> int:
         again = f"to train again, delete the rows from {table}, and the folders in {sweep.out / 'runs'}"
         warn(f"own code has changed since {_first_of(changed)} was trained; {again}")
     if outcome.is_interrupted:
-        print(f"stopped and saved; go on with:\n{shlex.join(['python', '-m', 'hierroom', 'sweep', *argv])}")
+        print(f"stopped and saved; go on with:\n{shell_words('python', '-m', 'hierroom', 'sweep', *argv)}")
         return 130
     print(f"{len(rows)} of {len(runs)} runs are in {table}")
     return 1 if outcome.failures else 0

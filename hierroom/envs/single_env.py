@@ -56,7 +56,7 @@ class SingleEnv:
         """Begin an episode, the first one of a seed or the next one, and return its first infos."""
         if seed is not None:
             Whole(0, 2**63 - 1).check(seed, "a seed")  # a batch of one would take a list of one
-        asks_complexity = checked_options(options).get("complexity")
+        asks_complexity = checked_options(options, "complexity").get("complexity")
         self.turns.reset(fresh_seed() if seed is None and not self.has_begun else seed)
         self.has_begun = True
         self._show()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -20,6 +19,7 @@ from hierroom.runs.folder import checkpoint
 from hierroom.runs.folder.provenance import record_session
 from hierroom.runs.folder.run_folder import RunFolder, claim_folder
 from hierroom.runs.folder.trust import named_code, trust_option
+from hierroom.runs.folder.weights import digest
 from hierroom.runs.interrupt import Interrupt
 from hierroom.runs.logs.learning_curve import LearningCurve, evaluation_points, evaluation_rows
 from hierroom.runs.logs.logs import DEFAULT, NONE, Logs
@@ -27,6 +27,7 @@ from hierroom.runs.logs.output import lasting_output, warn
 from hierroom.runs.logs.scalars import evaluation_scalars, metric_scalars
 from hierroom.runs.results import write_results
 from hierroom.runs.trainer import Trainer
+from hierroom.support.cli import shell_words
 from hierroom.support.errors import DivergenceError, InputError
 from hierroom.support.files import to_json
 from hierroom.turns.records import META
@@ -47,7 +48,8 @@ def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Tra
     folder = RunFolder.create(out or claim_folder(Path("runs") / run_name(config)), config)
     with ExitStack() as stack:
         stack.enter_context(folder.lock)
-        _record(folder, config, variant)
+        weights = trainer.controller.weights["learner"]["backend"]["network"]
+        _record(folder, config, variant, digest({}, weights) if config.warm_start else "")
         folder.save_checkpoint(trainer.state_dict())  # so that the run can be resumed from the very start
         folder.load_checkpoint()  # a disk that loses what is written is noticed now
         stack.pop_all()  # `run_session` releases it
@@ -104,8 +106,9 @@ def run_session(trainer: Trainer, folder: RunFolder, log: Sequence[str] = DEFAUL
             train(trainer, folder, interrupt, report, log)
         if not trainer.is_done:
             say("stopped and saved; go on with:")
-            again = f"python -m hierroom train --resume {shlex.quote(str(folder.path))}{trust_option(trainer.config)}"
-            say(again + (f" --log {','.join(log) or NONE}" if tuple(log) != DEFAULT else ""))
+            logged = () if tuple(log) == DEFAULT else ("--log", ",".join(log) or NONE)
+            again = "--resume", folder.path, *trust_option(trainer.config), *logged
+            say(shell_words("python", "-m", "hierroom", "train", *again))
             return 130
         write_results(trainer, folder, console)
         return 0
@@ -198,10 +201,10 @@ def _progress_bar(trainer: Trainer, console: Console) -> Iterator[Callable[[str]
 
 def _restart_advice(folder: RunFolder) -> str:
     """Say how to go on with a run that has diverged; resuming it unchanged would repeat the same numbers."""
-    steps, path = folder.load_checkpoint()["steps"], shlex.quote(str(folder.path))
-    begin_again = f"--config {path}/config.json" + (f" --warm-start {path}" if steps else "")
-    begin_again += trust_option(folder.config())
-    return f"The checkpoint after {steps:,} steps is kept; begin again with {begin_again} and what is to change"
+    steps, path = folder.load_checkpoint()["steps"], folder.path
+    warm_start = ("--warm-start", path) if steps else ()
+    again = shell_words("--config", path / "config.json", *warm_start, *trust_option(folder.config()))
+    return f"The checkpoint after {steps:,} steps is kept; begin again with {again} and what is to change"
 
 
 def _try_out(trainer: Trainer) -> None:
@@ -214,6 +217,6 @@ def _try_out(trainer: Trainer) -> None:
         raise InputError(f"what this run would save could not be loaded again: {error}") from error
 
 
-def _record(folder: RunFolder, config: TrainConfig, variant: str = "") -> None:
-    for line in record_session(folder.path, config, variant):
+def _record(folder: RunFolder, config: TrainConfig, variant: str = "", warm_start: str = "") -> None:
+    for line in record_session(folder.path, config, variant, warm_start):
         warn(line)

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.errors import InputError, in_one_line, own_code, raise_told, shown
+from hierroom.support.errors import InputError, own_code, shown
 from hierroom.support.plugins import load_plugin
 from hierroom.turns.records import Step
 from hierroom.worlds.env_config import NOVELTY_BONUS, RewardName
@@ -119,11 +119,8 @@ class ControllerReward:
 
     def write(self, step: Step) -> None:
         """Write the rewards for a step into its ``rewards``."""
-        try:
-            with step.read_only(lacks_visits="visited" not in self.memories):
-                given = np.array(self.rewards(step))
-        except (Exception, SystemExit) as error:  # whatever a user's own code may raise
-            raise_told(self.name, error)
+        with own_code(self.name), step.read_only(lacks_visits="visited" not in self.memories):
+            given = np.array(self.rewards(step))
         if given.shape != step.rewards.shape or given.dtype.kind not in "fiub":
             raise InputError(
                 f"{self.name} must return {len(step.rewards)} numbers, one for each environment, "
@@ -154,10 +151,8 @@ def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> Contr
             else load_plugin(spec, "reward", REWARDS, ENTRY_POINT_GROUP, "Class or :function")
         )
     if isinstance(reward, type):
-        try:
+        with own_code(name, "cannot be made"):
             reward = reward()
-        except (Exception, SystemExit) as error:  # whatever a user's own code may raise
-            raise InputError(f"{name} cannot be made: {in_one_line(error)}") from error
     rewards = getattr(reward, "rewards", None)
     if not callable(rewards):
         if not callable(reward):

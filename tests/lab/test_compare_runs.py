@@ -269,6 +269,32 @@ def test_runs_that_are_mixed_are_told(tmp_path, compare):
     assert "hippo mixes runs that differ in size (11, 13), gamma (0.9, 0.95)" in compare(tmp_path / "r", by="method")
 
 
+@pytest.mark.parametrize("differs", ["module", "resumed", "hierroom", "numpy", "weights"])
+def test_runs_of_different_code_are_told(tmp_path, compare, monkeypatch, differs):
+    (tmp_path / "mine.py").write_text("one")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("hierroom.runs.folder.provenance.describe_git", lambda *_: None)
+    for seed in range(2):
+        path = make_run(tmp_path / "r" / f"{seed}", {"c": line(0.5)}, seed=seed, meta="mine:M", warm_start="base")
+        config = RunFolder(path).config()
+        record_session(path, config, warm_start=64 * "a")
+        assert not seed or "different code" not in compare("r")
+    if differs in ("module", "resumed"):
+        (tmp_path / "mine.py").write_text("two")
+    if differs == "hierroom":
+        monkeypatch.setattr("hierroom.__version__", "9.9.9")
+    if differs == "numpy":
+        monkeypatch.setattr("hierroom.runs.folder.provenance.version", lambda name: "9.9.9")
+    if differs != "resumed":
+        (path / "provenance.json").unlink()
+    record_session(path, config, warm_start=64 * ("b" if differs == "weights" else "a"))
+    name = {"module": "mine.py", "resumed": "mine.py", "weights": "the weights of base"}.get(differs, differs)
+    told = next(one for one in compare("r").splitlines() if "different code" in one)
+    assert told.startswith("- hippo was trained with different code: ")
+    assert f"{name} (" in told
+    assert ("9.9.9" in told) == (differs in ("hierroom", "numpy"))
+
+
 def test_an_unfinished_run_ends_the_comparison(runs, compare):
     shutil.rmtree(runs / "random-3")
     make_run(runs / "random-3", {"c": line(0.8)}, steps=(0, 100_000, 500_000), meta="random", seed=3)

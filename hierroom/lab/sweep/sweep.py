@@ -12,6 +12,7 @@ from hierroom.lab.sweep.plan import Plan, PlannedRun
 from hierroom.lab.sweep.table import SweepTable
 from hierroom.runs.folder.own_modules import own_code_digest
 from hierroom.support.errors import InputError, require_number
+from hierroom.support.files import usable_path
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -45,7 +46,7 @@ class Sweep:
     out: Path
 
     def __post_init__(self) -> None:
-        if self.out.exists() and not self.out.is_dir():
+        if usable_path(self.out).exists() and not self.out.is_dir():
             raise InputError(f"the runs and their table are written to a folder; {self.out} is none")
         if (self.out / "config.json").exists():
             raise InputError(f"{self.out} is the folder of a single run; choose another --out")

@@ -35,6 +35,6 @@ def require_trust(path: Path, config: TrainConfig, *, trust: bool, named: Mappin
         )
 
 
-def trust_option(config: TrainConfig) -> str:
-    """Return the option that a printed command on a run of this config needs: `` --trust-run``, or an empty text."""
-    return " --trust-run" if named_code(config) else ""
+def trust_option(config: TrainConfig) -> tuple[str, ...]:
+    """Return the option that a printed command on a run of this config needs: ``--trust-run``, or none."""
+    return ("--trust-run",) if named_code(config) else ()
