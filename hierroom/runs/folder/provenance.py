@@ -63,7 +63,7 @@ def code_of(path: Path) -> dict[str, frozenset[str]]:
     """
     found: dict[str, set[str]] = {}
     with suppress(InputError, TypeError, KeyError, AttributeError):  # it was edited by hand
-        for session in _sessions(path):
+        for session in read_sessions(path):
             values = session["packages"] | {one["file"]: one["sha256"] for one in session["modules"]}
             if "warm_start" in session:
                 values[f"the weights of {session['warm_start']['file']}"] = session["warm_start"]["sha256"]
