@@ -64,8 +64,7 @@ def _doorway_places(observation: Any) -> NDArray:
 
 def _frontier_places(observation: Any) -> NDArray:
     """[M, 4] `_places` of what `nearest_frontiers` finds."""
-    levels = observation.view.levels
-    return _compiled_places()(levels, _compiled_frontiers()(levels))
+    return _compiled_places()(observation.view.levels, nearest_frontiers(observation.view.levels))
 
 
 def _places_of_goals(levels: np.ndarray, goals: NDArray[np.integer]) -> NDArray:
@@ -122,11 +121,6 @@ def _compiled_seen() -> Callable[..., NDArray]:
 @cache
 def _compiled_places() -> Callable[..., NDArray]:
     return compiled(_places, np.zeros(1, LEVEL), np.zeros((1, 1, 2), np.int64))
-
-
-@cache
-def _compiled_frontiers() -> Callable[..., NDArray]:
-    return compiled(nearest_frontiers, np.zeros(1, LEVEL))
 
 
 def _by_colour(observation: Any, what: str) -> NDArray:
