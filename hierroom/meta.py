@@ -45,7 +45,8 @@ class MetaController(Protocol):
                 [M, 7, 7, 3] uint8, ``goal`` [M, 9] (the last one), ``action_mask`` [M, 14] and the rest.
             legal: [M, 13] bool, the goals that may be chosen; a row may be empty. Whether no goal is legal is the last
                 column of the action mask.
-            situation: everything else there is to know; ``situation.level(m)`` is the m-th environment in words.
+            situation: everything else there is to know, read-only; ``situation.level(m)`` is the m-th environment in
+                words.
 
         Returns:
             [M] goal ids 0 to 12, or -1 or 13 for no goal, which asks the controller for something new (see
@@ -197,10 +198,11 @@ def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integ
     """Return what a meta-controller chooses [M], after it is reset where an episode begins."""
     beginning = situation.envs[situation.meta_turns == 0]
     observations, legal = situation.as_dict(), situation.legal.copy()
+    shown = situation if type(meta) in META_CONTROLLERS.values() else situation.read_only()
     with running(meta):
         if len(beginning) and hasattr(meta, "reset"):
             meta.reset(beginning)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
-        return meta.choose(observations, legal, situation)
+        return meta.choose(observations, legal, shown)
 
 
 def take_turn(meta: MetaController, turns: Turns) -> None:
@@ -215,8 +217,10 @@ def take_turn(meta: MetaController, turns: Turns) -> None:
 def show_step(meta: MetaController, step: Step, turns: Turns) -> None:
     """Let a meta-controller that watches see a step of these turns."""
     if hasattr(meta, "observe"):
-        with running(meta), step.read_only():
+        with running(meta):
             meta.observe(step, turns)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
+            if turns.last_records is not step.records:
+                raise RuntimeError("it took a step or began episodes in the environments that it was to observe")
 
 
 def running(meta: MetaController) -> AbstractContextManager[None]:

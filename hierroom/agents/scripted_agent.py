@@ -35,7 +35,7 @@ class ScriptedAgent:
         """Let it watch a primitive step, and in training learn from the options that it ended."""
         show_step(self.meta, step, turns)
         if self._learn is not None:
-            with running(self.meta), step.read_only():
+            with running(self.meta):
                 self._learn(step)
 
     def update(self, observation: Observation, progress: float) -> None:

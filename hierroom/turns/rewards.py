@@ -117,18 +117,20 @@ class ControllerReward:
     memories: tuple[str, ...]
     needs_states: bool
 
-    def write(self, step: Step) -> None:
-        """Write the rewards for a step into its ``rewards``."""
-        with own_code(self.name), step.read_only(lacks_visits="visited" not in self.memories):
-            given = np.array(self.rewards(step))
-        if given.shape != step.rewards.shape or given.dtype.kind not in "fiub":
+    def of(self, step: Step) -> NDArray[np.float64]:
+        """Return the rewards [N] for a step."""
+        shown = step if "visited" in self.memories else step.without_visits()
+        with own_code(self.name):
+            given = np.array(self.rewards(shown))
+        if given.shape != (len(step.records),) or given.dtype.kind not in "fiub":
             raise InputError(
-                f"{self.name} must return {len(step.rewards)} numbers, one for each environment, "
+                f"{self.name} must return {len(step.records)} numbers, one for each environment, "
                 f"not an array of {given.dtype} and shape {given.shape}"
             )
-        step.rewards[:] = given
-        if not np.isfinite(step.rewards).all():
-            raise InputError(f"{self.name} must return finite numbers, not {given[~np.isfinite(step.rewards)][0]}")
+        rewards = given.astype(np.float64)
+        if not np.isfinite(rewards).all():
+            raise InputError(f"{self.name} must return finite numbers, not {given[~np.isfinite(rewards)][0]}")
+        return rewards
 
 
 def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> ControllerReward:

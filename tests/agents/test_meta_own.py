@@ -236,7 +236,7 @@ class Diary:
 
 def test_a_meta_controller_chooses_after_each_option_and_is_reset_with_each_episode():
     turns, diary = make("a", 3, max_steps=10, subgoal_horizon=4), Diary()
-    turns.world.state.levels["steps"] = [0, 0, 6]
+    turns.world._state.levels["steps"] = [0, 0, 6]
     for _ in range(11):
         take_turn(diary, turns)
         turns.step([1, 1, 1])

@@ -147,14 +147,14 @@ def test_streams_are_as_before_though_the_first_thread_to_replace_them_leaves_fi
     def first():
         with lasting_output():
             entered.wait()
-            second_entered.wait(5)
+            second_entered.wait()
         first_left.set()
 
     def second():
         entered.wait()
         with lasting_output():
             second_entered.set()
-            first_left.wait(5)
+            first_left.wait()
 
     at_once(first, second)
     assert (sys.stdout, sys.stderr) == before

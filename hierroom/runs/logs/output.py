@@ -65,14 +65,16 @@ class _LastingOutput:
             self._n_users += 1
             if self._n_users == 1:
                 self._streams = {name: LastingStream(getattr(sys, name)) for name in ("stdout", "stderr")}
-                vars(sys).update(self._streams)
+                for name, stream in self._streams.items():
+                    setattr(sys, name, stream)
         try:
             yield
         finally:
             with self._lock:
                 self._n_users -= 1
                 if not self._n_users:
-                    vars(sys).update({name: stream.stream for name, stream in self._streams.items()})
+                    for name, stream in self._streams.items():
+                        setattr(sys, name, stream.stream)
 
 
 lasting_output = _LastingOutput()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Lock
@@ -50,7 +50,7 @@ def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path)
 
 
 @contextmanager
-def drawing(style: Mapping[str, Any] | None = None) -> Iterator[None]:
+def drawing(style: dict[Any, Any] | None = None) -> Iterator[None]:
     """Draw in a style, one thread at a time: matplotlib's settings and the filters of warnings are the process's."""
     import matplotlib
 
