@@ -30,9 +30,19 @@ def read_number(text: str, column: str, least: float | None = None) -> float:
     is_whole = _WHOLE.fullmatch(column) is not None
     is_known = value is not None and low <= value <= high and (value.is_integer() or not is_whole)
     if value is None or not (is_known or (math.isnan(value) and least is None)):
-        bounds = "" if high == math.inf else f" from {low:g} to {high:g}"
-        raise InputError(f"{column} is a {'whole ' * is_whole}number{bounds}, not {shown(text)}")
+        kind = f"{'whole ' * is_whole}number{_bounds(low, high, value)}"
+        raise InputError(f"{column} is a {kind}, not {shown(text)}")
     return value
+
+
+def _bounds(low: float, high: float, value: float | None) -> str:
+    """Return in words the bound that a value does not keep, or all that there is to say of a column."""
+    if high == 1:
+        return f" from {low:g} to 1"
+    if value is not None and value > high:
+        return f" of at most {high:.2g}"
+    is_below = value is not None and value < low
+    return f" of at least {low:.2g}" if low >= 0 or is_below else ""
 
 
 def has_range(column: str) -> bool:

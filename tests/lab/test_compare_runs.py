@@ -449,10 +449,10 @@ def test_too_many_groups(tmp_path, compare):
     [
         (lambda text: text.replace("length_over_shortest", "detour"), "has no column length_over_shortest"),
         (lambda text: text + text.splitlines()[-1] + "\n", "the steps of graph c do not increase"),
-        (lambda text: text.replace(",200,", ",,"), "line 2: episodes is a whole number from 1 to .*, not ''"),
+        (lambda text: text.replace(",200,", ",,"), "line 2: episodes is a whole number of at least 1, not ''"),
         (lambda text: text.replace(",0.2,", ",7,"), "line 22: success_rate is a number from 0 to 1, not '7'"),
         (lambda text: text.replace(",0.2,", ",nan,"), "line 22: success_rate is a number from 0 to 1, not 'nan'"),
-        (lambda text: text.replace(",0.4,", ",-inf,"), "line 22: return is a number from .*, not '-inf'"),
+        (lambda text: text.replace(",0.4,", ",-inf,"), "line 22: return is a number of at least .*, not '-inf'"),
         (lambda text: text.encode("utf-16").decode("latin-1"), "line 1 is no row of text"),
     ],
 )

@@ -173,7 +173,7 @@ def checked(tmp_path):
         ((b",0.2,", b",abc,"), "line 3: success_rate is a number from 0 to 1, not 'abc'"),
         ((b",0.2,", b",7,"), "line 3: success_rate is a number from 0 to 1, not '7'"),
         ((b",0.2,", b",,"), "line 3: success_rate is a number from 0 to 1, not ''"),
-        ((b",0.2,nan", b",0.2,inf"), "line 3: length is a number from 0 to .*, not 'inf'"),
+        ((b",0.2,nan", b",0.2,inf"), "line 3: length is a number of at most .*, not 'inf'"),
         ((b"success_rate", b"success"), "line 1 has no column success_rate"),
     ],
 )
