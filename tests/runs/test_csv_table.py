@@ -186,6 +186,11 @@ def test_a_cell_that_cannot_be_is_refused_with_its_line_and_column(change, said,
     assert checked.path.read_bytes() == broken
 
 
+def test_an_empty_cell_of_a_number_is_none(checked):
+    checked.path.write_bytes(checked.path.read_bytes().replace(b",nan", b","))
+    assert [row["length"] for row in checked.read()] == ["nan"] * 3
+
+
 def test_a_graph_that_looks_like_a_formula_is_a_text_in_the_file(checked):
     assert b"\r\n10,'=c,0.1,nan\r\n" in checked.path.read_bytes()
     checked.append([{"steps": 40, "graph": "=c", "success_rate": 1, "more": 5}])
