@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 import re
-import sys
 from contextlib import suppress
 from functools import lru_cache
 
 from hierroom.support.errors import InputError, shown
 
-_MOST = sys.float_info.max
+_MOST = 2.0**62  # as in checkpoints; sums and pictures of such numbers are finite
+_WHOLE = re.compile(r"steps|(.*_)?episodes")
 _RANGES = {
     r"(.*_)?success(_rate|_low|_high)|achieved_.*": (0.0, 1.0),
-    r"steps|seconds|(.*_)?(episodes|length|length_over_shortest)|steps_to_.*": (0.0, _MOST),
+    rf"{_WHOLE.pattern}|seconds|(.*_)?(length|length_over_shortest)|steps_to_.*": (0.0, _MOST),
     r"(.*_)?return": (-_MOST, _MOST),
 }
 """The lowest and the highest number in columns of these names."""
@@ -27,10 +27,22 @@ def read_number(text: str, column: str, least: float | None = None) -> float:
     value = None
     with suppress(ValueError):
         value = float(text or "nan")
-    if value is None or not (low <= value <= high or (math.isnan(value) and least is None)):
-        kind = f"from {low:g} to {high:g}" if high == 1 else f"of at least {low:g}" if low >= 0 else "that is finite"
-        raise InputError(f"{column} is a number{'' if high == math.inf else f' {kind}'}, not {shown(text)}")
+    is_whole = _WHOLE.fullmatch(column) is not None
+    is_known = value is not None and low <= value <= high and (value.is_integer() or not is_whole)
+    if value is None or not (is_known or (math.isnan(value) and least is None)):
+        kind = f"{'whole ' * is_whole}number{_bounds(low, high, value)}"
+        raise InputError(f"{column} is a {kind}, not {shown(text)}")
     return value
+
+
+def _bounds(low: float, high: float, value: float | None) -> str:
+    """Return in words the bound that a value does not keep, or all that there is to say of a column."""
+    if high == 1:
+        return f" from {low:g} to 1"
+    if value is not None and value > high:
+        return f" of at most {high:.2g}"
+    is_below = value is not None and value < low
+    return f" of at least {low:.2g}" if low >= 0 or is_below else ""
 
 
 def has_range(column: str) -> bool:

@@ -173,7 +173,7 @@ def checked(tmp_path):
         ((b",0.2,", b",abc,"), "line 3: success_rate is a number from 0 to 1, not 'abc'"),
         ((b",0.2,", b",7,"), "line 3: success_rate is a number from 0 to 1, not '7'"),
         ((b",0.2,", b",,"), "line 3: success_rate is a number from 0 to 1, not ''"),
-        ((b",0.2,nan", b",0.2,inf"), "line 3: length is a number of at least 0, not 'inf'"),
+        ((b",0.2,nan", b",0.2,inf"), "line 3: length is a number of at most .*, not 'inf'"),
         ((b"success_rate", b"success"), "line 1 has no column success_rate"),
     ],
 )
@@ -184,6 +184,11 @@ def test_a_cell_that_cannot_be_is_refused_with_its_line_and_column(change, said,
         with pytest.raises(InputError, match=rf"evaluations\.csv is broken: {said}"):
             use(CSVTable(checked.path, CELLS, texts=("graph",)))
     assert checked.path.read_bytes() == broken
+
+
+def test_an_empty_cell_of_a_number_is_none(checked):
+    checked.path.write_bytes(checked.path.read_bytes().replace(b",nan", b","))
+    assert [row["length"] for row in checked.read()] == ["nan"] * 3
 
 
 def test_a_graph_that_looks_like_a_formula_is_a_text_in_the_file(checked):

@@ -17,10 +17,12 @@ from hierroom.support.tables import csv_text
         ("achieved_key_1", "1.5", "a number from 0 to 1"),
         ("success_rate", "95%", "a number from 0 to 1, not '95%'"),
         ("success_rate", "0,95", "a number from 0 to 1, not '0,95'"),
-        ("length", "-5", "length is a number of at least 0, not '-5'"),
-        ("steps_to_95", "inf", "a number of at least 0, not 'inf'"),
-        ("oracle_length", "1e999", "a number of at least 0"),
-        ("return", "-inf", "return is a number that is finite, not '-inf'"),
+        ("length", "-5", r"length is a number of at least 0, not '-5'"),
+        ("steps_to_95", "inf", r"a number of at most 4\.6e\+18, not 'inf'"),
+        ("oracle_length", "1e308", "a number of at most"),
+        ("episodes", "2.5", "episodes is a whole number of at least 0, not '2.5'"),
+        ("return", "-inf", r"return is a number of at least -4\.6e\+18, not '-inf'"),
+        ("return", "abc", "return is a number, not 'abc'"),
         ("loss", "abc", "loss is a number, not 'abc'"),
     ],
 )
@@ -37,7 +39,7 @@ def test_what_can_be_is_a_number():
     for cell in ("", "nan"):
         with pytest.raises(InputError, match="success_rate is a number from 0 to 1, not"):
             read_number(cell, "success_rate", 0)
-    with pytest.raises(InputError, match="episodes is a number of at least 1, not '0'"):
+    with pytest.raises(InputError, match=r"episodes is a whole number of at least 1, not '0'"):
         read_number("0", "episodes", 1)
     assert [name for name in ("x:Y_success_rate", "seconds", "method", "success", "notes") if has_range(name)] == [
         "x:Y_success_rate",

@@ -18,7 +18,7 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.config_file import OF_ENVIRONMENTS, listed_entries
 from hierroom.runs.folder.provenance import code_of, variant_of
 from hierroom.runs.folder.run_folder import RunFolder
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, one_line
 from hierroom.support.files import usable_path
 from hierroom.support.reading import read_bytes, read_csv
 
@@ -50,11 +50,14 @@ class EvaluatedRun:
         return min(curve.steps[-1] for metrics in self.curves.values() for curve in metrics.values())
 
     def choice(self, name: str) -> str:
-        """Return an entry of the config as text; ``warm_start`` is the name of that run without its seed."""
+        """Return an entry of the config as text of one line; ``warm_start`` is that run's name without its seed."""
         if name not in self.entries:
             near = get_close_matches(name, self.entries, n=1)
             known = f"is it {near[0]}?" if near else f"they are {listed_entries(self.entries)}"
             raise InputError(f"--by takes entries of a run's config, joined by commas, not {name!r}; {known}")
+        return one_line(self._text(name))  # it is shown, and the folder may hold anything
+
+    def _text(self, name: str) -> str:
         if name in ("meta", "reward"):
             return str(getattr(self, name))
         value = self.entries[name]

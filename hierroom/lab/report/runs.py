@@ -50,6 +50,8 @@ def read_runs(paths: Iterable[Path]) -> tuple[list[ReportedRun], list[str]]:
 
 def _read(path: Path, notes: list[str]) -> ReportedRun:
     config = RunFolder.open(path).config()
+    entries = entries_of(path, config)
+    sessions = [session for session in read_sessions(path) if isinstance(session, dict)]
     evaluated = None
     try:
         evaluated = read_run(path)
@@ -58,5 +60,4 @@ def _read(path: Path, notes: list[str]) -> ReportedRun:
             notes.append(f"{path} was evaluated only once so far: it has no learning curve")
     except InputError as error:
         notes.append(f"no learning curve: {error}")
-    sessions = [session for session in read_sessions(path) if isinstance(session, dict)]
-    return ReportedRun(path, config, entries_of(path, config), evaluated, sessions)
+    return ReportedRun(path, config, entries, evaluated, sessions)

@@ -87,10 +87,14 @@ class CSVTable:
         sync(self.path)
 
     def read(self) -> list[dict[str, str]]:
-        """Return the rows as text by column, none where there is no file."""
+        """Return the rows as text by column, none where there is no file; an empty cell of a number is ``nan``."""
         rows = (entries for _, entries in self._rows())
         names = next(rows, [])
-        return [dict(zip(names, map(text_of_cell, row), strict=True)) for row in rows]
+        empty = ["nan" if self._numbers is not None and name not in self._texts else "" for name in names]
+        return [
+            {name: text_of_cell(cell) or nothing for name, cell, nothing in zip(names, row, empty, strict=True)}
+            for row in rows
+        ]
 
     def numbers(self) -> list[dict[str, float]]:
         """Return the rows as numbers by column."""
