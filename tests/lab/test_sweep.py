@@ -309,6 +309,15 @@ def test_killed_workers_and_a_killed_sweep_leave_the_same_table(tmp_path, undist
 
 
 @pytest.mark.slow
+def test_two_sweeps_on_one_folder_share_the_runs(tmp_path, undisturbed):
+    several = [start(tmp_path) for _ in range(2)]
+    told = [process.communicate(timeout=TIMES_QUIET * 30)[0].decode() for process in several]
+    assert [process.returncode for process in several] == [0, 0], told
+    assert "failed" not in "".join(told)
+    assert results(tmp_path / "sweep.csv") == undisturbed
+
+
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="children are looked up in /proc")
 def test_a_process_that_alone_is_asked_to_stop_is_replaced(tmp_path, undisturbed):
     process = start(tmp_path)

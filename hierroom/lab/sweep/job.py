@@ -17,6 +17,7 @@ from hierroom.runs.evaluation import Evaluation
 from hierroom.runs.folder.own_modules import find_module_files, own_code_digest
 from hierroom.runs.folder.provenance import changed_modules, version_of_code
 from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.folder.run_lock import RunLockedError
 from hierroom.runs.interrupt import Interrupt
 from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
 from hierroom.runs.logs.output import lasting_output
@@ -40,7 +41,10 @@ class Job:
     command: str  # the command that began the sweep
 
     def work(self, report: Callable[[int, str], object]) -> dict[str, object] | None:
-        """Train and evaluate, and report steps and words; return the row's results, None if interrupted and saved."""
+        """Train and evaluate, and report steps and words; return the row's results, None if interrupted and saved.
+
+        A `RunLockedError` says that another process trains the run.
+        """
         torch.set_num_threads(1)  # the processes are the parallel part
         config = self.run.config
         self.check_folder()
@@ -56,7 +60,12 @@ class Job:
             except CheckpointError as error:
                 raise InputError(f"{error}; move {self.folder} away to train this run from its beginning") from error
         else:
-            trainer, folder = begin(config, self.folder, self.run.identity["variant"])
+            try:
+                trainer, folder = begin(config, self.folder, self.run.identity["variant"])
+            except InputError as error:
+                if (self.folder / "config.json").is_file():  # another process began it in the meantime
+                    raise RunLockedError(str(error)) from error
+                raise
         with folder.lock, lasting_output(), Interrupt(hears_ctrl_c=False) as interrupt:
             train(trainer, folder, interrupt, lambda words: report(trainer.steps, words))
             if not trainer.is_done:
@@ -105,8 +114,11 @@ def _columns(prefix: str, result: Evaluation) -> dict[str, object]:
 
 
 class Event(NamedTuple):
-    """An event of a job: retried from a checkpoint if its process was stopped, interrupted if the sweep was."""
+    """An event of a job: retried from a checkpoint if its process was stopped, interrupted if the sweep was.
 
-    kind: Literal["progressed", "finished", "failed", "retried", "interrupted"]
+    It is busy while another sweep does it, and done elsewhere when that one has added its row.
+    """
+
+    kind: Literal["progressed", "finished", "failed", "retried", "interrupted", "busy", "done elsewhere"]
     job: Job
     content: Any = None  # steps so far and a few words, the results of the row, or the reason of a failure
