@@ -195,7 +195,7 @@ def _status(trainer: Trainer, row: Mapping[str, float], evaluated: str) -> str:
     stages = trainer.turns.world.stage_titles
     stage = f"stage {row['stage']:.0f} of {len(stages)}, " if stages else ""
     length = "" if stage else f" length {row['episode_length']:.0f},"  # they fit into 80 columns
-    return f"{row['steps_per_second']:,.0f} steps/s, {stage}success {row['success_rate']:.0%}{evaluated},{length}"
+    return f"{trainer.steps_per_second:,.0f} steps/s, {stage}success {row['success_rate']:.0%}{evaluated},{length}"
 
 
 @contextmanager

@@ -40,6 +40,7 @@ def compare(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "120")
 
     def run(*arguments, draws=False, **options):
+        options = {"out": "compare", **options}
         flags = [text for name, value in options.items() for text in (f"--{name}", str(value))]
         with monkeypatch.context() as patch:
             if not draws:
@@ -472,6 +473,15 @@ def test_broken_evaluations(runs, compare, change, match):
     path = runs / "random-0" / "evaluations.csv"
     path.write_text(change(path.read_text()))
     refused(compare, f"evaluations.csv is broken: .*{match}", runs)
+
+
+def test_without_a_folder_each_comparison_gets_its_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(figure, "draw_comparison", lambda comparison, folder: [])
+    make_run(tmp_path / "r", {"c": line(0.5)})
+    for _ in range(2):
+        assert command.main(["r", "--resamples", "100"]) == 0
+    assert sorted(path.name for path in tmp_path.glob("compare*")) == ["compare", "compare-2"]
 
 
 def test_a_folder_of_something_else_is_not_touched(runs, compare):

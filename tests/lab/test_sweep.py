@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from children import TIMES_QUIET
@@ -20,6 +21,7 @@ from hierroom.lab.sweep.summary import summarise
 from hierroom.lab.sweep.sweep import Sweep
 from hierroom.runs.folder.provenance import record_session
 from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.folder.run_lock import RunLockedError
 from hierroom.runs.session import begin, resume
 from hierroom.support.errors import InputError
 
@@ -197,6 +199,35 @@ def test_a_process_does_not_mix_code_that_it_loaded_with_code_that_it_did_not(ow
     with pytest.raises(InputError, match=f"^{own} changed while the sweep went on; begin the sweep again to load it"):
         job.Job(two, tmp_path / "two", 4, (), "").work(lambda steps, words: None)
     assert not (tmp_path / "two").exists()
+
+
+@pytest.mark.parametrize(
+    ("given", "steps", "length", "played"),
+    [
+        (7, 8_000, 1000.0, [7]),
+        (None, 8_000, 1000.0, [100]),  # no fewer, however few steps there were
+        (None, 800_000, 260.0, [100, 300]),  # 384 episodes take an eighth of the steps, and there are two evaluations
+        (None, 8_000_000, 50.0, [100, 1000]),
+    ],
+)
+def test_the_evaluations_at_the_end_take_at_most_a_quarter_of_the_steps(given, steps, length, played):
+    asked = []
+
+    def evaluate(episodes, **kind):
+        asked.append((episodes, kind))
+        return SimpleNamespace(episodes=episodes, length=length)
+
+    work = job.Job(None, Path("run"), given, (), "")
+    trainer = SimpleNamespace(evaluate=evaluate)
+    assert work._evaluate(trainer, steps / 4 / 2, {"is_greedy": True}).episodes == played[-1]
+    assert asked == [(episodes, {"is_greedy": True}) for episodes in played]
+
+
+def test_a_run_that_another_process_trains_is_busy(tmp_path):
+    run = plan("method=ppo").runs()[0]
+    folder = RunFolder.create(tmp_path / "run", run.config)
+    with folder.lock, pytest.raises(RunLockedError, match="is being trained by another process"):
+        job.Job(run, tmp_path / "run", 4, (), "").work(print)
 
 
 def test_a_file_is_no_folder_of_a_sweep(tmp_path):

@@ -12,8 +12,10 @@ from children import run_child
 from same_run import differences, scalars
 from stopped_run import stop_at_update
 
+from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.provenance import FILE
 from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.session import begin, resume
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
 
@@ -162,7 +164,7 @@ def test_a_learning_rate_that_jumps_when_a_run_goes_on_for_longer_is_said(tmp_pa
     trainer.advance()
     folder.save_checkpoint(trainer.state_dict())
     folder.lock.release()
-    for steps, said in ((64, ""), (128, "controller_0 goes on at 5.5e-04 after 1.0e-04: it falls over 128 steps now, and")):
+    for steps, said in ((64, ""), (128, "controller_0 goes on at 5.5e-04 after 1.0e-04: it falls over 128 steps")):
         resumed, again = resume(folder.config().changed(steps=steps), folder.path)
         again.lock.release()
         told = capsys.readouterr().err

@@ -11,6 +11,7 @@ from hierroom.commands.evaluate import main as evaluate
 from hierroom.commands.watch import main as watch
 from hierroom.lab.compare.evaluated_run import read_run
 from hierroom.lab.measure import measure_named
+from hierroom.meta import make_meta
 from hierroom.runs import session
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.config_file import read_config
@@ -71,6 +72,20 @@ def plant(entry: str, spec: str) -> None:
     config = json.loads(path.read_text())
     config[PARTS[entry]][entry] = spec
     path.write_text(json.dumps(config))
+
+
+def test_a_folder_that_is_trusted_has_its_copies_found(run, tmp_path, monkeypatch):
+    plant("meta", "planted:Code")
+    (tmp_path / "run" / "modules" / "session-2").mkdir(parents=True)
+    Path("planted.py").rename("run/modules/session-2/planted.py")
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    with pytest.raises(InputError, match="it is run only if you trust it"):
+        load("../run")
+    with pytest.raises(InputError, match=f"for the meta-controller 'planted:Code'; it is looked for in .*{tmp_path}"):
+        make_meta("planted:Code")
+    config = read_config("../run/config.json", trust=True)
+    assert type(make_meta(config.agents.meta)).__name__ == "Code"
 
 
 @pytest.mark.parametrize("call", CALLS)

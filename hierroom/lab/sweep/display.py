@@ -74,7 +74,8 @@ def _line(event: Event, count: str) -> str:
     name, content = event.job.run.name, event.content
     match event.kind:
         case "finished":
-            return f"{count} {name}: success {content['success_rate']:.1%}, length {content['length']:.0f}"
+            played = f"{content['evaluated_episodes']} episodes"
+            return f"{count} {name}: success {content['success_rate']:.1%}, length {content['length']:.0f} in {played}"
         case "failed":
             return f"failed: {name}: {content}"
         case "busy":
