@@ -139,8 +139,8 @@ def test_naming_other_code_is_no_agreement(run):
 
 
 def test_what_train_says_to_go_on_with_says_that_it_is_to_be_trusted():
-    assert trust.trust_option(SMALL) == ""
-    assert trust.trust_option(SMALL.changed(reward="planted:Code")) == " --trust-run"
+    assert trust.trust_option(SMALL) == ()
+    assert trust.trust_option(SMALL.changed(reward="planted:Code")) == ("--trust-run",)
 
 
 def test_what_a_diverged_run_is_to_begin_again_with_is_trusted(run):
