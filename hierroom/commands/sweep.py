@@ -132,13 +132,13 @@ def _on_few_episodes(rows: pd.DataFrame) -> str:
     from hierroom.lab.sweep.job import MOST_EPISODES
 
     played = rows.filter(regex="evaluated_episodes$").apply(pd.to_numeric, errors="coerce")
-    n_short, fewest = int((played < MOST_EPISODES).any(axis=1).sum()), played.min(axis=None)
-    if not n_short:
+    short = played[(played < MOST_EPISODES).any(axis=1)]
+    if not len(short):
         return ""
-    more = "--episodes, given beforehand, or evaluate RUN plays more"
+    runs, fewest = f"{len(short)} of {len(rows)} runs", short.min(axis=None)
     return (
-        f"the evaluations at the end of {n_short} of {len(rows)} runs have {fewest:.0f} episodes or more in place of "
-        f"{MOST_EPISODES}, as these would take more than a quarter of the steps of training; {more}"
+        f"the evaluations at the end of {runs} have {fewest:.0f} episodes or more in place of {MOST_EPISODES}, which would take "
+        "more than a quarter of the steps of training; --episodes, given beforehand, or evaluate RUN plays more"
     )
 
 

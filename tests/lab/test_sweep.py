@@ -11,10 +11,12 @@ import time
 from pathlib import Path
 from types import SimpleNamespace
 
+import pandas as pd
 import pytest
 from children import TIMES_QUIET
 from tiny_sweep import plan, tiny_words
 
+from hierroom.commands import sweep as sweep_command
 from hierroom.commands.sweep import main
 from hierroom.lab.sweep import job
 from hierroom.lab.sweep.summary import summarise
@@ -221,6 +223,24 @@ def test_the_evaluations_at_the_end_take_at_most_a_quarter_of_the_steps(given, s
     trainer = SimpleNamespace(evaluate=evaluate)
     assert work._evaluate(trainer, steps / 4 / 2, {"is_greedy": True}).episodes == played[-1]
     assert asked == [(episodes, {"is_greedy": True}) for episodes in played]
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ({}, ""),
+        ({"success_rate": ["0.5"]}, ""),  # of an earlier version
+        ({"evaluated_episodes": ["1000"], "random_evaluated_episodes": [""]}, ""),
+        (
+            {"evaluated_episodes": ["1000", "300"], "greedy_evaluated_episodes": ["1000", "100"]},
+            "the evaluations at the end of 1 of 2 runs have 100 episodes or more in place of 1000, which",
+        ),
+    ],
+)
+def test_a_sweep_says_where_evaluations_were_cut_short(rows, said):
+    note = sweep_command._on_few_episodes(pd.DataFrame(rows, dtype=str))
+    assert note.startswith(said)
+    assert bool(note) == bool(said)
 
 
 def test_a_run_that_another_process_trains_is_busy(tmp_path):
