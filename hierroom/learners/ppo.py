@@ -213,7 +213,7 @@ class Learner:
             for _ in range(config.epochs)
             for part in np.array_split(self._shuffle_random.permutation(n_sequences), config.minibatches)
         ]
-        learning_rate = config.learning_rate * (1 + progress * (config.final_learning_rate_fraction - 1))
+        learning_rate = config.learning_rate_at(progress)
         means = self._backend.train(batch, advantages, importance_weights, minibatches, learning_rate)
         check_update(means, self.network.state_dict().items(), self._backend, batch, learning_rate)
         target_variance = np.var(advantages + batch.values)

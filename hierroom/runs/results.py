@@ -71,7 +71,7 @@ def _table(config: TrainConfig, curve: LearningCurve | None, summary: dict[str, 
         rows[f"success, evaluated over {config.evaluation_episodes} episodes"] = f"{curve.success[-1]:.1%}"
         rows["episode length, evaluated"] = f"{curve.length[-1]:.1f}"
     n_last = min(WINDOW, summary["episodes"])
-    rows[f"success, last {n_last} episodes of training"] = f"{summary['success_rate']:.1%}"
+    rows[f"success, last {n_last} episodes of training"] = f"{summary['training_success_rate']:.1%}"
     rows["steps"] = f"{summary['steps']:,}"
     for milestone in MILESTONES if curve is not None else ():
         steps = summary[f"steps_to_{milestone}"]

@@ -10,6 +10,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent, unsaved_memory
 from hierroom.learners.networks.initial_weights import one_torch_thread
 from hierroom.runs.assembly import evaluation_seed
@@ -75,6 +76,7 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
             taken = f"{folder.path} has taken {trainer.steps:,} steps"
             raise InputError(f"{taken}; --steps must be more, not {config.steps:,}")
         if state is not None:
+            _warn_of_learning_rates(trainer, folder.config().steps)
             folder.keep_rows(state)
         folder.save_config(config)  # with the new number of steps, in case it is interrupted again
         _record(folder, config)
@@ -82,6 +84,17 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
             folder.save_checkpoint(trainer.state_dict())
         stack.pop_all()
     return trainer, folder
+
+
+def _warn_of_learning_rates(trainer: Trainer, steps: int) -> None:
+    """Warn of each agent whose learning rate jumps, as it falls over other steps in all than it did until now."""
+    ends = trainer.steps / steps, trainer.steps / trainer.config.steps
+    for name, agent in trainer.agents.items():
+        if isinstance(agent, PPOAgent) and steps != trainer.config.steps:
+            was, now = (agent.learner.config.learning_rate_at(min(progress, 1.0)) for progress in ends)
+            if was != now:
+                over = f"it falls over {trainer.config.steps:,} steps now, and did over {steps:,}"
+                warn(f"the learning rate of {name} goes on at {now:.1e} after {was:.1e}: {over}")
 
 
 def run_session(trainer: Trainer, folder: RunFolder, log: Sequence[str] = DEFAULT) -> int:
@@ -181,7 +194,7 @@ def _status(trainer: Trainer, row: Mapping[str, float], evaluated: str) -> str:
     stages = trainer.turns.world.stage_titles
     stage = f"stage {row['stage']:.0f} of {len(stages)}, " if stages else ""
     length = "" if stage else f" length {row['episode_length']:.0f},"  # they fit into 80 columns
-    return f"{row['steps_per_second']:,.0f} steps/s, {stage}success {row['success_rate']:.0%}{evaluated},{length}"
+    return f"{trainer.steps_per_second:,.0f} steps/s, {stage}success {row['success_rate']:.0%}{evaluated},{length}"
 
 
 @contextmanager

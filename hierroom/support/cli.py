@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import io
 import os
 import shlex
@@ -116,6 +117,7 @@ def run(command: Callable[[], int]) -> None:
         code = _report(error)
     if signal.getsignal(signal.SIGINT) != signal.SIG_IGN:  # one more Ctrl-C ends what Python does at exit, in silence
         signal.signal(signal.SIGINT, signal.SIG_DFL)
+    gc.freeze()  # or Python looks for garbage in all that was loaded, for seconds on a busy machine
     sys.exit(_flush(code))
 
 

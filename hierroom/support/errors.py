@@ -141,6 +141,7 @@ def in_one_line(error: BaseException) -> str:
     return f"{text} (line {places[-1].lineno} of {places[-1].filename})" if places else text
 
 
-_LIBRARIES = {sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")}
-_NOT_OWN = ("<", *(f"{folder}{os.sep}" for folder in (Path(__file__).parents[1], *_LIBRARIES)))
+LIBRARIES = {sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")}
+"""Folders of Python and of installed packages."""
+_NOT_OWN = ("<", *(f"{folder}{os.sep}" for folder in (Path(__file__).parents[1], *LIBRARIES)))
 """Beginnings of the names of files that are not a user's: this package's, Python's, and installed ones."""

@@ -40,6 +40,7 @@ def compare(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "120")
 
     def run(*arguments, draws=False, **options):
+        options = {"out": "compare", **options}
         flags = [text for name, value in options.items() for text in (f"--{name}", str(value))]
         with monkeypatch.context() as patch:
             if not draws:
@@ -498,6 +499,15 @@ def test_a_run_without_a_value_of_the_metric_is_named(runs, compare):
     printed = compare(runs, by="meta", metric="length_over_shortest")
     assert "random has no length_over_shortest at 2 of 21 steps, nor an area: not known of " in printed
     assert "random-0, " in printed.partition("random has no")[2]  # where nobody escapes, none has a value
+
+
+def test_without_a_folder_each_comparison_gets_its_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(figure, "draw_comparison", lambda comparison, folder: [])
+    make_run(tmp_path / "r", {"c": line(0.5)})
+    for _ in range(2):
+        assert command.main(["r", "--resamples", "100"]) == 0
+    assert sorted(path.name for path in tmp_path.glob("compare*")) == ["compare", "compare-2"]
 
 
 def test_a_folder_of_something_else_is_not_touched(runs, compare):

@@ -10,7 +10,7 @@ import pandas as pd
 
 from hierroom.lab.compare.evaluated_run import EvaluatedRun
 from hierroom.lab.compare.style import MAX_GROUPS
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, one_line
 from hierroom.support.tables import telling_columns
 
 _NAMED_BY_VALUE = ("variant", "method", "meta", "reward", "preset", "network", "warm_start")
@@ -96,11 +96,11 @@ def _different_code(runs: Sequence[EvaluatedRun]) -> list[str]:
     """Return the modules, packages and the like of which runs had several versions, each with these in short."""
     names = dict.fromkeys(name for run in runs for name in run.code)
     versions = {name: sorted(set().union(*(run.code.get(name, ()) for run in runs))) for name in names}
-    return [f"{name} ({', '.join(_short(one) for one in ones)})" for name, ones in versions.items() if len(ones) > 1]
+    return [f"{one_line(name)} ({', '.join(map(_short, ones))})" for name, ones in versions.items() if len(ones) > 1]
 
 
 def _short(version: str) -> str:
-    return version[:8] if len(version) == 64 else version  # a SHA-256
+    return one_line(version)[: 8 if len(version) == 64 else 60]  # of a SHA-256 the first digits
 
 
 def _differing(runs: Sequence[EvaluatedRun]) -> list[str]:

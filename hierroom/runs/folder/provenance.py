@@ -19,14 +19,14 @@ import torch
 import hierroom
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.own_modules import ModuleFile, find_module_files
-from hierroom.runs.folder.trust import named_code
+from hierroom.runs.folder.trust import COPIES, named_code
 from hierroom.runs.logs.output import warn
 from hierroom.support.cli import shell_words
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json, write_atomically
 from hierroom.support.reading import read_json, read_text
 
-FILE, COPIES = "provenance.json", "modules"
+FILE = "provenance.json"
 PACKAGES = ("numba", "numpy", "scipy", "torch", "gymnasium", "pettingzoo")
 """Packages that may decide a result, besides hierroom."""
 
