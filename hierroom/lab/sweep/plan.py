@@ -108,7 +108,7 @@ class Plan:
         config = start.changed(**{"threads": 1, **entries})  # the processes are the parallel part
         own = config.entries | {
             "meta": config.resolved_method.meta,
-            "graph": spec_names(config.env.graph),
+            "graph": config.env.names,
             "variant": variant,
         }
         own[_PLANNED_STEPS] = own.pop("steps")

@@ -15,7 +15,7 @@ from hierroom.runs.config.config import TrainConfig
 
 MAX_FILES, MAX_BYTES = 50, 2**20
 _MORE = "..."
-_PLUGGED = ("meta", "network", "reward")
+_PLUGGED = ("meta", "network", "reward", "task")
 """Entries that may name a user-defined class."""
 
 
