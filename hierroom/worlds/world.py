@@ -100,6 +100,9 @@ class Replayer(Protocol):
     def tile_size(self, state: Any) -> int:
         """Return the tile size of a picture in which text can be read."""
 
+    def window_tile_size(self, state: Any) -> int:
+        """Return the tile size of a picture that fits on a screen."""
+
     def picture(self, state: Any, goal: int, tile_size: int, title: str) -> NDArray[np.uint8]:
         """Draw a state: [H, W, 3] uint8."""
 

@@ -18,7 +18,7 @@ from hierroom.support.animation import animate
 from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.render import draw_level, legible_tile_size
-from hierroom.worlds.escape_room.window import Window
+from hierroom.worlds.window import Window
 
 
 @pytest.fixture(scope="module")
@@ -191,7 +191,7 @@ def test_in_a_window(run, monkeypatch, capsys):
             super().show(frame)
 
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    monkeypatch.setattr("hierroom.worlds.escape_room.window.Window", Screen)
+    monkeypatch.setattr("hierroom.worlds.window.Window", Screen)
     assert watch.main([str(run), "--episodes", "2"]) == 0
     episodes = list(hierroom.rollout(hierroom.load(run), None, 2))
     assert len(shown) == sum(len(episode) + 1 + 9 for episode in episodes)

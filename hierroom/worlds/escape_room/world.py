@@ -34,7 +34,7 @@ from hierroom.worlds.escape_room.observations import BatchObservations, write_on
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
 from hierroom.worlds.escape_room.render import global_state, state_space
 from hierroom.worlds.escape_room.replayer import LevelReplayer
-from hierroom.worlds.escape_room.window import LevelScreen
+from hierroom.worlds.window import StateScreen
 from hierroom.worlds.world import Replayer, Seeds
 
 GOALS = GoalSet(
@@ -180,9 +180,9 @@ class EscapeRoomWorld(Engine):
         """The space of `global_state`."""
         return state_space(self.state.size)
 
-    def screen(self, render_mode: str | None) -> LevelScreen:
+    def screen(self, render_mode: str | None) -> StateScreen:
         """Return what shows environments in a render mode."""
-        return LevelScreen(self, render_mode)
+        return StateScreen(self.get_state, self.replayer, render_mode)
 
     def get_arrays(self, envs: NDArray[np.integer]) -> dict[str, np.ndarray]:
         """Return everything that changes in environments [M], as fresh arrays."""

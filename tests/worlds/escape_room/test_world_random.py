@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hierroom.worlds.escape_room.layout import LEVEL
-from hierroom.worlds.escape_room.random_kernels import mix, random_below, shuffle, stream_key, turn_uniforms
+from hierroom.worlds.random_kernels import mix, random_below, shuffle, stream_key, turn_uniforms
 
 GOLDEN = 0x9E3779B97F4A7C15
 BITS = 2**64 - 1

@@ -1,0 +1,183 @@
+"""The rules of the workshop as compiled functions on one environment, and on all of a batch.
+
+A shop is a record of `layout.SHOP`; ``things`` are its rows `PLACES`, `SHELF` and `BENCH`. With ``NUMBA_DISABLE_JIT=1``
+the same source runs as ordinary Python.
+"""
+
+import numpy as np
+
+from hierroom.support.compile.kernel import njit
+from hierroom.worlds.random_kernels import GOLDEN, mix, shuffle, stream_key
+
+PLACES, SHELF, BENCH = range(3)
+MIN_SPLIT_PLACES = 5
+"""With fewer places on the shelf there are too few orders to keep some for evaluation."""
+
+
+@njit(cache=True)
+def begin(shop, things, visited, recipes):
+    """Begin the next episode: everything on the shelf, in a new order of those that the shop's split allows."""
+    shop.episode += 1
+    shop.key = stream_key(shop.seed, shop.index, shop.episode)
+    shop.n_drawn = np.uint64(0)
+    shop.steps, shop.achieved, shop.n_first, shop.has_ended = 0, 0, 0, False
+    things[:] = 0
+    things[SHELF] = recipes.start
+    n_places = recipes.standing.shape[0]
+    order = things[PLACES, :n_places]
+    order[:] = recipes.standing
+    shuffle(shop, order)
+    while shop.split and n_places >= MIN_SPLIT_PLACES and is_held_out(order) != (shop.split == 2):
+        shuffle(shop, order)
+    visited[:] = 0
+    visit(shop, things[BENCH], visited)
+
+
+@njit(cache=True)
+def is_held_out(order):
+    """Return whether an order of the shelf is kept for evaluation, as an eighth of them by a hash."""
+    digest = np.uint64(0)
+    for thing in order:
+        digest = mix(digest + np.uint64(thing) + GOLDEN)
+    return digest >> np.uint64(61) == 0
+
+
+@njit(cache=True)
+def visit(shop, bench, visited):
+    """Remember what is on the bench; return whether that is new since the last goal that was a first.
+
+    The table is one of open addressing, of keys of 64 bits. Where it is empty or full nothing is new.
+    """
+    n_slots = np.uint64(visited.shape[0])
+    if n_slots == 0:
+        return False
+    key = mix(np.uint64(shop.n_first) + GOLDEN)
+    for thing in range(bench.shape[0]):
+        if bench[thing]:
+            key += mix((np.uint64(thing) << np.uint64(8)) + np.uint64(bench[thing])) * GOLDEN
+    key = mix(key) | np.uint64(1)  # 0 is a free slot
+    slot = key % n_slots
+    for _ in range(visited.shape[0]):
+        if visited[slot] == key:
+            return False
+        if visited[slot] == 0:
+            visited[slot] = key
+            return True
+        slot = (slot + np.uint64(1)) % n_slots
+    return False
+
+
+@njit(cache=True)
+def put(things, place, room):
+    """Put the thing at a place of the shelf on the bench, if there is one and the bench has room for it."""
+    thing, on_bench = things[PLACES, place], 0
+    for count in things[BENCH]:
+        on_bench += count
+    if things[SHELF, thing] and on_bench < room:
+        things[SHELF, thing] -= 1
+        things[BENCH, thing] += 1
+
+
+@njit(cache=True)
+def work(things, recipes):
+    """Make what the recipe on the bench gives, if it is one and changes anything, and return its goal, or -1."""
+    for way in range(recipes.goals.shape[0]):
+        is_laid = True
+        for thing in range(things.shape[1]):
+            if things[BENCH, thing] != recipes.asks[way, thing]:
+                is_laid = False
+                break
+        if is_laid:
+            return recipes.goals[way] if apply(things, recipes, way) else -1
+    return -1
+
+
+@njit(cache=True)
+def apply(things, recipes, way):
+    """Apply a recipe to all things, on the shelf and on the bench, if that changes how many there are."""
+    if not changes(things, recipes, way):
+        return False
+    for thing in range(things.shape[1]):
+        things[SHELF, thing] = count_after(things, recipes, way, thing)
+        things[BENCH, thing] = 0
+    return True
+
+
+@njit(cache=True)
+def changes(things, recipes, way):
+    """Return whether a recipe would change how many there are of some thing."""
+    for thing in range(things.shape[1]):
+        if count_after(things, recipes, way, thing) != np.int64(things[SHELF, thing]) + things[BENCH, thing]:
+            return True
+    return False
+
+
+@njit(cache=True)
+def count_after(things, recipes, way, thing):
+    """Return how many there are of a thing after a recipe; what goes beyond its limit is lost."""
+    count = np.int64(things[SHELF, thing]) + np.int64(things[BENCH, thing])
+    count += np.int64(recipes.gives[way, thing]) - np.int64(recipes.uses[way, thing])
+    return min(count, np.int64(recipes.limits[thing]))
+
+
+@njit(cache=True)
+def clear(things):
+    """Put everything on the bench back on the shelf."""
+    for thing in range(things.shape[1]):
+        things[SHELF, thing] += things[BENCH, thing]
+        things[BENCH, thing] = 0
+
+
+@njit(cache=True)
+def advance(shop, things, visited, recipes, action, outcome):
+    """Act once; an action that does not apply only costs the step."""
+    outcome.achieved, outcome.n_first, outcome.reward, outcome.terminated = 0, 0, 0.0, False
+    n_places = recipes.standing.shape[0]
+    if 0 <= action < n_places:
+        put(things, action, recipes.room)
+    elif action == n_places:
+        goal = work(things, recipes)
+        if goal >= 0:
+            outcome.achieved = 1 << goal
+            outcome.n_first = 1 - (shop.achieved >> goal & 1)
+            shop.achieved |= 1 << goal
+            shop.n_first += outcome.n_first
+            if things[SHELF, recipes.target]:
+                outcome.reward, outcome.terminated = 1.0, True
+    elif action == n_places + 1:
+        clear(things)
+    outcome.is_novel = visit(shop, things[BENCH], visited)
+    outcome.is_discovery = False
+    shop.steps += 1
+    outcome.truncated = shop.steps >= shop.max_steps
+    outcome.length = shop.steps
+    shop.has_ended = outcome.terminated or outcome.truncated
+
+
+@njit(cache=True, nogil=True)
+def begin_shops(shops, things, visited, recipes):
+    """Begin the next episode in every environment."""
+    for n in range(shops.shape[0]):
+        begin(shops[n], things[n], visited[n], recipes)
+
+
+@njit(cache=True, nogil=True)
+def step_shops(shops, things, visited, recipes, actions, outcomes):
+    """Step every environment whose episode has not ended; the flags of the other environments do not change."""
+    for n in range(shops.shape[0]):
+        if shops[n].has_ended:
+            outcomes[n].achieved, outcomes[n].n_first, outcomes[n].reward = 0, 0, 0.0
+            outcomes[n].is_novel = False
+        else:
+            advance(shops[n], things[n], visited[n], recipes, actions[n], outcomes[n])
+
+
+@njit(cache=True, nogil=True)
+def step_and_begin_shops(shops, things, visited, recipes, actions, outcomes, last_shops, last_things):
+    """Step every environment; where the episode ends, store how it ended and begin the next one."""
+    for n in range(shops.shape[0]):
+        advance(shops[n], things[n], visited[n], recipes, actions[n], outcomes[n])
+        if shops[n].has_ended:
+            last_shops[n] = shops[n]
+            last_things[n] = things[n]
+            begin(shops[n], things[n], visited[n], recipes)
