@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from hierroom.support.errors import InputError
     from hierroom.train import train
     from hierroom.worlds.env_config import EnvConfig
+    from hierroom.worlds.task.task import Task
     from hierroom.wrappers.boxes import box_view
     from hierroom.wrappers.features import add_features
     from hierroom.wrappers.minigrid import minigrid_view
@@ -52,6 +53,7 @@ __all__ = [
     "GoalGraph",
     "InputError",
     "Rules",
+    "Task",
     "TrainConfig",
     "TrainedAgent",
     "add_features",
@@ -80,6 +82,7 @@ _HOMES = {
     "GoalGraph": "goals",
     "InputError": "support.errors",
     "Rules": "goals",
+    "Task": "worlds.task.task",
     "TrainConfig": "runs.config.config",
     "TrainedAgent": "runs.trained_agent",
     "add_features": "wrappers.features",
