@@ -45,6 +45,11 @@ class GoalInWords:
     is_legal: bool
     achieved: int
 
+    @property
+    def was_achieved(self) -> bool:
+        """Whether it was achieved in this episode."""
+        return self.achieved > 0
+
     def __str__(self) -> str:
         return self.name
 

@@ -61,10 +61,10 @@ def test_each_method_trains_on_a_task(options, tmp_path):
 
 def test_a_run_of_a_task_that_was_stopped_goes_on_as_if_it_had_not_been(runs, tmp_path, monkeypatch):
     stop_at_update(monkeypatch, signal.SIGINT, 3)
-    out = str(tmp_path / "run")
+    out = str(tmp_path / "chest")
     assert train(["--task", "chest_task:chest", *SMALL, "--out", out]) == 130
     assert train(["--resume", out, "--trust-run", "--log", "none"]) == 0
-    assert differences(runs / "chest", tmp_path / "run") == []
+    assert differences(runs / "chest", tmp_path / "chest") == []
 
 
 def test_a_task_whose_episodes_do_not_repeat_themselves_goes_on_with_others_and_says_so(tmp_path, monkeypatch, capsys):
