@@ -173,5 +173,6 @@ def _register(env_id: str, kwargs: dict[str, Any]) -> None:
 
 
 _register("hierroom/EscapeRoom-v0", {})
+_register("hierroom/Task-v0", {})
 for _letter in _LETTERS:
     _register(f"hierroom/EscapeRoom-{_letter}-v0", {"graph": _letter})
