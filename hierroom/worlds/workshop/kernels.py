@@ -139,11 +139,15 @@ def advance(shop, things, visited, recipes, action, outcome):
         goal = work(things, recipes)
         if goal >= 0:
             outcome.achieved = 1 << goal
-            outcome.n_first = 1 - (shop.achieved >> goal & 1)
-            shop.achieved |= 1 << goal
-            shop.n_first += outcome.n_first
             if things[SHELF, recipes.target]:
+                outcome.achieved |= 1 << recipes.last_goal
                 outcome.reward, outcome.terminated = 1.0, True
+            new = outcome.achieved & ~shop.achieved
+            while new:
+                outcome.n_first += 1
+                new &= new - 1
+            shop.achieved |= outcome.achieved
+            shop.n_first += outcome.n_first
     elif action == n_places + 1:
         clear(things)
     outcome.is_novel = visit(shop, things[BENCH], visited)

@@ -9,7 +9,7 @@ import numpy as np
 
 from hierroom.goals import Rules
 from hierroom.goals.goal_set import MAX_GOALS
-from hierroom.support.errors import InputError, require_name, require_number
+from hierroom.support.errors import InputError, require_name, require_number, shown
 
 Shape = Literal["mixed", "deep", "wide"]
 """What a thing is made of: things at random, the newest thing and another, the oldest things that nothing uses yet."""
@@ -25,18 +25,13 @@ CAPACITY = 3
 """How many there can be of each material; of everything else there can be one."""
 
 
-def is_tech_tree(spec: str) -> bool:
-    """Return whether a text means a random tech tree: ``workshop:8``, ``workshop:8:3`` or ``workshop:8:3:deep``."""
-    return spec.startswith("workshop:")
-
-
 def tech_tree_of(spec: str) -> Rules:
-    """Return the tech tree of a text: ``workshop:GOALS``, then perhaps ``:SEED`` (0) and ``:SHAPE`` (mixed)."""
-    match = re.fullmatch(r"workshop:([0-9]{1,4})(?::([0-9]{1,18}))?(?::(\w+))?", spec, re.ASCII)
+    """Return the tech tree of a text: ``GOALS``, then perhaps ``:SEED`` (0) and ``:SHAPE`` (mixed)."""
+    match = re.fullmatch(r"([0-9]{1,4})(?::([0-9]{1,18}))?(?::(\w+))?", spec, re.ASCII)
     if match is None:
         raise InputError(
-            f"a workshop is workshop:GOALS, workshop:GOALS:SEED or workshop:GOALS:SEED:SHAPE, such as workshop:8:3:deep, "
-            f"not {spec!r}"
+            "a workshop is workshop:GOALS, workshop:GOALS:SEED or workshop:GOALS:SEED:SHAPE, such as workshop:8:3:deep, "
+            f"not {shown(f'workshop:{spec}')}"
         )
     n_goals, seed, shape = match.groups()
     return tech_tree(int(n_goals), int(seed or 0), shape or "mixed")  # pyright: ignore[reportArgumentType] - checked there
@@ -66,7 +61,9 @@ def tech_tree(n_goals: int, seed: int = 0, shape: Shape = "mixed") -> Rules:
     }
     n_parts = (n_goals - n_materials) // 2
     parts = [part for (part,) in _names(rng, [(part,) for part in PARTS], n_parts, ("part",))]
-    tools = [tool for (tool,) in _names(rng, [(tool,) for tool in TOOLS], n_goals - n_materials - n_parts - 1, ("tool",))]
+    tools = [
+        tool for (tool,) in _names(rng, [(tool,) for tool in TOOLS], n_goals - n_materials - n_parts - 1, ("tool",))
+    ]
     products = [*rng.permutation([*parts, *tools]).tolist(), MASTERPIECE]
     unused, known = [*materials], [*materials]
     for product in products:
