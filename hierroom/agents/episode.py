@@ -69,8 +69,9 @@ class Episode:
         achieved: [L] int, the goal ids that each step achieved, or -1.
         outcomes: [L] int, how the option ended that a step ended: ``REACHED``, ``TIMED_OUT`` or ``OTHER``; elsewhere
             ``NO_OUTCOME``.
-        terminated: whether it ended at the exit.
+        terminated: whether the world ended it: at the exit or another target, or where that is out of reach for good.
         truncated: whether it was cut off by the limit of steps.
+        success: whether it reached its target.
         shortest: the shortest possible length, or -1 if that was not measured.
     """
 
@@ -85,6 +86,7 @@ class Episode:
     outcomes: NDArray[np.integer]
     terminated: bool
     truncated: bool
+    success: bool
     shortest: int
 
     def __len__(self) -> int:
@@ -115,11 +117,6 @@ class Episode:
     def number(self) -> int:
         """Return the number of episodes that the environment had begun before it with that seed."""
         return self.replayer.identity(self.start)[2]
-
-    @property
-    def success(self) -> bool:
-        """Return whether the episode ended at the exit."""
-        return self.terminated
 
     @property
     def subgoals(self) -> tuple[Subgoal, ...]:

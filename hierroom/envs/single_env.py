@@ -22,13 +22,13 @@ from hierroom.worlds.world import whole_numbers
 
 _ONLY = np.zeros(1, np.int64)
 _OUTCOMES = tuple(np.int64(outcome) for outcome in range(N_OUTCOMES))
-_AT_RESET = (NO_GOAL, 0, 0, -1, 0.0, 0.0, False, False, False, NO_GOAL)
+_AT_RESET = (NO_GOAL, 0, 0, -1, 0.0, 0.0, False, False, False, NO_GOAL, False)
 _reported = itemgetter(
     *map(
         STEP.names.index,  # pyright: ignore[reportOptionalMemberAccess] - it is a record
         (
             *("events", "meta_elapsed", "lengths", "shortest", "rewards", "extrinsic"),
-            *("terminated", "truncated", "episode_ended", "goals"),
+            *("terminated", "truncated", "episode_ended", "goals", "success"),
         ),
     )
 )
@@ -74,7 +74,7 @@ class SingleEnv:
     @property
     def goal(self) -> int:
         """The id of the goal that is pursued, or -1; after the episode's end that of the last one."""
-        *_, has_ended, last_goal = self._last()
+        *_, has_ended, last_goal, _ = self._last()
         return last_goal if has_ended else int(self.turns.ledger.goals[0])
 
     def observation(self, agent: str) -> Observation:
@@ -126,7 +126,7 @@ class SingleEnv:
         self.turns.take_step(self._action)
         if self._has_window:
             self._show()
-        _, _, _, _, reward, extrinsic, terminated, truncated, _, _ = self._last()
+        _, _, _, _, reward, extrinsic, terminated, truncated, *_ = self._last()
         return (
             {META: extrinsic, CONTROLLER: reward},
             {META: terminated, CONTROLLER: terminated},
@@ -145,13 +145,13 @@ class SingleEnv:
 
     def info(self, agent: str) -> dict[str, Any]:
         """Return the info of one agent: see `infos`."""
-        event, meta_elapsed, length, shortest, _, _, terminated, _, _, _ = self._last()
+        event, meta_elapsed, length, shortest, *_, success = self._last()
         ledger, is_meta = self.turns.ledger, agent == META
         return {
             "goal_event": event,
             "elapsed": meta_elapsed if is_meta else int(meta_elapsed > 0),
             "illegal_actions": int((ledger.illegal_goals if is_meta else ledger.illegal_actions)[0]),
-            "success": terminated,
+            "success": success,
             "length": length,
             "shortest_length": shortest,
         }

@@ -78,7 +78,7 @@ class VectorArrays:
         """Return the last observations and infos of the episodes that a step ended."""
         ended = step.episode_ended.copy()
         numbers = (step.events, step.meta_elapsed > 0, step.illegal_actions, step.lengths, step.shortest)
-        infos = _by_name((step.terminated & ended, *(values * ended.astype(_INT64) for values in numbers)), ended)
+        infos = _by_name((step.success & ended, *(values * ended.astype(_INT64) for values in numbers)), ended)
         observations, envs = np.full(self._n, None, object), np.flatnonzero(ended)
         last = self._turns.final_observation(CONTROLLER, step, envs)
         for env, observation in zip(envs, rows(last, self._parts if self._flat else None), strict=True):

@@ -203,6 +203,7 @@ class Turns:
             self._kernel_reward,
             self.config.novelty_bonus,
             self._autoreset,
+            world.goals.target,
         )
         self.last_records, self._last_step = records, None
         if self._kernel_reward == OWN_REWARD:
