@@ -19,7 +19,9 @@ from hierroom.worlds.window import StateScreen
 from hierroom.worlds.workshop import kernels
 from hierroom.worlds.workshop.goal_kernels import GOAL_MASKS
 from hierroom.worlds.workshop.layout import OUTCOME, SHELF, SHOP, SPLITS, State
+from hierroom.worlds.workshop.recipes import book_of
 from hierroom.worlds.workshop.state_check import check_state
+from hierroom.worlds.workshop.tech_tree import tech_tree
 from hierroom.worlds.workshop.view import WorkshopView, legal_goals
 from hierroom.worlds.world import Seeds
 
@@ -125,12 +127,9 @@ class WorkshopWorld(BaseWorld):
 
     def step(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Act once in every environment and return the outcomes; an action [N] that is none only costs the step."""
-        state, given = self.state, (self.book.recipes, actions, self.outcomes)
-        if self._autoreset:
-            last = self._last_shops, self._last_things
-            _compiled_step()(state.shops, state.things, state.visited, *given, *last)
-        else:
-            _compiled_step_within()(state.shops, state.things, state.visited, *given)
+        state, last = self.state, (self._last_shops, self._last_things)
+        given = self.book.recipes, actions, self.outcomes
+        _compiled_step()(state.shops, state.things, state.visited, *given, *last, self._autoreset)
         return self.outcomes
 
     def _view(self, shops: np.ndarray, things: NDArray[np.uint8]) -> WorkshopView:
@@ -196,7 +195,8 @@ class WorkshopWorld(BaseWorld):
         if self._autoreset and len(ended):
             last, taken = before[ended], np.asarray(actions, np.int64)[ended]
             within = np.zeros(len(ended), OUTCOME)
-            kernels.step_shops(last.shops, last.things, last.visited, self.book.recipes, taken, within)
+            arrays = last.shops, last.things, last.visited, self.book.recipes, taken, within
+            kernels.step_shops(*arrays, last.shops, last.things, False)
             state.shops[ended], state.things[ended], state.visited[ended] = last.shops, last.things, last.visited
         return state
 
@@ -227,28 +227,8 @@ class WorkshopWorld(BaseWorld):
         ours.shops[envs], ours.things[envs], ours.visited[envs] = state.shops, state.things, state.visited
 
 
-def _arrays() -> tuple:
-    """Arrays of the types that both kernels get."""
-    from hierroom.worlds.workshop.recipes import book_of
-    from hierroom.worlds.workshop.tech_tree import tech_tree
-
-    things, visited = np.zeros((1, 3, 1), np.uint8), np.zeros((1, 1), np.uint64)
-    return (
-        np.zeros(1, SHOP),
-        things,
-        visited,
-        book_of(tech_tree(2)).recipes,
-        np.zeros(1, np.int64),
-        np.zeros(1, OUTCOME),
-    )
-
-
 @cache
 def _compiled_step() -> Callable[..., None]:
-    arrays = _arrays()
-    return compiled(kernels.step_and_begin_shops, *arrays, arrays[0], arrays[1])
-
-
-@cache
-def _compiled_step_within() -> Callable[..., None]:
-    return compiled(kernels.step_shops, *_arrays())
+    shops, things, visited = np.zeros(1, SHOP), np.zeros((1, 3, 1), np.uint8), np.zeros((1, 1), np.uint64)
+    given = book_of(tech_tree(2)).recipes, np.zeros(1, np.int64), np.zeros(1, OUTCOME)
+    return compiled(kernels.step_shops, shops, things, visited, *given, shops, things, True)
