@@ -4,7 +4,8 @@ import numpy as np
 from gymnasium import spaces
 
 from hierroom.goals.goal_set import GoalSet
-from hierroom.worlds.base import BaseWorld
+from hierroom.goals.rules import Rules
+from hierroom.worlds.base import BaseWorld, goal_status
 from hierroom.worlds.world import Feature
 
 BACK, AHEAD = range(2)
@@ -18,9 +19,12 @@ class Corridor(BaseWorld):
 
     goals = GoalSet.one_hot(("stone", "lamp", "end"), "end")
     n_actions = 2
-    features = {"cell": Feature(lambda _: (6,), lambda o: o.entries["cell"][:, None])}  # noqa: RUF012
+    features = {  # noqa: RUF012 - as the protocol has it
+        "cell": Feature(lambda _: (6,), lambda o: o.entries["cell"][:, None]),
+        "goal-status": goal_status(3),
+    }
     observation_spaces = {"cell": spaces.Discrete(6)}  # noqa: RUF012 - as the protocol has it
-    is_repeatable = False
+    rules = Rules({name: {"gives": name} for name in ("stone", "lamp", "end")}, "end")
     can_split = True
 
     def __init__(self, config, num_envs, **settings):
@@ -45,3 +49,12 @@ class Corridor(BaseWorld):
     def set_arrays(self, arrays):
         super().set_arrays(arrays)
         self.cells = arrays["cells"].copy()
+
+
+class CorridorTask:
+    """What a config names, so that environments of it are corridors."""
+
+    name, max_steps = "corridor", 1000
+    goal_set, n_actions, features = Corridor.goals, Corridor.n_actions, Corridor.features
+    controller_features, meta_features = ("cell", "symbol", "previous-action"), ("goal-status", "goal-outcome")
+    make_world = staticmethod(Corridor)

@@ -22,15 +22,21 @@ from hierroom.worlds.world import Feature
 def offered(world: WorldSpec) -> dict[str, Feature]:
     """Return all features that networks can read in a world, by name.
 
-    Every world has symbol, the goal as one of G + 1, no goal the last; previous-action, the controller's last action;
-    and goal-outcome, for the last goal how its option ended, for the others 0, which is for meta-controllers.
+    Every world has symbol, the goal as one of G + 1, no goal the last; goal, the same by the goal's vector;
+    previous-action, the controller's last action; and goal-outcome, for the last goal how its option ended, for the
+    others 0, which is for meta-controllers.
     """
     n, ids = len(world.goals), np.arange(len(world.goals))
+
+    def goal(vectors: NDArray | None) -> Feature:
+        return Feature(
+            lambda _: (n + 1,), lambda o: (o.goals % (n + 1))[:, None], vectors, is_of_goal=True, is_of_world=False
+        )
+
     return {
+        "goal": goal(world.goals.vectors),
         **world.features,
-        "symbol": Feature(
-            lambda _: (n + 1,), lambda o: (o.goals % (n + 1))[:, None], is_of_goal=True, is_of_world=False
-        ),
+        "symbol": goal(None),
         "previous-action": Feature(
             lambda n_actions: (n_actions + 1,), lambda o: o.previous_actions[:, None], is_of_world=False
         ),

@@ -53,7 +53,7 @@ class DepthFirst:
             fact = next(one for one in order if missing[one])
 
     def _makers(self, kept: NDArray[np.bool_], have: NDArray[np.integer]) -> NDArray[np.integer]:
-        """Return [F] the kept way that first gives each fact, or -1, if ways took nothing away and could be repeated."""
+        """Return [F] the kept way that first gives each fact, or -1, were nothing taken away and all repeatable."""
         makers = np.full(len(have), -1)
         while True:
             can_be_taken = kept & ((have >= self._required) | (makers >= 0)).all(axis=1)

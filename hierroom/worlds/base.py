@@ -152,6 +152,11 @@ class BaseView:
         return ranks
 
 
+def goal_status(n_goals: int) -> Feature:
+    """Return the feature that says of each goal whether it is within reach (1) and was achieved (2), or both (3)."""
+    return Feature(lambda _: (4,) * n_goals, lambda o: o.view.reachable + 2 * (o.view.counts > 0), is_by_goal=True)
+
+
 class BaseWorld:
     """N environments that are stepped one after the other or together, by a subclass.
 
@@ -173,7 +178,7 @@ class BaseWorld:
     replayer: Any = None
     is_repeatable: Any = True
     """[G] bool or one for all: whether a goal may be chosen again once it is achieved, where no rules are known."""
-    keys_to_action: Mapping[str, int] = {}  # noqa: RUF012 - the protocol's
+    keys_to_action: Mapping[str, int] = {}
     stage_titles: Sequence[str] = ()
     stage = 0
     can_split = False

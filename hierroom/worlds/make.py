@@ -28,7 +28,7 @@ class Task(Protocol):
 
     Attributes:
         name: in titles, tables and errors.
-        goals: the goals.
+        goal_set: the goals.
         n_actions: the controller's number of actions.
         features: what networks can read, by name, besides what every world has (`agents.features.offered`).
         controller_features: names of those that the controller's network reads unless a config names others.
@@ -37,7 +37,7 @@ class Task(Protocol):
     """
 
     name: str
-    goals: GoalSet
+    goal_set: GoalSet
     n_actions: int
     features: Mapping[str, Feature]
     controller_features: tuple[str, ...]
@@ -86,7 +86,7 @@ class WorldSpec:
     """
 
     config: EnvConfig
-    goals: GoalSet
+    goal_set: GoalSet
     n_actions: int
     features: Mapping[str, Feature]
     controller_features: tuple[str, ...] = ()
@@ -101,7 +101,7 @@ def world_spec(config: EnvConfig) -> WorldSpec:
     """Return what agents in the world of a config are made for."""
     if (task := find_task(config.task)) is not None:
         usual = task.controller_features, task.meta_features
-        return WorldSpec(config, task.goals, task.n_actions, task.features, *usual)
+        return WorldSpec(config, task.goal_set, task.n_actions, task.features, *usual)
     from hierroom.worlds.escape_room.world import EscapeRoomWorld
 
     return WorldSpec(config, EscapeRoomWorld.goals, 6 if config.drop_key else 5, EscapeRoomWorld.features)

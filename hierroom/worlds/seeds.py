@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ def chosen_envs(envs: Indices, n: int) -> NDArray[np.integer]:
         raise InputError(f"environments are numbered from 0 to {n - 1}; there is no {envs}") from error
 
 
-def write_seeds(records: np.ndarray, seed: Seeds, chosen: NDArray[np.integer]) -> None:
+def write_seeds(records: np.ndarray | Mapping[str, NDArray], seed: Seeds, chosen: NDArray[np.integer]) -> None:
     """Write seeds (0 to 2**63 - 1) into the fields seed and episode, so that the next episode is a seed's first one.
 
     ``seed`` is one for all chosen environments [M], or a sequence with one, or None, for each; None changes nothing.
