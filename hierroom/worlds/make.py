@@ -86,7 +86,7 @@ class WorldSpec:
     """
 
     config: EnvConfig
-    goal_set: GoalSet
+    goals: GoalSet
     n_actions: int
     features: Mapping[str, Feature]
     controller_features: tuple[str, ...] = ()

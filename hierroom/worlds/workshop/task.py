@@ -54,7 +54,7 @@ class WorkshopTask:
         return Solver(self.book.recipes)
 
     @cached_property
-    def goals(self) -> GoalSet:
+    def goal_set(self) -> GoalSet:
         """The goals: the names of the rules; the target is the first that makes the target of the rules."""
         return GoalSet.one_hot(self.rules.names, self.rules.names[self.book.recipes.last_goal])
 

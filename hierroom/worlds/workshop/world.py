@@ -86,7 +86,7 @@ class WorkshopWorld(BaseWorld):
         Whole(1, 2**31 - 1).check(num_envs, "num_envs")
         self.task, self.config, self._autoreset = task, config, autoreset
         self.book, self.rules, self.replayer = task.book, task.rules, task.replayer
-        self.goals, self.n_actions, self.features = task.goals, task.n_actions, task.features
+        self.goals, self.n_actions, self.features = task.goal_set, task.n_actions, task.features
         self.observation_spaces = task.observation_spaces
         self.max_steps = config.max_steps or task.max_steps
         Whole(1, 2**31 - 1).check(self.max_steps, "max_steps")
