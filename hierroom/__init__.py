@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from hierroom.support.errors import InputError
     from hierroom.train import train
     from hierroom.worlds.env_config import EnvConfig
+    from hierroom.worlds.task.task import Task
     from hierroom.worlds.workshop.task import workshop
     from hierroom.wrappers.boxes import box_view
     from hierroom.wrappers.features import add_features
@@ -53,6 +54,7 @@ __all__ = [
     "GoalGraph",
     "InputError",
     "Rules",
+    "Task",
     "TrainConfig",
     "TrainedAgent",
     "add_features",
@@ -82,6 +84,7 @@ _HOMES = {
     "GoalGraph": "goals",
     "InputError": "support.errors",
     "Rules": "goals",
+    "Task": "worlds.task.task",
     "TrainConfig": "runs.config.config",
     "TrainedAgent": "runs.trained_agent",
     "add_features": "wrappers.features",

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hierroom.agents.config import require_features
 from hierroom.controller import Observation
+from hierroom.support.byte_array import ByteArray
 from hierroom.support.errors import InputError
 from hierroom.turns.kernels import NO_OUTCOME
 from hierroom.turns.records import CONTROLLER, N_OUTCOMES
@@ -88,6 +89,16 @@ class Features:
     def cardinalities(self) -> tuple[int, ...]:
         """Return the number of values of each of the K numbers."""
         return tuple(c for feature in self._chosen for c in feature.cardinalities(self.world.n_actions))
+
+    @property
+    def arrays(self) -> tuple[tuple[int, ByteArray], ...]:
+        """Return where among the K numbers there are bytes of arrays, and how these are read."""
+        arrays, start = [], 0
+        for feature in self._chosen:
+            if feature.array is not None:
+                arrays.append((start, feature.array))
+            start += len(feature.cardinalities(self.world.n_actions))
+        return tuple(arrays)
 
     @property
     def vectors(self) -> list[NDArray | None] | None:

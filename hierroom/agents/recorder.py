@@ -13,7 +13,7 @@ from hierroom.turns.kernels import NO_OUTCOME
 from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 
-_PARTS = {"actions": "i1", "rewards": "f8", "extrinsic": "f8", "goals": "i1", "achieved": "i1", "outcomes": "i1"}
+_PARTS = {"actions": "i4", "rewards": "f8", "extrinsic": "f8", "goals": "i1", "achieved": "i1", "outcomes": "i1"}
 """What is recorded of each step, by the names that it has in `Episode`."""
 
 

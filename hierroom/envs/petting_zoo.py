@@ -27,12 +27,16 @@ class TwoAgentEnv:
         config = EnvConfig.of_arguments({"graph": graph, "reward": "intrinsic", **entries}, ("render_mode",))
         self.single = SingleEnv(config, render_mode)
         self.render_mode = render_mode
-        self.complexity = self.single.complexity
         self.agents: list[str] = []
         self.possible_agents = list(AGENTS)
         self.observation_spaces = self.single.observation_spaces
         self.action_spaces = self.single.action_spaces
         self.state_space = self.single.turns.world.global_state_space
+
+    @property
+    def complexity(self) -> Any:
+        """Return the `ComplexityReport` of its goal graph or rules; of several goal graphs, of the hardest."""
+        return self.single.complexity
 
     def observation_space(self, agent: str) -> spaces.Space:
         """Return the observation space of an agent: the same object at every call."""

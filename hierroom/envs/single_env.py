@@ -40,7 +40,6 @@ class SingleEnv:
 
     def __init__(self, config: EnvConfig, render_mode: str | None):
         self.turns = Turns(config, autoreset=False, measure_shortest=True)
-        self.complexity = self.turns.world.complexity
         turns, self._has_window = self.turns, render_mode == "human"
         self.observation_spaces: dict[str, spaces.Space] = {agent: turns.observation_space(agent) for agent in AGENTS}
         self.action_spaces: dict[str, spaces.Space] = {agent: turns.action_space(agent) for agent in AGENTS}
@@ -65,6 +64,11 @@ class SingleEnv:
             for info in infos.values():
                 info["complexity"] = self.complexity.to_dict()
         return infos
+
+    @property
+    def complexity(self) -> Any:
+        """Return the `ComplexityReport` of what is played: of several goal graphs, of the hardest."""
+        return self.turns.world.complexity
 
     @property
     def is_meta_turn(self) -> bool:

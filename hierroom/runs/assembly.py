@@ -65,7 +65,7 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
     def make_learner(
         features: Features, n_actions: int, ppo: PPOConfig, seed: int, network: Callable[[AgentSpace, int], nn.Module]
     ) -> Learner:
-        space = AgentSpace(features.cardinalities, n_actions)
+        space = AgentSpace(features.cardinalities, n_actions, features.arrays)
         return Learner(space, num_envs, ppo, seed=seed, device=device, threads=config.threads, network=network)
 
     features = _controller_features(config)
@@ -79,7 +79,9 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
     if pair.meta != LEARNED:
         return ScriptedAgent(make_meta(pair.meta, num_envs), is_training=True), controller
     features = _meta_features(config)
-    network = GoalNetwork if features.are_by_goal else partial(make_network, "recurrent", vectors=features.vectors)
+    network = partial(make_network, "recurrent", vectors=features.vectors)
+    if features.are_by_goal and world.goals.n_alike:
+        network = partial(GoalNetwork, n_alike=world.goals.n_alike)
     learner = make_learner(features, world.goals.n_choices, config.meta_ppo, meta_seed(config.seed), network)
     warm_up = WarmUp(agents.meta_start_success)
     return PPOAgent(features, learner, network=LEARNED, warm_up=warm_up), controller

@@ -11,7 +11,6 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from hierroom.goals import NO_GOAL
 from hierroom.goals.depth_first import DepthFirst
 from hierroom.goals.goal_set import GoalSet
 from hierroom.goals.rules import Rules
@@ -25,6 +24,7 @@ from hierroom.worlds.world import OUTCOME_FIELDS, BatchWriter, Feature, Screen, 
 
 OUTCOME = np.dtype((np.record, np.dtype([*OUTCOME_FIELDS], align=True)))
 GOAL_MASKS = ("reachable", "existing", "none")
+_ARRAYS = ("seeds", "indices", "numbers", "counts", "markings", "lengths", "has_ended")
 _SPLITS = (None, "training", "evaluation")
 _MOST = 2**62
 
@@ -180,6 +180,7 @@ class BaseWorld:
     """[G] bool or one for all: whether a goal may be chosen again once it is achieved, where no rules are known."""
     keys_to_action: Mapping[str, int] = {}
     stage_titles: Sequence[str] = ()
+    notes: Sequence[str] = ()
     stage = 0
     can_split = False
     default_max_steps = DEFAULT_MAX_STEPS
@@ -206,6 +207,7 @@ class BaseWorld:
         self.counts = np.zeros((num_envs, len(self.goals)), np.int64)
         start = np.zeros(0, np.int64) if self.marking_rules is None else self.marking_rules.start_marking
         self.markings = np.tile(start, (num_envs, 1))
+        self.has_ended = np.zeros(num_envs, bool)
         self.has_begun = False
         self._start, self._last = start, None
         self.remember(memories)
@@ -278,52 +280,61 @@ class BaseWorld:
         self.numbers[chosen] += 1
         self.outcomes[chosen] = 0
         self.counts[chosen], self.lengths[chosen], self.markings[chosen] = 0, 0, self._start
+        self.has_ended[chosen] = False
         self.has_begun = True
         self.begin(chosen)
 
     def record(
         self,
-        achieved: NDArray[np.bool_],
+        times: NDArray[np.bool_] | NDArray[np.integer],
         rewards: NDArray[np.floating],
         terminated: NDArray[np.bool_],
         truncated: NDArray[np.bool_] | bool = False,
     ) -> np.ndarray:
         """Write what a step did into the outcomes, and begin the next episode where one ended, if that is asked for.
 
+        Where an episode had ended before, and no other has begun, nothing counts.
+
         Args:
-            achieved: [N, G] the goals that it achieved; the target ends an episode.
+            times: [N, G] how often it achieved each goal; the target ends an episode.
             rewards: [N] the extrinsic rewards.
             terminated: [N] where it ended the episode.
             truncated: [N] where something else than the limit of steps cut it off.
         """
-        outcomes = self.outcomes
-        self.lengths += 1
+        outcomes, goes_on = self.outcomes, ~self.has_ended
+        times = np.where(goes_on[:, None], times, 0)
+        achieved = times > 0
+        self.lengths += goes_on
         outcomes["achieved"] = achieved @ (1 << np.arange(len(self.goals)))
         outcomes["n_first"] = (achieved & (self.counts == 0)).sum(axis=1)
-        self.counts += achieved
-        self._apply_rules(achieved)
-        outcomes["reward"], outcomes["length"] = rewards, self.lengths
-        outcomes["terminated"] = terminated | achieved[:, self.goals.target]
-        outcomes["truncated"] = (truncated | (self.lengths >= self.max_steps)) & ~outcomes["terminated"]
-        ended = np.flatnonzero(outcomes["terminated"] | outcomes["truncated"])
-        if self.autoreset and len(ended):
+        self.counts += times
+        self._apply_rules(times)
+        outcomes["reward"], outcomes["length"] = np.where(goes_on, rewards, 0.0), self.lengths
+        ends = np.where(goes_on, terminated | achieved[:, self.goals.target], outcomes["terminated"])
+        cuts = np.where(goes_on, truncated | (self.lengths >= self.max_steps), outcomes["truncated"])
+        outcomes["terminated"], outcomes["truncated"] = ends, cuts & ~ends
+        ended = np.flatnonzero(ends | cuts)
+        if len(ended) and not self.autoreset:
+            self.has_ended[ended] = True
+        elif len(ended):
             self._last = self.observe(self.everywhere)
             kept = outcomes[ended]
             self.reset(None, ended)
             outcomes[ended] = kept
         return outcomes
 
-    def _apply_rules(self, achieved: NDArray[np.bool_]) -> None:
+    def _apply_rules(self, times: NDArray[np.integer]) -> None:
         rules = self.marking_rules
-        if rules is None or not achieved.any():
+        if rules is None or not times.any():
             return
-        for env, goal in np.argwhere(achieved).tolist():
-            rule, before = self.rule_of_goal[goal], self.markings[env]
-            after, applies = rules.apply_all(before)
-            # What was seen to happen counts, whatever the rules say that it needs.
-            self.markings[env] = (
-                after[rule] if applies[rule] else np.minimum(before + rules.given[rule, 0], rules.limits)
-            )
+        for env, goal in np.argwhere(times).tolist():
+            rule = self.rule_of_goal[goal]
+            for _ in range(times[env, goal]):
+                before = self.markings[env]
+                after, applies = rules.apply_all(before)
+                # What was seen to happen counts, whatever the rules say that it needs.
+                forced = np.minimum(before + rules.given[rule, 0], rules.limits)
+                self.markings[env] = after[rule] if applies[rule] else forced
 
     def observe(self, envs: NDArray[np.integer]) -> Any:
         """Return what environments [M] show now."""
@@ -406,8 +417,7 @@ class BaseWorld:
 
     def get_arrays(self, envs: NDArray[np.integer]) -> dict[str, np.ndarray]:
         """Return everything that changes in environments [M], as fresh arrays; a subclass adds its own."""
-        names = ("seeds", "indices", "numbers", "counts", "markings", "lengths")
-        return {name: getattr(self, name)[envs] for name in names}
+        return {name: getattr(self, name)[envs] for name in _ARRAYS}
 
     def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Refuse arrays that `get_arrays` of as many environments cannot have given; a subclass checks its own."""
@@ -415,6 +425,7 @@ class BaseWorld:
         schema = {name: Array(np.int64, (n,), 0, _MOST) for name in ("seeds", "indices", "numbers")}
         schema["seeds"] = Array(np.int64, (n,), 0)
         schema["lengths"] = Array(np.int64, (n,), 0, self.max_steps)
+        schema["has_ended"] = Array(np.bool_, (n,))
         schema["counts"] = Array(np.int64, self.counts.shape, 0, _MOST)
         limits = None if self.marking_rules is None else self.marking_rules.limits
         schema["markings"] = Array(np.int64, self.markings.shape, 0, limits)
@@ -422,12 +433,22 @@ class BaseWorld:
 
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go back to what `get_arrays` gave, after `check_arrays`."""
-        for name in ("seeds", "indices", "numbers", "counts", "markings", "lengths"):
+        for name in _ARRAYS:
             getattr(self, name)[:] = arrays[name]
         self.outcomes[:] = 0
         self.outcomes["length"] = self.lengths
         self.has_begun = True
 
-    def goal_name(self, goal: int) -> str:
-        """Return a goal, or -1, in words."""
-        return "no goal" if goal == NO_GOAL else self.goals.names[goal]
+    @property
+    def global_state_space(self) -> spaces.Box:
+        """The space of `global_state`."""
+        return self.batch_observations(flat=True).flat_space
+
+    def global_state(self, goal: int) -> NDArray[np.float32]:
+        """Return what is known of the only environment's state: what it shows, and the goal, as one row of numbers."""
+        if not self.has_begun:
+            raise InputError("reset the environment before its state is asked for")
+        writer = self.batch_observations(flat=True)
+        arrays, _ = writer.empty()
+        writer.write(np.array([goal]), arrays)
+        return arrays[0][0]

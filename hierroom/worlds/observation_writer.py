@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from gymnasium import spaces
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from hierroom.controller import observation_spaces
 
@@ -66,9 +66,10 @@ class ObservationWriter:
         observations[envs, at : at + vectors.shape[1]] = vectors
 
 
-def flat_rows(parts: dict[str, NDArray], space: spaces.Dict) -> NDArray[np.float32]:
+def flat_rows(parts: dict[str, NDArray], space: spaces.Dict, dtype: DTypeLike) -> NDArray:
     """Return M observations by name as rows of numbers [M, K], as `gymnasium.spaces.flatten` orders them."""
-    return np.concatenate([_rows(parts[name], one) for name, one in space.items()], axis=1, dtype=np.float32)
+    rows = [_rows(parts[name], one) for name, one in space.items()]
+    return np.concatenate(rows, axis=1, dtype=dtype, casting="unsafe")
 
 
 def _ends(space: spaces.Space) -> tuple[NDArray, NDArray]:

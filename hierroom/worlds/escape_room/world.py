@@ -38,7 +38,13 @@ from hierroom.worlds.window import StateScreen
 from hierroom.worlds.world import Replayer, Seeds
 
 GOALS = GoalSet(
-    GOAL_NAMES, GOAL_VECTORS, EXIT_GOAL, ("key", "door", "exit"), np.arange(N_GOALS) // N_COLOURS, ROOM_GOAL_NAMES
+    GOAL_NAMES,
+    GOAL_VECTORS,
+    EXIT_GOAL,
+    ("key", "door", "exit"),
+    np.arange(N_GOALS) // N_COLOURS,
+    ROOM_GOAL_NAMES,
+    n_alike=N_COLOURS,
 )
 
 
@@ -49,6 +55,7 @@ class EscapeRoomWorld(Engine):
     features = FEATURES
     replayer: Replayer = LevelReplayer()
     observation_spaces = OBSERVATION_SPACES
+    notes: Sequence[str] = ()
 
     def __init__(self, config: EnvConfig, num_envs: int, *, autoreset: bool = True, **settings: Any) -> None:
         self.sampler = GraphSampler(config.graph, config.exclude, config.drop_key, num_envs, config.curriculum_stages)

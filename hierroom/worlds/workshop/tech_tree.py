@@ -61,9 +61,7 @@ def tech_tree(n_goals: int, seed: int = 0, shape: Shape = "mixed") -> Rules:
     }
     n_parts = (n_goals - n_materials) // 2
     parts = [part for (part,) in _names(rng, [(part,) for part in PARTS], n_parts, ("part",))]
-    tools = [
-        tool for (tool,) in _names(rng, [(tool,) for tool in TOOLS], n_goals - n_materials - n_parts - 1, ("tool",))
-    ]
+    tools = [tool for (tool,) in _names(rng, [(tool,) for tool in TOOLS], n_goals - n_materials - n_parts - 1, ("tool",))]
     products = [*rng.permutation([*parts, *tools]).tolist(), MASTERPIECE]
     unused, known = [*materials], [*materials]
     for product in products:
