@@ -5,11 +5,15 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 from pettingzoo.test import api_test, parallel_api_test
+from same_state import equal
 from workshop_twin import CRAFT
 
 import hierroom
 from hierroom import EnvConfig, InputError
+from hierroom.agents.config import METHODS
 from hierroom.agents.features import Features
+from hierroom.learners.config import PPOConfig
+from hierroom.runs.trainer import Trainer
 from hierroom.turns.records import META
 from hierroom.turns.turns import Turns
 from hierroom.worlds.make import find_task, world_spec
@@ -167,9 +171,9 @@ def next_action(world, way):
 
 def test_a_workshop_is_drawn_and_its_actions_are_named():
     world = make(1)
-    state, replayer = world.get_state(), world.replayer
+    state, replayer, n_places = world.get_state(), world.replayer, world.n_actions - 2
     place = state.things[0, PLACES].tolist().index(0)
-    names = [replayer.action_name(state, action) for action in (place, 7, 8, 9)]
+    names = [replayer.action_name(state, action) for action in (place, n_places, n_places + 1, n_places + 2)]
     assert names == ["put wood", "work", "clear", "illegal action"]
     text = replayer.text(state, 3)
     assert f"{place} wood x1" in text
@@ -177,7 +181,7 @@ def test_a_workshop_is_drawn_and_its_actions_are_named():
     plain, marked = replayer.picture(state, -1, 40), replayer.picture(state, 3, 40)
     assert plain.shape == marked.shape
     assert (plain != marked).any()
-    states = list(replayer.replay(state, np.array([place, 7, 8])))
+    states = list(replayer.replay(state, np.array([place, n_places, n_places + 1])))
     assert [one.things[0, SHELF, 0] for one in states] == [1, 0, 0, 0]
     with pytest.raises(InputError, match="a picture shows one environment, but the state holds 6"):
         replayer.text(make().get_state())
@@ -198,9 +202,17 @@ def test_the_apis_keep_their_contracts():
         shown, all_shown = one.step(action)[0], many.step(np.full(3, action))[0]
 
 
-@pytest.mark.parametrize("method", ["ppo", "ppo-bonus", "ppo-sketch", "hippo", "ppo-novelty", "ppo-rnd", "learned", "random"])
-def test_every_method_trains(method, one_thread):
-    agents = {"meta": method} if method in ("learned", "random") else {"method": method}
-    settings = {"steps": 512, "num_envs": 8, "evaluations": 1, "evaluation_episodes": 4, "max_steps": 60}
-    trainer = hierroom.train(task="workshop:3", meta_start_success=0.0, threads=1, **settings, **agents)
-    trainer.turns.set_state(trainer.turns.get_state())
+@pytest.mark.parametrize("method", [*METHODS, "learned", "random"])
+def test_every_method_trains_and_goes_on_from_its_state(method, one_thread):
+    agents = {"meta": method} if method not in METHODS else {"method": method}
+    meta_ppo = PPOConfig(sequence_length=2, minibatches=2, sequences_per_update=4)
+    settings = {"num_envs": 4, "sequence_length": 8, "meta_start_success": 0.0, "max_steps": 30, "threads": 1}
+    config = hierroom.find_preset("default").changed(task="workshop:3", meta_ppo=meta_ppo, **settings, **agents)
+    first, second = Trainer(config), Trainer(config)
+    for _ in range(4):
+        first.advance()
+    second.load_state_dict(first.state_dict())
+    for _ in range(2):
+        assert first.advance() == second.advance()
+    states = [trainer.state_dict() for trainer in (first, second)]
+    assert equal(*({name: state[name] for name in ("turns", "agents", "log")} for state in states))
