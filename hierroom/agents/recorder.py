@@ -59,6 +59,7 @@ class _Tape:
                 start=start,
                 replayer=world.replayer,
                 graph=world.graph_of(start),
+                variant=ended.variants[n],
                 terminated=bool(step.terminated[row]),
                 truncated=not step.terminated[row],
                 success=bool(ended.successes[n]),

@@ -128,7 +128,7 @@ def test_pictures_name_step_action_and_subgoal(run):
     assert len(shown) == len(episode) + 1
     for step, state in enumerate(episode.states()):
         goal = int(episode.goals[min(step, len(episode) - 1)])
-        end = "" if step < len(episode) else ", escaped" if episode.success else ", not escaped"
+        end = "" if step < len(episode) else ", escaped" if episode.success else ", did not escape"
         title = f"step {step} of 60" + (f": {episode.action_name(step)}" if step else "") + end
         np.testing.assert_array_equal(shown[step], draw_level(state, goal, tile_size, title))
 

@@ -89,7 +89,7 @@ class Job:
         for meta in self.metas if trainer.config.resolved_method.controller.sees_goal else ():
             numbers |= _columns(f"{meta}_", trainer.evaluate(self.episodes, meta=meta))
         env = trainer.config.env
-        if excluded := GraphSet(env.graph, env.exclude, env.drop_key).excluded:
+        if env.exclude and (excluded := GraphSet(env.graph, env.exclude, env.drop_key).excluded):
             numbers |= _columns("excluded_", trainer.evaluate(self.episodes, graph=excluded))
         for goal, (share, step) in sampled.steps_to_goals.items():
             name = goal.replace(" ", "_")
