@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 SPLITS = (None, "training", "evaluation")
 PAPER, INK, FADED, DONE = (255, 255, 255), (20, 20, 20), (150, 150, 150), (0, 120, 60)
-_WIDTH, _LINE, _MARGIN = 260, 18, 10
+_WIDTH, _LINE, _MARGIN, _TITLE_LINES = 260, 18, 10, 3
 
 
 @dataclass(frozen=True)
@@ -98,8 +98,9 @@ class TaskReplayer:
 
     def picture(self, state: Moment, goal: int, tile_size: int, title: str = "") -> NDArray[np.uint8]:
         """Draw a state: what the environment draws, and beside it the goals; [H, W, 3] uint8."""
-        frame, lines = state.draw(), self._lines(state, goal)
-        panel = _panel(tuple(lines), title)
+        frame, most = state.draw(), replace(state, counts=np.full_like(state.counts, 999))
+        widest = max((text for text, _ in self._lines(most, goal)), key=len)  # so that all pictures are of one size
+        panel = _panel(tuple(self._lines(state, goal)), widest, title)
         if not isinstance(frame, np.ndarray) or frame.ndim != 3 or frame.shape[2] != 3:
             return panel
         height = max(len(frame), len(panel))
@@ -142,13 +143,13 @@ def _frame(env: Any) -> Any:
 
 
 @lru_cache(maxsize=256)
-def _panel(lines: tuple[tuple[str, tuple[int, int, int]], ...], title: str) -> NDArray[np.uint8]:
+def _panel(lines: tuple[tuple[str, tuple[int, int, int]], ...], widest: str, title: str) -> NDArray[np.uint8]:
     from PIL import Image, ImageDraw, ImageFont
 
-    heading = [(part, INK) for part in textwrap.wrap(title, 40)]
-    rows = [*heading, ("", INK), *lines] if heading else [*lines]
+    heading = [*textwrap.wrap(title, 40), *[""] * _TITLE_LINES][:_TITLE_LINES]
+    rows = [*((text, INK) for text in heading), *lines]
     font = ImageFont.load_default(size=12)
-    width = max([_WIDTH, *(int(font.getlength(text)) + 2 * _MARGIN for text, _ in rows)])
+    width = max(_WIDTH, int(font.getlength(widest)) + 2 * _MARGIN)
     panel = Image.new("RGB", (width, 2 * _MARGIN + _LINE * len(rows)), PAPER)
     draw = ImageDraw.Draw(panel)
     for n, (text, colour) in enumerate(rows):

@@ -37,7 +37,9 @@ def flat_entries(space: spaces.Space) -> tuple[dict[str, tuple[tuple[Any, ...], 
             name = f"observation_{name}"
         entries[name] = path, part
     if not entries:
-        raise InputError(f"a task's observations are Box, Discrete, MultiDiscrete or MultiBinary, or dicts, not {space}")
+        raise InputError(
+            f"a task's observations are Box, Discrete, MultiDiscrete or MultiBinary, or dicts, not {space}"
+        )
     return entries, left_out
 
 
