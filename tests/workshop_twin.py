@@ -40,15 +40,11 @@ class Twin:
     def __init__(self, rules, seed, index, split, max_steps):
         self.rules, self.split, self.max_steps = rules, split, max_steps
         self.seed, self.index, self.episode = seed, index, -1
-        asked = [(goal, dict(ask_of(way))) for goal, ways in rules.rules.items() for way in ways]
+        ways = [(goal, dict(ask_of(way)), way) for goal, ways in rules.rules.items() for way in ways]
         self.ways, self.sources = [], {}
-        for (goal, ask), way in zip(asked, (way for ways in rules.rules.values() for way in ways), strict=True):
-            if not ask or any(other == ask and name != goal for name, other in asked):
+        for goal, ask, way in ways:
+            if not ask or any(other == ask and name != goal for name, other, _ in ways):
                 self.sources[goal] = f"source of {goal}"
-        ways = [way for ways in rules.rules.values() for way in ways]
-        for (goal, ask), way in zip(asked, ways, strict=True):
-            is_shared = any(other == ask and name != goal for name, other in asked)
-            if not ask or is_shared:
                 ask = ask | {self.sources[goal]: 1}
             self.ways.append((goal, ask, way))
         self.things = [*rules.facts, *(self.sources[goal] for goal in rules.rules if goal in self.sources)]

@@ -183,3 +183,14 @@ def step_shops(shops, things, visited, recipes, actions, outcomes, last_shops, l
             last_shops[n] = shop
             last_things[n] = things[n]
             begin(shop, things[n], visited[n], recipes)
+
+
+@njit(cache=True, nogil=True)
+def write_observations(things, observations):
+    """Write what M environments show [M, P, 3]: the thing at each place, how many to take, how many on the bench."""
+    for m in range(observations.shape[0]):
+        for place in range(observations.shape[1]):
+            thing = things[m, PLACES, place]
+            observations[m, place, 0] = thing
+            observations[m, place, 1] = things[m, SHELF, thing]
+            observations[m, place, 2] = things[m, BENCH, thing]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Any
 
@@ -56,7 +56,9 @@ class WorkshopTask:
     @cached_property
     def goal_set(self) -> GoalSet:
         """The goals: the names of the rules; the target is the first that makes the target of the rules."""
-        return GoalSet.one_hot(self.rules.names, self.rules.names[self.book.recipes.last_goal])
+        names, last = self.rules.names, self.book.recipes.last_goal
+        goals = GoalSet.one_hot(names, names[last])
+        return replace(goals, n_alike=last) if 0 < last == len(names) - 1 else goals
 
     @property
     def n_actions(self) -> int:

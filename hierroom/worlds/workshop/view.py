@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from hierroom.support.compile.kernel import compiled
 from hierroom.worlds.random_kernels import turn_uniforms
 from hierroom.worlds.workshop.goal_kernels import GOAL_MASKS, write_masks, write_ranks
-from hierroom.worlds.workshop.layout import BENCH, PLACES, SHELF, SHOP
+from hierroom.worlds.workshop.kernels import write_observations
+from hierroom.worlds.workshop.layout import BENCH, SHELF, SHOP
 from hierroom.worlds.workshop.recipes import Book, book_of
 from hierroom.worlds.workshop.shortest import Solver
 from hierroom.worlds.workshop.tech_tree import tech_tree
@@ -75,9 +76,9 @@ class WorkshopView:
             ``observation`` [M, P, 3] uint8: of each place of the shelf, the thing that stands there, how many there
             are of it to take, and how many lie on the bench.
         """
-        places = self.things[:, PLACES, : len(self.book.recipes.standing)]
-        counts = [np.take_along_axis(self.things[:, row], places, axis=1) for row in (SHELF, BENCH)]
-        return {"observation": np.stack([places, *counts], axis=-1)}
+        observations = np.empty((len(self), len(self.book.recipes.standing), 3), np.uint8)
+        _compiled_observations()(self.things, observations)
+        return {"observation": observations}
 
     def uniforms(self, turns: NDArray[np.integer], n: int) -> NDArray[np.float64]:
         """Return [M, n] random numbers in [0, 1), fixed by seed, environment, episode and turn [M]."""
@@ -138,6 +139,12 @@ def legal_goals(
 def _compiled_masks() -> Callable[..., None]:
     things, recipes = np.zeros((1, 3, 1), np.uint8), book_of(tech_tree(2)).recipes
     return compiled(write_masks, np.zeros(1, SHOP), things, recipes, np.zeros(1, bool), 1, np.zeros((1, 1), bool))
+
+
+@cache
+def _compiled_observations() -> Callable[..., None]:
+    bytes_ = np.zeros((1, 3, 1), np.uint8)
+    return compiled(write_observations, bytes_, bytes_)
 
 
 @cache

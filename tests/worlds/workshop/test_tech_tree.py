@@ -42,7 +42,9 @@ def test_every_tree_has_its_goals_uses_all_things_and_can_be_solved(n_goals, sha
             ranks = np.zeros((1, n_goals), np.int64)
             write_ranks(things, book.recipes, ranks)
             order = sorted(range(n_goals), key=lambda goal, ranks=ranks: -ranks[0, goal])
-            assert any(ranks[0, goal] and apply(things[0], book.recipes, goal) for goal in order if can(things, book, goal))
+            assert any(
+                ranks[0, goal] and apply(things[0], book.recipes, goal) for goal in order if can(things, book, goal)
+            )
             made += 1
             assert made <= 20 * length
 
