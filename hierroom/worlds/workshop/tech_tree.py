@@ -93,7 +93,8 @@ def _ask(
     One at least was not used yet, so no two products are made of the same. As long as more than two things wait to be
     used, it takes two of them, so that the last product can take the rest.
     """
-    waiting = {"deep": unused[::-1], "wide": unused}.get(shape, rng.permutation(unused).tolist())
+    at_random: list[str] = rng.permutation(unused).tolist()
+    waiting = {"deep": unused[::-1], "wide": unused}.get(shape, at_random)
     chosen = waiting if is_last else waiting[: 1 + (len(waiting) > 2 or rng.random() < 0.5)]
     if len(chosen) < 2 and len(known) > 1:
         chosen = [*chosen, str(rng.choice([thing for thing in known if thing not in chosen]))]
