@@ -15,7 +15,6 @@ from hierroom.support.schema import Whole
 from hierroom.worlds.base import BaseWorld
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.seeds import Indices, chosen_envs, write_seeds
-from hierroom.worlds.window import StateScreen
 from hierroom.worlds.workshop import kernels
 from hierroom.worlds.workshop.goal_kernels import GOAL_MASKS
 from hierroom.worlds.workshop.layout import OUTCOME, SHELF, SHOP, SPLITS, State
@@ -179,10 +178,6 @@ class WorkshopWorld(BaseWorld):
     def shortest_actions(self, env: int) -> NDArray[np.integer]:
         """Return the actions of a shortest way to the target in one environment."""
         return self.task.solver.actions(self.state.things[env])
-
-    def screen(self, render_mode: str | None) -> StateScreen:
-        """Return what shows environments in a render mode."""
-        return StateScreen(self.get_state, self.replayer, render_mode)
 
     def get_state(self, envs: Indices = slice(None)) -> State:
         """Copy the exact state of some environments (by default all)."""
