@@ -45,6 +45,11 @@ class GoalInWords:
     is_legal: bool
     achieved: int
 
+    @property
+    def was_achieved(self) -> bool:
+        """Whether it was achieved in this episode."""
+        return self.achieved > 0
+
     def __str__(self) -> str:
         return self.name
 
@@ -301,19 +306,27 @@ class BaseWorld:
             terminated: [N] where it ended the episode.
             truncated: [N] where something else than the limit of steps cut it off.
         """
-        outcomes, goes_on = self.outcomes, ~self.has_ended
-        times = np.where(goes_on[:, None], times, 0)
-        achieved = times > 0
-        self.lengths += goes_on
-        outcomes["achieved"] = achieved @ (1 << np.arange(len(self.goals)))
-        outcomes["n_first"] = (achieved & (self.counts == 0)).sum(axis=1)
-        self.counts += times
-        self._apply_rules(times)
-        outcomes["reward"], outcomes["length"] = np.where(goes_on, rewards, 0.0), self.lengths
-        ends = np.where(goes_on, terminated | achieved[:, self.goals.target], outcomes["terminated"])
-        cuts = np.where(goes_on, truncated | (self.lengths >= self.max_steps), outcomes["truncated"])
-        outcomes["terminated"], outcomes["truncated"] = ends, cuts & ~ends
-        ended = np.flatnonzero(ends | cuts)
+        outcomes = self.outcomes
+        if self.has_ended.any():
+            goes_on = ~self.has_ended
+            times, rewards = times * goes_on[:, None], rewards * goes_on
+            terminated = np.where(goes_on, terminated, outcomes["terminated"])
+            truncated = np.where(goes_on, truncated, outcomes["truncated"])
+            self.lengths += goes_on
+        else:
+            self.lengths += 1
+        outcomes["achieved"], outcomes["n_first"] = 0, 0
+        if times.any():
+            achieved = times > 0
+            outcomes["achieved"] = achieved @ (1 << np.arange(len(self.goals)))
+            outcomes["n_first"] = (achieved & (self.counts == 0)).sum(axis=1)
+            terminated = terminated | achieved[:, self.goals.target]
+            self.counts += times
+            self._apply_rules(times)
+        truncated = (truncated | (self.lengths >= self.max_steps)) & ~terminated
+        outcomes["reward"], outcomes["length"] = rewards, self.lengths
+        outcomes["terminated"], outcomes["truncated"] = terminated, truncated
+        ended = np.flatnonzero(terminated | truncated)
         if len(ended) and not self.autoreset:
             self.has_ended[ended] = True
         elif len(ended):
@@ -325,11 +338,11 @@ class BaseWorld:
 
     def _apply_rules(self, times: NDArray[np.integer]) -> None:
         rules = self.marking_rules
-        if rules is None or not times.any():
+        if rules is None:
             return
         for env, goal in np.argwhere(times).tolist():
             rule = self.rule_of_goal[goal]
-            for _ in range(times[env, goal]):
+            for _ in range(int(times[env, goal])):
                 before = self.markings[env]
                 after, applies = rules.apply_all(before)
                 # What was seen to happen counts, whatever the rules say that it needs.

@@ -63,7 +63,8 @@ class ArrayEncoder(nn.Module):
         if self.categories is not None:
             total = total + self.categories.linear(flat[:, self._columns])
         for (start, stop), kind, encode in zip(self._places, self._types, self.arrays, strict=True):
-            total = total + encode(flat[:, start:stop].contiguous().view(kind))
+            row = flat[:, start:stop].clone(memory_format=torch.contiguous_format)  # numbers begin at whole addresses
+            total = total + encode(row.view(kind))
         return torch.relu(total).reshape(*features.shape[:-1], -1)
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hierroom.goals import NO_GOAL
 from hierroom.support.errors import InputError, in_one_line
-from hierroom.worlds.task.goal_env import COUNTS
+from hierroom.worlds.task.goal_values import goal_values
 
 if TYPE_CHECKING:
     from hierroom.worlds.task.task import Task
@@ -79,14 +79,14 @@ class TaskReplayer:
         counts, marking = np.zeros_like(state.counts), state.marking.copy()
         try:
             _, info = env.reset(seed=self.seed_of(state.identity))
-            last = info[COUNTS]
+            last = np.array(goal_values(task.goals, env, info, task.name), np.int64)
             for step in range(len(actions) + 1):
                 frame = _frame(env)
                 yield Moment(state.identity, state.max_steps, counts.copy(), marking, step, lambda f=frame: f)
                 if step < len(actions) and actions[step] < task.n_actions:
                     *_, info = env.step(task.trial.first_action + int(actions[step]))
-                    counts = counts + np.maximum(info[COUNTS] - last, 0)
-                    last = info[COUNTS]
+                    now = np.array(goal_values(task.goals, env, info, task.name), np.int64)
+                    counts, last = counts + np.maximum(now - last, 0), now
         finally:
             env.close()
 

@@ -18,7 +18,8 @@ from hierroom.goals.rules import Rules
 from hierroom.support.errors import InputError, in_one_line, require_number, shown
 from hierroom.worlds.base import goal_status
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
-from hierroom.worlds.task.goal_env import COUNTS, GoalEnv, GoalFunction
+from hierroom.worlds.task.goal_values import GoalFunction
+from hierroom.worlds.task.local_envs import LocalEnvs
 from hierroom.worlds.task.spaces import features_of, flat_entries
 from hierroom.worlds.world import Feature
 
@@ -85,8 +86,8 @@ class Task:
                 raise InputError(f"goal {name!r} must be a function of environment and info, not {shown(function)}")
         require_number("max_steps", self.max_steps, 1, 10**6, is_whole=True)
         require_number("processes", self.processes, 0, 2**10, is_whole=True)
-        object.__setattr__(self, "rules", self._rules())
         self.goal_set  # noqa: B018 - refuses a wrong target and wrong vectors now
+        object.__setattr__(self, "rules", self._rules())
 
     def __repr__(self) -> str:
         return f"<Task {self.name}, goals {', '.join(self.goals)}>"
@@ -101,21 +102,19 @@ class Task:
             if self.capacity:
                 raise InputError("the capacity of a task is that of facts of its rules, and there are no rules")
             return None
-        rules = self.rules
-        if not isinstance(rules, Rules):
-            if not isinstance(rules, Mapping):
-                raise InputError(f"rules of a task are a mapping from goals to what each needs, not {shown(rules)}")
-            given = {name: _giving_itself(name, rule) for name, rule in rules.items()}
-            rules = Rules(given, self.target, self.capacity or {}, label=self.label)
-        elif self.capacity:
-            rules = replace(rules, capacity={**rules.capacity, **self.capacity})
-        missing = [name for name in self.goals if name not in rules.names]
-        unknown = [name for name in rules.names if name not in self.goals]
-        if missing or unknown:
-            found = {"lack": missing, "have": unknown}
-            wrong = [f"{what} {', '.join(map(repr, names))}" for what, names in found.items() if names]
+        if not isinstance(self.rules, (Rules, Mapping)):
+            raise InputError(f"rules of a task are a mapping from goals to what each needs, not {shown(self.rules)}")
+        names = self.rules.names if isinstance(self.rules, Rules) else tuple(self.rules)
+        found = {
+            "lack": [name for name in self.goals if name not in names],
+            "have": [name for name in names if name not in self.goals],
+        }
+        if wrong := [f"{what} {', '.join(map(repr, some))}" for what, some in found.items() if some]:
             raise InputError(f"the rules of a task are of its goals {', '.join(self.goals)}; they {', '.join(wrong)}")
-        return rules
+        if isinstance(self.rules, Rules):
+            return replace(self.rules, capacity={**self.rules.capacity, **(self.capacity or {})})
+        given = {name: _giving_itself(name, rule) for name, rule in self.rules.items()}
+        return Rules(given, self.target, self.capacity or {}, label=self.label)
 
     @cached_property
     def goal_set(self) -> GoalSet:
@@ -134,7 +133,7 @@ class Task:
             raise InputError(f"{rule}; those given have no common length, or are no finite numbers")
         return replace(goals, vectors=np.concatenate([rows, np.zeros_like(rows[:1])]))
 
-    def new_env(self, render_mode: str | None = None) -> GoalEnv:
+    def new_env(self, render_mode: str | None = None) -> gymnasium.Env:
         """Return a new environment, which draws itself in a render mode if it can."""
         try:
             env = self._make(render_mode)
@@ -142,7 +141,7 @@ class Task:
             raise InputError(f"make of {self.name} fails: {in_one_line(error)}") from error
         if not isinstance(env, gymnasium.Env):
             raise InputError(f"make of {self.name} must return a gymnasium.Env, not {shown(env)}")
-        return GoalEnv(env, self.goals, self.name)
+        return env
 
     def _make(self, render_mode: str | None) -> Any:
         if isinstance(self.make, str):
@@ -217,18 +216,17 @@ class Trial:
     def of(cls, task: Task) -> Trial:
         """Take random steps in a new environment of a task; what is wrong with the task is raised as one line."""
         env = task.new_env()
-        try:
-            actions = env.action_space
-            if not isinstance(actions, spaces.Discrete):
-                raise InputError(f"the actions of {task.name} must be Discrete, not {actions}; wrap its environment")
-            (entries, left_out), random = flat_entries(env.observation_space), np.random.default_rng(0)
-            _, info = env.reset(seed=0)
-            are_counts = np.array(env.are_counts(info))
-            for _ in range(N_TRIED):
-                action = int(actions.start + random.integers(actions.n))
-                *_, terminated, truncated, info = env.step(action)
-                if len(info[COUNTS]) and (terminated or truncated):
-                    env.reset(seed=0)
-            return cls(entries, left_out, int(actions.n), int(actions.start), are_counts)
-        finally:
-            env.close()
+        actions = env.action_space
+        if not isinstance(actions, spaces.Discrete):
+            raise InputError(f"the actions of {task.name} must be Discrete, not {actions}; wrap its environment")
+        entries, left_out = flat_entries(env.observation_space)
+        envs, random = LocalEnvs(task, 1), np.random.default_rng(0)
+        _, (values,) = envs.reset([0], [0])
+        for _ in range(N_TRIED):
+            taken = envs.step([0], [int(actions.start + random.integers(actions.n))])
+            if taken.terminated[0] or taken.truncated[0]:
+                envs.reset([0], [0])
+        envs.close()
+        env.close()
+        are_counts = np.array([not isinstance(value, bool) for value in values])
+        return cls(entries, left_out, int(actions.n), int(actions.start), are_counts)

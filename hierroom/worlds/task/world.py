@@ -14,7 +14,7 @@ from hierroom.support.errors import InputError
 from hierroom.support.schema import Array, Table
 from hierroom.worlds.base import BaseWorld
 from hierroom.worlds.env_config import EnvConfig
-from hierroom.worlds.task.goal_env import COUNTS
+from hierroom.worlds.task.local_envs import LocalEnvs, Taken
 from hierroom.worlds.task.replayer import Moment, TaskReplayer
 from hierroom.worlds.task.spaces import entry_of
 
@@ -55,33 +55,32 @@ class TaskWorld(BaseWorld):
         self._taken = np.zeros(num_envs, np.int64)
         self._actions = np.full((num_envs, n_remembered), _NONE, np.int32)
         self._cut = np.zeros(num_envs, bool)
-        self._envs = [task.new_env() for _ in range(num_envs)]
+        self._envs = LocalEnvs(task, num_envs)
         super().__init__(config, num_envs, **settings)
 
     def begin(self, envs: NDArray[np.integer]) -> None:
         """Begin the episodes of environments [M], each with the seed of its own."""
-        for env in envs.tolist():
-            observation, info = self._envs[env].reset(seed=self._seed_of(env))
-            self._note(env, observation, info)
+        numbers = envs.tolist()
+        seeds = [self.replayer.seed_of(self.identity(env)) for env in numbers]
+        self._note(numbers, *self._envs.reset(numbers, seeds))
         self._taken[envs], self._actions[envs], self._cut[envs] = 0, _NONE, False
-
-    def _seed_of(self, env: int) -> int:
-        return self.replayer.seed_of(self.identity(env))
 
     def identity(self, env: int) -> tuple[int, int, int, str | None]:
         """Return what fixes the episode of an environment: seed, environment, number and part of the levels."""
         return int(self.seeds[env]), int(self.indices[env]), int(self.numbers[env]), self.config.levels
 
-    def _note(self, env: int, observation: Any, info: dict[str, Any]) -> None:
+    def _note(self, envs: list[int], observations: list[Any], totals: list[list[int]]) -> None:
+        """Keep what some environments show, and how their goals stand."""
         for name, (path, _) in self._trial.entries.items():
             shown = self._shown[name]
             try:
-                shown[env] = entry_of(observation, path)
+                values = np.array([entry_of(one, path) for one in observations]) if path else np.array(observations)
+                shown[envs] = values
             except (TypeError, ValueError, KeyError, IndexError) as error:
                 raise InputError(f"{self.variants[0]} shows a {name} outside its observation space: {error}") from error
-            if shown.dtype.kind == "f" and not np.isfinite(shown[env]).all():
+            if shown.dtype.kind == "f" and not np.isfinite(values).all():
                 raise InputError(f"{self.variants[0]} shows a {name} that is not finite")
-        self._totals[env] = info[COUNTS]
+        self._totals[envs] = totals
 
     def shown(self, envs: NDArray[np.integer]) -> dict[str, NDArray]:
         """Return what environments [M] show now, by name."""
@@ -91,22 +90,27 @@ class TaskWorld(BaseWorld):
         """Act once in every environment; an action that it does not have only costs the step."""
         before = self._totals.copy()
         rewards, terminated, truncated = np.zeros(len(self)), np.zeros(len(self), bool), self._cut.copy()
-        known = (actions >= 0) & (actions < self.n_actions) & ~self.has_ended
-        for env in np.flatnonzero(known).tolist():
-            rewards[env], terminated[env], cut = self._act(env, int(actions[env]))
-            truncated[env] |= cut
-        if not np.isfinite(rewards).all():
-            raise InputError(f"{self.variants[0]} gives a reward that is not finite")
+        known = np.flatnonzero((actions >= 0) & (actions < self.n_actions) & ~self.has_ended)
+        if len(known):
+            taken = self._act(known, actions[known])
+            try:
+                rewards[known], terminated[known] = taken.rewards, taken.terminated
+                truncated[known] |= np.array(taken.truncated, bool)
+            except (TypeError, ValueError) as error:
+                raise InputError(f"{self.variants[0]} must return numbers and truths from a step: {error}") from error
+            if not np.isfinite(rewards).all():
+                raise InputError(f"{self.variants[0]} gives a reward that is not finite")
         return self.record(np.maximum(self._totals - before, 0), rewards, terminated, truncated)
 
-    def _act(self, env: int, action: int) -> tuple[float, bool, bool]:
-        observation, reward, terminated, truncated, info = self._envs[env].step(self._trial.first_action + action)
-        self._note(env, observation, info)
-        at = int(self._taken[env])
-        if at < self._actions.shape[1]:
-            self._actions[env, at] = action
-        self._taken[env] = at + 1
-        return float(reward), terminated, truncated
+    def _act(self, envs: NDArray[np.integer], actions: NDArray[np.integer]) -> Taken:
+        numbers = envs.tolist()
+        taken = self._envs.step(numbers, (self._trial.first_action + actions).tolist())
+        self._note(numbers, taken.observations, taken.totals)
+        at = self._taken[envs]
+        kept = at < self._actions.shape[1]
+        self._actions[envs[kept], at[kept]] = actions[kept]
+        self._taken[envs] = at + 1
+        return taken
 
     def get_state(self, envs: Any = slice(None)) -> Moment:
         """Return the state of one environment, for its episode to be played again and to be drawn."""
@@ -117,7 +121,7 @@ class TaskWorld(BaseWorld):
             self.counts[env].copy(),
             self.markings[env].copy(),
             int(self.lengths[env]),
-            lambda: self._envs[env].render(),
+            lambda: self._envs.render(env),
         )
 
     def get_arrays(self, envs: NDArray[np.integer]) -> dict[str, np.ndarray]:
@@ -147,8 +151,8 @@ class TaskWorld(BaseWorld):
             self.begin(np.array([env]))
             actions = arrays["actions_taken"][env][: int(arrays["taken"][env])]
             is_known = len(actions) == arrays["taken"][env] and (actions >= 0).all()
-            for action in actions.tolist() if is_known else ():
-                self._act(env, action)
+            for action in actions if is_known else ():
+                self._act(np.array([env]), action[None])
             if not is_known or self._print(env) != arrays["prints"][env]:
                 self.begin(np.array([env]))
                 cut[env] = True
