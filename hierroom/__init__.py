@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from hierroom.train import train
     from hierroom.worlds.env_config import EnvConfig
     from hierroom.worlds.task.task import Task
+    from hierroom.worlds.workshop.task import workshop
     from hierroom.wrappers.boxes import box_view
     from hierroom.wrappers.features import add_features
     from hierroom.wrappers.minigrid import minigrid_view
@@ -70,6 +71,7 @@ __all__ = [
     "rollout",
     "sb3_view",
     "train",
+    "workshop",
 ]
 try:
     __version__ = version("hierroom")
@@ -97,6 +99,7 @@ _HOMES = {
     "rollout": "runs.rollout",
     "sb3_view": "wrappers.sb3",
     "train": "train",
+    "workshop": "worlds.workshop.task",
 }
 
 
@@ -176,3 +179,4 @@ _register("hierroom/EscapeRoom-v0", {})
 _register("hierroom/Task-v0", {})
 for _letter in _LETTERS:
     _register(f"hierroom/EscapeRoom-{_letter}-v0", {"graph": _letter})
+_register("hierroom/Workshop-v0", {"task": "workshop:6"})

@@ -16,7 +16,7 @@ from hierroom.worlds.env_config import EnvConfig, is_task
 from hierroom.worlds.world import Feature, World
 
 ENTRY_POINT_GROUP = "hierroom.tasks"
-SHIPPED: Mapping[str, str] = {}
+SHIPPED: Mapping[str, str] = {"workshop": "hierroom.worlds.workshop.task:workshop_of"}
 """Where the worlds that ship are made, by the word before the colon of their name.
 
 ``workshop:8`` is what the function ``hierroom.worlds.workshop.X:f`` in this table returns for the text ``8``.

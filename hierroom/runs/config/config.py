@@ -149,13 +149,15 @@ class TrainConfig:
         for name, value in entries.items():
             part, field = ENTRIES[name]
             changes.setdefault(part, {})[field] = value
-        config = replace(self, **changes.pop(""))
-        for part, within in changes.items():
+        whole = changes.pop("")
+        for part, within in changes.items():  # the parts belong together: features are those of the environment's world
+            if not isinstance(before := whole.get(part, getattr(self, part)), PARTS[part]):
+                break  # and be refused
             try:
-                config = replace(config, **{part: replace(getattr(config, part), **within)})
+                whole[part] = replace(before, **within)
             except InputError as error:
                 raise InputError(f"{OF_META if part == META_PART else ''}{error}") from error
-        return config
+        return replace(self, **whole)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain types for JSON; user-defined goal graphs by their content, whatever becomes of their files."""

@@ -49,7 +49,7 @@ def features_of(book: Book) -> Mapping[str, Feature]:
         achieved = observation.shops["achieved"][:, None] >> np.arange(n_goals) & 1
         return observation.reachable + 2 * achieved
 
-    of_goal = {"is_of_goal": True, "is_of_world": False}
+    of_goal: dict[str, Any] = {"is_of_goal": True, "is_of_world": False}
     with_shelf, with_bench = (_Paired(n_goals, n, n_places) for n in (n_places, 1 + int(most.max())))
     return {
         "shelf": Feature(lambda _: (n_places,) * n_places, shelf),

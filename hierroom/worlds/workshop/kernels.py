@@ -129,29 +129,18 @@ def clear(things):
 
 
 @njit(cache=True)
-def advance(shop, things, visited, recipes, action, outcome):
-    """Act once; an action that does not apply only costs the step."""
-    outcome.achieved, outcome.n_first, outcome.reward, outcome.terminated = 0, 0, 0.0, False
-    n_places = recipes.standing.shape[0]
-    if 0 <= action < n_places:
-        put(things, action, recipes.room)
-    elif action == n_places:
-        goal = work(things, recipes)
-        if goal >= 0:
-            outcome.achieved = 1 << goal
-            outcome.n_first = 1 - (shop.achieved >> goal & 1)
-            shop.achieved |= 1 << goal
-            shop.n_first += outcome.n_first
-            if things[SHELF, recipes.target]:
-                outcome.reward, outcome.terminated = 1.0, True
-    elif action == n_places + 1:
-        clear(things)
-    outcome.is_novel = visit(shop, things[BENCH], visited)
-    outcome.is_discovery = False
-    shop.steps += 1
-    outcome.truncated = shop.steps >= shop.max_steps
-    outcome.length = shop.steps
-    shop.has_ended = outcome.terminated or outcome.truncated
+def note_goal(shop, things, recipes, goal, outcome):
+    """Write that a goal was achieved, and with it the target's goal if the target is there."""
+    outcome.achieved = 1 << goal
+    if things[SHELF, recipes.target]:
+        outcome.achieved |= 1 << recipes.last_goal
+        outcome.reward, outcome.terminated = 1.0, True
+    new = outcome.achieved & ~shop.achieved
+    while new:
+        outcome.n_first += 1
+        new &= new - 1
+    shop.achieved |= outcome.achieved
+    shop.n_first += outcome.n_first
 
 
 @njit(cache=True, nogil=True)
@@ -162,22 +151,46 @@ def begin_shops(shops, things, visited, recipes):
 
 
 @njit(cache=True, nogil=True)
-def step_shops(shops, things, visited, recipes, actions, outcomes):
-    """Step every environment whose episode has not ended; the flags of the other environments do not change."""
+def step_shops(shops, things, visited, recipes, actions, outcomes, last_shops, last_things, autoreset):
+    """Act once in every environment; an action that does not apply only costs the step.
+
+    Where that ends the episode, ``autoreset`` stores how it ended and begins the next one. Without it an environment
+    whose episode has ended stays as it is; so do its flags. (One loop and no function for one environment: to hand all
+    recipes to it takes longer than the step.)
+    """
+    n_places = recipes.standing.shape[0]
     for n in range(shops.shape[0]):
-        if shops[n].has_ended:
-            outcomes[n].achieved, outcomes[n].n_first, outcomes[n].reward = 0, 0, 0.0
-            outcomes[n].is_novel = False
-        else:
-            advance(shops[n], things[n], visited[n], recipes, actions[n], outcomes[n])
+        shop, outcome, action = shops[n], outcomes[n], actions[n]
+        outcome.achieved, outcome.n_first, outcome.reward = 0, 0, 0.0
+        outcome.is_novel, outcome.is_discovery = False, False
+        if shop.has_ended:
+            continue
+        outcome.terminated = False
+        if 0 <= action < n_places:
+            put(things[n], action, recipes.room)
+        elif action == n_places:
+            goal = work(things[n], recipes)
+            if goal >= 0:
+                note_goal(shop, things[n], recipes, goal, outcome)
+        elif action == n_places + 1:
+            clear(things[n])
+        outcome.is_novel = visit(shop, things[n, BENCH], visited[n])
+        shop.steps += 1
+        outcome.truncated = shop.steps >= shop.max_steps
+        outcome.length = shop.steps
+        shop.has_ended = outcome.terminated or outcome.truncated
+        if shop.has_ended and autoreset:
+            last_shops[n] = shop
+            last_things[n] = things[n]
+            begin(shop, things[n], visited[n], recipes)
 
 
 @njit(cache=True, nogil=True)
-def step_and_begin_shops(shops, things, visited, recipes, actions, outcomes, last_shops, last_things):
-    """Step every environment; where the episode ends, store how it ended and begin the next one."""
-    for n in range(shops.shape[0]):
-        advance(shops[n], things[n], visited[n], recipes, actions[n], outcomes[n])
-        if shops[n].has_ended:
-            last_shops[n] = shops[n]
-            last_things[n] = things[n]
-            begin(shops[n], things[n], visited[n], recipes)
+def write_observations(things, observations):
+    """Write what M environments show [M, P, 3]: the thing at each place, how many to take, how many on the bench."""
+    for m in range(observations.shape[0]):
+        for place in range(observations.shape[1]):
+            thing = things[m, PLACES, place]
+            observations[m, place, 0] = thing
+            observations[m, place, 1] = things[m, SHELF, thing]
+            observations[m, place, 2] = things[m, BENCH, thing]

@@ -35,6 +35,7 @@ class Recipes(NamedTuple):
         way_depths: [A] int64, the same for what a recipe makes if it is made so.
         target: the thing that ends the episode.
         room: how many things the bench can hold: as many as the largest recipe asks for.
+        last_goal: the first goal whose recipe makes the target; it is achieved whichever recipe makes it.
         n_goals: the number of goals.
     """
 
@@ -50,6 +51,7 @@ class Recipes(NamedTuple):
     way_depths: NDArray[np.int64]
     target: int
     room: int
+    last_goal: int
     n_goals: int
 
 
@@ -101,11 +103,12 @@ def book_of(rules: Rules) -> Book:
     target = rules.facts.index(rules.target)
     if not depths[target]:
         raise InputError(f"no order of the rules makes the target {rules.target!r}: something that it takes is missing")
+    goals = np.array([goal for goal, _ in ways])
     recipes = Recipes(
         asks=asks,
         uses=table(rules.used, has_source=False),
         gives=gives,
-        goals=np.array([goal for goal, _ in ways]),
+        goals=goals,
         limits=limits.astype(np.uint8),
         start=start.astype(np.uint8),
         standing=np.flatnonzero(asks.any(axis=0)).astype(np.uint8),
@@ -114,6 +117,7 @@ def book_of(rules: Rules) -> Book:
         way_depths=way_depths,
         target=target,
         room=int(asks[way_depths > 0].sum(axis=1, dtype=np.int64).max()),
+        last_goal=int(goals[(gives[:, target] > 0) & (way_depths > 0)][0]),
         n_goals=len(rules.names),
     )
     return Book(rules, things, recipes)

@@ -12,8 +12,8 @@ import heapq
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.worlds.workshop.layout import BENCH, PLACES, SHELF
 from hierroom.worlds.workshop.kernels import apply, clear
+from hierroom.worlds.workshop.layout import BENCH, PLACES, SHELF
 from hierroom.worlds.workshop.recipes import Recipes
 
 MAX_MARKINGS = 100_000

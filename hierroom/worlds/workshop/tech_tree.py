@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
-from typing import Literal, get_args
+from collections.abc import Callable, Sequence
+from typing import Literal, TypeVar, get_args
 
 import numpy as np
 
 from hierroom.goals import Rules
 from hierroom.goals.goal_set import MAX_GOALS
-from hierroom.support.errors import InputError, require_name, require_number
+from hierroom.support.errors import InputError, require_name, require_number, shown
 
+Name = TypeVar("Name", str, tuple[str, str])
 Shape = Literal["mixed", "deep", "wide"]
 """What a thing is made of: things at random, the newest thing and another, the oldest things that nothing uses yet."""
 MIN_GOALS = 2
@@ -25,18 +27,13 @@ CAPACITY = 3
 """How many there can be of each material; of everything else there can be one."""
 
 
-def is_tech_tree(spec: str) -> bool:
-    """Return whether a text means a random tech tree: ``workshop:8``, ``workshop:8:3`` or ``workshop:8:3:deep``."""
-    return spec.startswith("workshop:")
-
-
 def tech_tree_of(spec: str) -> Rules:
-    """Return the tech tree of a text: ``workshop:GOALS``, then perhaps ``:SEED`` (0) and ``:SHAPE`` (mixed)."""
-    match = re.fullmatch(r"workshop:([0-9]{1,4})(?::([0-9]{1,18}))?(?::(\w+))?", spec, re.ASCII)
+    """Return the tech tree of a text: ``GOALS``, then perhaps ``:SEED`` (0) and ``:SHAPE`` (mixed)."""
+    match = re.fullmatch(r"([0-9]{1,4})(?::([0-9]{1,18}))?(?::(\w+))?", spec, re.ASCII)
     if match is None:
         raise InputError(
-            f"a workshop is workshop:GOALS, workshop:GOALS:SEED or workshop:GOALS:SEED:SHAPE, such as workshop:8:3:deep, "
-            f"not {spec!r}"
+            "a workshop is workshop:GOALS, workshop:GOALS:SEED or workshop:GOALS:SEED:SHAPE, "
+            f"such as workshop:8:3:deep, not {shown(f'workshop:{spec}')}"
         )
     n_goals, seed, shape = match.groups()
     return tech_tree(int(n_goals), int(seed or 0), shape or "mixed")  # pyright: ignore[reportArgumentType] - checked there
@@ -60,13 +57,12 @@ def tech_tree(n_goals: int, seed: int = 0, shape: Shape = "mixed") -> Rules:
     require_name("the shape of a workshop must be one of", shape, get_args(Shape))
     rng = np.random.default_rng([seed, n_goals, get_args(Shape).index(shape)])
     n_materials = {"deep": max(1, n_goals // 4), "wide": n_goals // 2}.get(shape, max(1, round(n_goals / 3)))
-    sources, materials = zip(*_names(rng, MATERIALS, n_materials, ("source", "material")), strict=True)
-    rules: dict[str, dict] = {
-        material: {"needs": source, "gives": material} for source, material in zip(sources, materials, strict=True)
-    }
     n_parts = (n_goals - n_materials) // 2
-    parts = [part for (part,) in _names(rng, [(part,) for part in PARTS], n_parts, ("part",))]
-    tools = [tool for (tool,) in _names(rng, [(tool,) for tool in TOOLS], n_goals - n_materials - n_parts - 1, ("tool",))]
+    pairs = _chosen(rng, MATERIALS, n_materials, lambda number: (f"source {number}", f"material {number}"))
+    sources, materials = zip(*pairs, strict=True)
+    rules: dict[str, dict] = {material: {"needs": source, "gives": material} for source, material in pairs}
+    parts = _chosen(rng, PARTS, n_parts, "part {}".format)
+    tools = _chosen(rng, TOOLS, n_goals - n_materials - n_parts - 1, "tool {}".format)
     products = [*rng.permutation([*parts, *tools]).tolist(), MASTERPIECE]
     unused, known = [*materials], [*materials]
     for product in products:
@@ -97,7 +93,8 @@ def _ask(
     One at least was not used yet, so no two products are made of the same. As long as more than two things wait to be
     used, it takes two of them, so that the last product can take the rest.
     """
-    waiting = {"deep": unused[::-1], "wide": unused}.get(shape, rng.permutation(unused).tolist())
+    at_random: list[str] = rng.permutation(unused).tolist()
+    waiting = {"deep": unused[::-1], "wide": unused}.get(shape, at_random)
     chosen = waiting if is_last else waiting[: 1 + (len(waiting) > 2 or rng.random() < 0.5)]
     if len(chosen) < 2 and len(known) > 1:
         chosen = [*chosen, str(rng.choice([thing for thing in known if thing not in chosen]))]
@@ -108,9 +105,7 @@ def _ask(
     return counts
 
 
-def _names(
-    rng: np.random.Generator, names: list[tuple[str, ...]] | tuple, n: int, words: tuple[str, ...]
-) -> list[tuple[str, ...]]:
-    """Return n of the names at random, and where there are too few of them numbered words."""
-    few = [names[place] for place in rng.permutation(len(names))[:n]]
-    return few + [tuple(f"{word} {number}" for word in words) for number in range(len(few) + 1, n + 1)]
+def _chosen(rng: np.random.Generator, names: Sequence[Name], n: int, more: Callable[[int], Name]) -> list[Name]:
+    """Return n of the names at random, and where there are too few of them more, which are numbered."""
+    chosen = [names[place] for place in rng.permutation(len(names))[:n]]
+    return [*chosen, *map(more, range(len(chosen) + 1, n + 1))]

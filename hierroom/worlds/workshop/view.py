@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hierroom.support.compile.kernel import compiled
 from hierroom.worlds.random_kernels import turn_uniforms
 from hierroom.worlds.workshop.goal_kernels import GOAL_MASKS, write_masks, write_ranks
-from hierroom.worlds.workshop.layout import BENCH, PLACES, SHELF
-from hierroom.worlds.workshop.recipes import Book
+from hierroom.worlds.workshop.kernels import write_observations
+from hierroom.worlds.workshop.layout import BENCH, SHELF, SHOP
+from hierroom.worlds.workshop.recipes import Book, book_of
 from hierroom.worlds.workshop.shortest import Solver
+from hierroom.worlds.workshop.tech_tree import tech_tree
 
 
 @dataclass(frozen=True)
@@ -73,9 +76,9 @@ class WorkshopView:
             ``observation`` [M, P, 3] uint8: of each place of the shelf, the thing that stands there, how many there
             are of it to take, and how many lie on the bench.
         """
-        places = self.things[:, PLACES, : len(self.book.recipes.standing)]
-        counts = [np.take_along_axis(self.things[:, row], places, axis=1) for row in (SHELF, BENCH)]
-        return {"observation": np.stack([places, *counts], axis=-1)}
+        observations = np.empty((len(self), len(self.book.recipes.standing), 3), np.uint8)
+        _compiled_observations()(self.things, observations)
+        return {"observation": observations}
 
     def uniforms(self, turns: NDArray[np.integer], n: int) -> NDArray[np.float64]:
         """Return [M, n] random numbers in [0, 1), fixed by seed, environment, episode and turn [M]."""
@@ -101,7 +104,7 @@ class WorkshopView:
     def depth_first_ranks(self) -> NDArray[np.int64]:
         """[M, G] how near to the target each goal stands among those that the way there lacks; else 0."""
         ranks = np.empty((len(self), self.book.recipes.n_goals), np.int64)
-        write_ranks(self.things, self.book.recipes, ranks)
+        _compiled_ranks()(self.things, self.book.recipes, ranks)
         return ranks
 
     @property
@@ -126,7 +129,25 @@ class WorkshopView:
 def legal_goals(
     book: Book, shops: np.ndarray, things: NDArray[np.uint8], mask: str, are_turns: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """Return the meta-controllers' legal actions [M, G + 1] under a mask of `GOAL_MASKS`; off turn they can only wait."""
+    """Return the meta-controllers' legal actions [M, G + 1] under one of `GOAL_MASKS`; off turn they can only wait."""
     masks = np.empty((len(shops), book.recipes.n_goals + 1), bool)
-    write_masks(shops, things, book.recipes, are_turns, GOAL_MASKS[mask], masks)
+    _compiled_masks()(shops, things, book.recipes, np.ascontiguousarray(are_turns), GOAL_MASKS[mask], masks)
     return masks
+
+
+@cache
+def _compiled_masks() -> Callable[..., None]:
+    things, recipes = np.zeros((1, 3, 1), np.uint8), book_of(tech_tree(2)).recipes
+    return compiled(write_masks, np.zeros(1, SHOP), things, recipes, np.zeros(1, bool), 1, np.zeros((1, 1), bool))
+
+
+@cache
+def _compiled_observations() -> Callable[..., None]:
+    bytes_ = np.zeros((1, 3, 1), np.uint8)
+    return compiled(write_observations, bytes_, bytes_)
+
+
+@cache
+def _compiled_ranks() -> Callable[..., None]:
+    recipes = book_of(tech_tree(2)).recipes
+    return compiled(write_ranks, np.zeros((1, 3, 1), np.uint8), recipes, np.zeros((1, 1), np.int64))
