@@ -8,6 +8,7 @@ import os
 import shlex
 import signal
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -104,6 +105,7 @@ def _whole_number(text: str) -> int:
 def run(command: Callable[[], int]) -> None:
     """Run a command and exit with its code, or 2 for invalid input; closed or unread output is no failure."""
     _open_streams()
+    warnings.formatwarning = lambda message, *_, **__: one_line(f"warning: {message}") + "\n"
     try:
         code = command()
     except KeyboardInterrupt:

@@ -237,7 +237,7 @@ def test_the_evaluations_at_the_end_take_at_most_a_quarter_of_the_steps(given, s
         ({"evaluated_episodes": ["1000"], "random_evaluated_episodes": [""]}, ""),
         (
             {"evaluated_episodes": ["1000", "300"], "greedy_evaluated_episodes": ["1000", "100"]},
-            "the evaluations at the end of 1 of 2 runs have 100 episodes or more in place of 1000, which",
+            "the evaluations at the end of 1 of 2 runs have 100 episodes or more, as 1000 would",
         ),
     ],
 )
