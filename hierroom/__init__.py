@@ -33,7 +33,7 @@ import gymnasium  # noqa: E402 - it takes its time, in which Ctrl-C may come
 if TYPE_CHECKING:
     from hierroom import complexity
     from hierroom.aec_env import env, raw_env
-    from hierroom.goals import GoalGraph, GraphSpecs, enumerate_graphs
+    from hierroom.goals import GoalGraph, GraphSpecs, Rules, enumerate_graphs
     from hierroom.parallel_env import parallel_env
     from hierroom.runs.config.config import TrainConfig
     from hierroom.runs.config.presets import find_preset
@@ -51,6 +51,7 @@ __all__ = [
     "EnvConfig",
     "GoalGraph",
     "InputError",
+    "Rules",
     "TrainConfig",
     "TrainedAgent",
     "add_features",
@@ -78,6 +79,7 @@ _HOMES = {
     "EnvConfig": "worlds.env_config",
     "GoalGraph": "goals",
     "InputError": "support.errors",
+    "Rules": "goals",
     "TrainConfig": "runs.config.config",
     "TrainedAgent": "runs.trained_agent",
     "add_features": "wrappers.features",

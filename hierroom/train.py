@@ -88,8 +88,7 @@ def train(
         **entries: changed entries of the config, named as on the command line but with underscores: ``graph="f"``,
             ``steps=2_000_000``, ``method="ppo"``.
     """
-    import torch
-
+    from hierroom.learners.networks.initial_weights import plain_torch
     from hierroom.runs.logs.logs import logger_names
     from hierroom.runs.session import begin, run_session
     from hierroom.runs.trained_agent import load
@@ -99,14 +98,11 @@ def train(
     elif not isinstance(config, TrainConfig):
         raise InputError(f"train takes a TrainConfig and entries such as graph='c', not {config!r}")
     loggers, config = logger_names(log), config.changed(**entries)
-    trainer, folder = begin(config, None if out is None else Path(out))
-    _warn_of_what_does_nothing(config)
-    n_threads = torch.get_num_threads()
-    try:
+    with plain_torch():
+        trainer, folder = begin(config, None if out is None else Path(out))
+        _warn_of_what_does_nothing(config)
         if run_session(trainer, folder, loggers):
             raise KeyboardInterrupt
-    finally:
-        torch.set_num_threads(n_threads)  # a session sets it for the whole process
     return load(folder.path, trust=True)  # what it names was named in this call
 
 

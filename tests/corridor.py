@@ -46,7 +46,7 @@ class Corridor:
     goals = GoalSet.one_hot(("stone", "lamp", "end"), "end")
     rules, variants, stage_titles, stage, complexity = None, ("corridor",), (), 0, None
     n_actions = 2
-    features = {"cell": Feature(lambda _: (6,), lambda o: o.cells[:, None])}  # noqa: RUF012 - as the protocol has it
+    features = {"cell": Feature((6,), lambda o: o.cells[:, None])}  # noqa: RUF012 - as the protocol has it
     observation_spaces = {"cell": spaces.Discrete(6)}  # noqa: RUF012
     has_begun, can_split = True, True
 

@@ -13,7 +13,7 @@ import tyro
 from hierroom.lab.compare.curve import METRICS, MetricName
 from hierroom.support.cli import Flag, progress_bar, read_arguments
 from hierroom.support.errors import InputError, require_number
-from hierroom.support.files import to_json, write_atomically
+from hierroom.support.files import to_json, usable_path, write_atomically
 from hierroom.support.tables import csv_text, print_table
 
 if TYPE_CHECKING:
@@ -34,7 +34,8 @@ class CompareArguments:
             or variant, the name that a sweep's plan gave. By default those that differ between the runs, variant and
             method first; not seed, graph, steps, threads, device or evaluations.
         metric: what to compare, over the steps trained.
-        out: the folder to write to: new, empty, or of an earlier comparison, which is replaced.
+        out: the folder to write to: new, empty, or of an earlier comparison, which is replaced; by default a new one,
+            compare, compare-2, ...
         resamples: resamples of the bootstrap.
         seed: fixes the resamples.
         json: print comparison.json instead of tables.
@@ -45,7 +46,7 @@ class CompareArguments:
     ]
     by: str | None = None
     metric: MetricName = "success_rate"
-    out: Path = Path("compare")
+    out: Path | None = None
     resamples: int = 2000
     seed: int = 0
     json: Flag = False
@@ -59,16 +60,24 @@ def main(argv: Sequence[str]) -> int:
     require_number("resamples", arguments.resamples, 100, 10**6, is_whole=True)
     require_number("seed", arguments.seed, 0, 2**63 - 1, is_whole=True)
     out = arguments.out
-    if out.exists() and not (out.is_dir() and ((out / REPORT).is_file() or not any(out.iterdir()))):
+    if out is not None and usable_path(out).exists() and not _may_be_replaced(out):
         raise InputError(f"{out} is neither an empty folder nor that of an earlier comparison; choose another --out")
     comparison, notes = _compared(arguments)
     report = _report(comparison, notes, arguments)
+    if out is None:
+        from hierroom.runs.folder.run_folder import claim_folder  # it brings torch along
+
+        out = claim_folder(Path("compare"))
     written = _write(comparison, report, out)
     if arguments.json:
         print(to_json(report))
     else:
         _print(comparison, notes, written)
     return 0
+
+
+def _may_be_replaced(out: Path) -> bool:
+    return out.is_dir() and ((out / REPORT).is_file() or not any(out.iterdir()))
 
 
 def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:

@@ -154,7 +154,7 @@ def _plays() -> Iterator[Callable[[], object]]:
     for mask, reward in zip(("reachable", "existing", "seen", "none"), REWARDS, strict=True):
         yield partial(play, hierroom.env(**small, goal_mask=mask, reward=reward, render_mode="rgb_array"))
     yield partial(step, EscapeRoom(**small, meta="random"), None)
-    yield partial(step, EscapeRooms(4, **small), 4)
+    yield partial(step, EscapeRooms(4, **small, autoreset_mode="SameStep"), 4)
     yield partial(step, EscapeRooms(4, **small, flat=True), 4)
     yield partial(step, EscapeRooms(4, **small, autoreset_mode="NextStep", copy=False), 4)
 

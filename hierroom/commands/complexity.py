@@ -18,6 +18,7 @@ from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, graph_specs, is_
 from hierroom.support.cli import Flag, given, read_arguments
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
+from hierroom.support.slow import said_when_slow
 from hierroom.support.tables import named_table, print_table
 from hierroom.worlds.env_config import GRAPHS
 
@@ -135,7 +136,12 @@ def show(options: ComplexityArguments) -> None:
 
 def main(argv: Sequence[str]) -> int:
     """Run the command on its words."""
-    show(read_arguments(ComplexityArguments, "complexity", argv))
+    options = read_arguments(ComplexityArguments, "complexity", argv)
+    if options.from_play is not None:  # it shows a bar
+        show(options)
+        return 0
+    with said_when_slow(lambda: "measuring: large graphs take their time"):
+        show(options)
     return 0
 
 

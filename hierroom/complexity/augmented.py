@@ -111,15 +111,7 @@ class AugmentedGraph:
     @cached_property
     def weights(self) -> sp.csr_array:
         """W [n, n] CSR: 0.19 divided evenly among a node's edges, and 0.01 for the restart (paper, appendix A)."""
-        n, (sources, targets) = len(self.nodes), self.edges.T
-        out_degree = np.bincount(sources, minlength=n)
-        others = np.delete(np.arange(n), self.start)
-        rows = np.concatenate([sources, others])
-        columns = np.concatenate([targets, np.full(n - 1, self.start)])
-        chances = np.concatenate([self.walk.move / out_degree[sources], np.full(n - 1, self.walk.restart)])
-        weights = sp.coo_array((chances, (rows, columns)), shape=(n, n)).tocsr()  # sums duplicate entries
-        weights.eliminate_zeros()
-        return weights
+        return self.walk.weights(self.edges, len(self.nodes), self.start)
 
     @cached_property
     def goals(self) -> dict[str, tuple[int, ...]]:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-from hierroom.support.errors import InputError, require_number
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from hierroom.complexity.chains.weights import rounding_slack
+from hierroom.support.errors import InputError, require_number, shown, use_python_numbers
 
 
 @dataclass(frozen=True)
@@ -26,8 +30,35 @@ class Walk:
         chances = (self.stay, self.move, self.restart)
         for name, chance in zip(("stay", "move", "restart"), chances, strict=True):
             require_number(f"the probability {name} of a walk", chance, 0, 1)
-        if not math.isclose(sum(chances), 1.0, abs_tol=1e-9):
-            raise InputError(f"the probabilities stay, move, restart of a walk must sum to 1, not {sum(chances):g}")
+        excess, slack = sum(map(float, chances)) - 1, max(rounding_slack(np.asarray(one).dtype) for one in chances)
+        if abs(excess) > slack:
+            raise InputError(
+                f"the probabilities stay, move, restart of a walk must sum to 1, not {1 + excess:g} "
+                f"(off by {excess:.2g})"
+            )
+        use_python_numbers(self)
+
+    def weights(
+        self, edges: NDArray[np.integer], n: int, start: int, rates: NDArray[np.float64] | None = None
+    ) -> sp.csr_array:
+        """Return W [n, n] CSR of the walk on the nodes of a graph.
+
+        Args:
+            edges: [E, 2] from and to; edges between the same two nodes add up.
+            n: number of nodes.
+            start: the node to which the walk returns.
+            rates: [E] how likely each of a node's edges is, relative to its others; by default all are equally likely.
+        """
+        sources, targets = edges.reshape(-1, 2).T
+        rates = np.ones(len(sources)) if rates is None else rates
+        out_rates = np.bincount(sources, rates, minlength=n)
+        others = np.delete(np.arange(n), start)
+        rows = np.concatenate([sources, others])
+        columns = np.concatenate([targets, np.full(n - 1, start)])
+        chances = np.concatenate([self.move * rates / out_rates[sources], np.full(n - 1, self.restart)])
+        weights = sp.coo_array((chances, (rows, columns)), shape=(n, n)).tocsr()  # sums duplicate entries
+        weights.eliminate_zeros()
+        return weights
 
 
 READINGS = {
@@ -56,9 +87,8 @@ class Reading:
     def __post_init__(self) -> None:
         for field, allowed in READINGS.items():
             if getattr(self, field) not in allowed:
-                raise InputError(
-                    f"{field} of a reading must be one of {', '.join(map(repr, allowed))}, not {getattr(self, field)!r}"
-                )
+                given = shown(getattr(self, field))
+                raise InputError(f"{field} of a reading must be one of {', '.join(map(repr, allowed))}, not {given}")
 
 
 PAPER_WALK = Walk()

@@ -1,4 +1,4 @@
-"""Goal graphs, how users give them, and the ids of the goals in a level."""
+"""Goal graphs, rules, how users give them, and the ids of the goals in a level."""
 
 from hierroom.goals.graph import NAMED_GRAPHS, GoalGraph, enumerate_graphs, is_graph_set
 from hierroom.goals.ids import (
@@ -14,6 +14,7 @@ from hierroom.goals.ids import (
     ROOM_GOAL_NAMES,
     room_goals,
 )
+from hierroom.goals.rules import Alternative, Rules
 from hierroom.goals.specs import GraphSpec, GraphSpecs, as_goal_graph, graph_specs, plain_specs, spec_names
 from hierroom.goals.tree import open_goals
 
@@ -29,9 +30,11 @@ __all__ = [
     "N_COLOURS",
     "N_GOALS",
     "ROOM_GOAL_NAMES",
+    "Alternative",
     "GoalGraph",
     "GraphSpec",
     "GraphSpecs",
+    "Rules",
     "as_goal_graph",
     "enumerate_graphs",
     "graph_specs",

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, shown
+from hierroom.support.read_only import freeze
 
 MAX_GOALS = 63
 """A signed 64-bit integer has a bit for each goal that a step achieved."""
@@ -37,13 +38,14 @@ class GoalSet:
     def __post_init__(self) -> None:
         if len(self.names) > MAX_GOALS:
             raise InputError(f"a world has at most {MAX_GOALS} goals, not {len(self.names)}")
+        freeze(self)  # all environments of the process share it
 
     @classmethod
     def one_hot(cls, names: Sequence[str], target: str) -> GoalSet:
         """Return the goals of these names, each its own kind and milestone, with one-hot vectors."""
         names, n = tuple(names), len(names)
         if target not in names:
-            raise InputError(f"the target must be one of the goals {', '.join(names)}, not {target!r}")
+            raise InputError(f"the target must be one of the goals {', '.join(names)}, not {shown(target)}")
         return cls(names, np.eye(n + 1, n, dtype=np.float32), names.index(target), names, np.arange(n), names)
 
     def __len__(self) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hierroom.goals.drawing import tree_svg
 from hierroom.goals.tree import canonical_rooms, child_rooms, open_goals
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, require_number, shown
 from hierroom.support.files import write_atomically
 from hierroom.support.reading import as_utf8, read_toml
 
@@ -54,11 +54,13 @@ class GoalGraph:
         last = self.n_rooms - 1
         for room, key_room in enumerate(self.key_rooms, start=1):
             if not 0 <= key_room <= last:
-                raise InputError(f"the key of room {room} must lie in a room from 0 to {last}, not in {key_room}")
+                raise InputError(
+                    f"the key of room {room} must lie in a room from 0 to {last}, not in {shown(key_room)}"
+                )
         if self.exit_room == 0:
             raise InputError(f"the exit must lie behind a door, in a room from 1 to {last}, not in room 0")
         if not 1 <= self.exit_room <= last:
-            raise InputError(f"the exit must lie in a room from 1 to {last}, not in {self.exit_room}")
+            raise InputError(f"the exit must lie in a room from 1 to {last}, not in {shown(self.exit_room)}")
         if None in (depths := self._depths):
             raise InputError(
                 f"key_rooms must form a tree rooted at room 0, but the key of room {depths.index(None)} lies behind a "
@@ -195,7 +197,8 @@ class GoalGraph:
         if graph is None:
             letters = ", ".join(NAMED_GRAPHS)
             raise InputError(
-                f"a goal graph is named by a letter ({letters}) or by its rooms, such as keys-0-1-exit-2, not {name!r}"
+                f"a goal graph is named by a letter ({letters}) or by its rooms, such as keys-0-1-exit-2, "
+                f"not {shown(name)}"
             )
         return graph if name in NAMED_GRAPHS else cls(graph.key_rooms, graph.exit_room, name)
 
@@ -206,8 +209,7 @@ def enumerate_graphs(n_rooms: int) -> list[GoalGraph]:
     Their number is the coefficient of x^n in T(x)^2 / (1 - T(x)), where T counts rooted trees (OEIS A000081): from two
     rooms on 1, 3, 9, 26, 75, 214, 612, ...
     """
-    if n_rooms < 2:
-        raise InputError(f"a goal graph must have at least 2 rooms, not {n_rooms}")
+    require_number("the number of rooms of goal graphs", n_rooms, 2, is_whole=True)
     trees: set[tuple[int, ...]] = {()}
     for size in range(1, n_rooms):
         trees = {canonical_rooms((*tree, parent), None)[0] for tree in trees for parent in range(size)}
@@ -215,13 +217,16 @@ def enumerate_graphs(n_rooms: int) -> list[GoalGraph]:
     return [GoalGraph(*graph) for graph in sorted(graphs)]
 
 
-def _integers(what: str, values: Iterable) -> tuple[int, ...]:
-    if not isinstance(values, Iterable) or isinstance(values, str):
-        raise InputError(f"{what} takes a list of whole numbers (rooms), not {values!r}")
-    values = tuple(values)
-    if not all(isinstance(v, (int, np.integer)) and not isinstance(v, bool) for v in values):
-        raise InputError(f"{what} takes whole numbers (rooms), not {', '.join(map(repr, values))}")
-    return tuple(int(v) for v in values)
+def _integers(what: str, values: Any) -> tuple[int, ...]:
+    try:
+        rooms = tuple(values)
+    except TypeError:  # an array without axes among them, though it is an Iterable
+        rooms = None
+    if rooms is None or isinstance(values, str):
+        raise InputError(f"{what} takes a list of whole numbers (rooms), not {shown(values)}")
+    if not all(isinstance(v, (int, np.integer)) and not isinstance(v, bool) for v in rooms):
+        raise InputError(f"{what} takes whole numbers (rooms), not {', '.join(map(shown, rooms[:9]))}")
+    return tuple(int(v) for v in rooms)
 
 
 NAMED_GRAPHS = {
@@ -250,7 +255,7 @@ def _graph_named(name: str) -> GoalGraph | None:
 
 def _check_label(label: object, graph: GoalGraph) -> None:
     if not isinstance(label, str) or not label.strip() or not label.isprintable():
-        raise InputError(f"the name of a goal graph must be a text of one line, not {label!r}")
+        raise InputError(f"the name of a goal graph must be a text of one line, not {shown(label)}")
     if is_graph_set(label):
         raise InputError(f"{label!r} means a set of goal graphs; give yours another name")
     named = _graph_named(label)

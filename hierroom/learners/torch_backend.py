@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
+from copy import copy, deepcopy
 from typing import cast
 
 import numpy as np
@@ -55,6 +56,18 @@ class TorchBackend:
         finally:
             for module, is_training in modes:
                 module.training = is_training
+
+    def stepper(self) -> TorchBackend:
+        """Return what computes the turns of one policy: the current weights in a copy of the network.
+
+        What a network notes outside of its weights, and its modes, are so the policy's own, and several threads may act
+        with the same weights at the same time; not with a network that cannot be copied.
+        """
+        one, weights = copy(self), {id(weight): weight for weight in self._module.parameters()}
+        with suppress(Exception):  # whatever a user's own network may hold
+            one._module = deepcopy(self._module, weights)
+            one._network = cast(PolicyNetwork, one._module)
+        return one
 
     def train(
         self,

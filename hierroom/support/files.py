@@ -14,11 +14,24 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, shown
 
 _UNFINISHED = re.compile(r"\.[0-9a-f]{16}\.part")
 _LINK, _SPECIAL = "it is a link, which is not followed", "it is no regular file"
 _SHARED = "it is another file too (a hard link), which would change with it; make a copy of its own"
+
+
+def usable_path(path: str | Path) -> Path:
+    """Return a path of the user, whether or not there is anything; refuse one that the system does not look up."""
+    try:
+        os.lstat(path)
+    except (FileNotFoundError, NotADirectoryError):
+        pass
+    except OSError as error:  # a name that is too long, a folder without permission
+        raise InputError(f"{error.strerror}: {shown(os.fspath(path))}") from error
+    except ValueError as error:  # a character that no path has
+        raise InputError(f"{shown(os.fspath(path))} cannot be a path: {error}") from error
+    return Path(path)
 
 
 def write_atomically(path: str | Path, content: str | bytes | Iterable[bytes]) -> None:
@@ -26,7 +39,7 @@ def write_atomically(path: str | Path, content: str | bytes | Iterable[bytes]) -
 
     Text is written as UTF-8. A link in its place is replaced, and not followed; a device or a pipe is refused.
     """
-    path = Path(path)
+    path = usable_path(path)
     content = content.encode(errors="backslashreplace") if isinstance(content, str) else content
     # Nobody can know the name beforehand, and a file or link that has it nevertheless is not opened ("x").
     unfinished = path.with_name(f".{secrets.token_hex(8)}.part")

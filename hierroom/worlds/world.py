@@ -55,7 +55,7 @@ class Feature:
     """One thing that a network can read of an observation: one whole number or several.
 
     Args:
-        cardinalities: from the controller's number of actions to the number of values of each of its numbers.
+        cardinalities: the number of values of each of its numbers.
         encode: from an observation of M environments to [M, numbers] whole numbers below the cardinalities.
         vectors: [cardinality, d] fixed numbers that stand for each value; None: the network learns a row for each.
         memories: what the world must remember for it.
@@ -64,7 +64,7 @@ class Feature:
         is_of_world: whether it shows the world alone, without the goal and past actions; curiosity reads these.
     """
 
-    cardinalities: Callable[[int], tuple[int, ...]]
+    cardinalities: tuple[int, ...]
     encode: Callable[[Any], NDArray]
     vectors: NDArray | None = None
     memories: tuple[str, ...] = ()

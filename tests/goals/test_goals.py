@@ -85,12 +85,22 @@ def test_graphs_are_values():
         ((True,), 1, "key_rooms takes whole numbers"),
         (None, 1, r"key_rooms takes a list of whole numbers \(rooms\), not None"),
         ((0,), "1", "exit_room takes whole numbers"),
+        ((10**5000,), 1, "the key of room 1 must lie in a room from 0 to 1, not in a huge int"),
+        (np.array("a"), 2, r"key_rooms takes a list of whole numbers \(rooms\), not a ndarray"),
+        ((0,), np.array("a"), "exit_room takes whole numbers"),
     ],
 )
 def test_what_is_no_goal_graph(key_rooms, exit_room, message):
     with pytest.raises(InputError, match=message) as caught:
         GoalGraph(key_rooms, exit_room)
     assert "\n" not in str(caught.value)
+
+
+def test_a_room_of_thousands_of_digits_is_refused_as_any_other():
+    with pytest.raises(InputError, match=r"key_rooms takes a list of whole numbers \(rooms\), not a huge int"):
+        GoalGraph(10**5000, 2)
+    with pytest.raises(InputError, match="the exit must lie in a room from 1 to 1, not in a huge int"):
+        GoalGraph((0,), 10**5000)
 
 
 @pytest.mark.parametrize("graph", [*NAMED_GRAPHS.values(), GoalGraph((0, 1, 2, 3, 4, 5, 6, 7, 8), 9)])

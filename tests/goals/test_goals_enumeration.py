@@ -61,7 +61,7 @@ def test_enumerated_graphs_are_canonical_and_sorted():
     graphs = enumerate_graphs(5)
     assert all(graph.canonical() == graph for graph in graphs)
     assert graphs == sorted(graphs, key=lambda graph: (graph.key_rooms, graph.exit_room))
-    with pytest.raises(InputError, match="at least 2 rooms, not 1"):
+    with pytest.raises(InputError, match="the number of rooms of goal graphs must be at least 2, not 1"):
         enumerate_graphs(1)
 
 

@@ -40,6 +40,7 @@ def compare(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "120")
 
     def run(*arguments, draws=False, **options):
+        options = {"out": "compare", **options}
         flags = [text for name, value in options.items() for text in (f"--{name}", str(value))]
         with monkeypatch.context() as patch:
             if not draws:
@@ -276,6 +277,32 @@ def test_runs_that_are_mixed_are_told(tmp_path, compare):
     assert "hippo mixes runs that differ in size (11, 13), gamma (0.9, 0.95)" in compare(tmp_path / "r", by="method")
 
 
+@pytest.mark.parametrize("differs", ["module", "resumed", "hierroom", "numpy", "weights"])
+def test_runs_of_different_code_are_told(tmp_path, compare, monkeypatch, differs):
+    (tmp_path / "mine.py").write_text("one")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("hierroom.runs.folder.provenance.describe_git", lambda *_: None)
+    for seed in range(2):
+        path = make_run(tmp_path / "r" / f"{seed}", {"c": line(0.5)}, seed=seed, meta="mine:M", warm_start="base")
+        config = RunFolder(path).config()
+        record_session(path, config, warm_start=64 * "a")
+        assert not seed or "different code" not in compare("r")
+    if differs in ("module", "resumed"):
+        (tmp_path / "mine.py").write_text("two")
+    if differs == "hierroom":
+        monkeypatch.setattr("hierroom.__version__", "9.9.9")
+    if differs == "numpy":
+        monkeypatch.setattr("hierroom.runs.folder.provenance.version", lambda name: "9.9.9")
+    if differs != "resumed":
+        (path / "provenance.json").unlink()
+    record_session(path, config, warm_start=64 * ("b" if differs == "weights" else "a"))
+    name = {"module": "mine.py", "resumed": "mine.py", "weights": "the weights of base"}.get(differs, differs)
+    told = next(one for one in compare("r").splitlines() if "different code" in one)
+    assert told.startswith("- hippo was trained with different code: ")
+    assert f"{name} (" in told
+    assert ("9.9.9" in told) == (differs in ("hierroom", "numpy"))
+
+
 def test_an_unfinished_run_ends_the_comparison(runs, compare):
     shutil.rmtree(runs / "random-3")
     make_run(runs / "random-3", {"c": line(0.8)}, steps=(0, 100_000, 500_000), meta="random", seed=3)
@@ -472,6 +499,15 @@ def test_a_run_without_a_value_of_the_metric_is_named(runs, compare):
     printed = compare(runs, by="meta", metric="length_over_shortest")
     assert "random has no length_over_shortest at 2 of 21 steps, nor an area: not known of " in printed
     assert "random-0, " in printed.partition("random has no")[2]  # where nobody escapes, none has a value
+
+
+def test_without_a_folder_each_comparison_gets_its_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(figure, "draw_comparison", lambda comparison, folder: [])
+    make_run(tmp_path / "r", {"c": line(0.5)})
+    for _ in range(2):
+        assert command.main(["r", "--resamples", "100"]) == 0
+    assert sorted(path.name for path in tmp_path.glob("compare*")) == ["compare", "compare-2"]
 
 
 def test_a_folder_of_something_else_is_not_touched(runs, compare):

@@ -9,17 +9,21 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
+import pandas as pd
 import pytest
 from children import TIMES_QUIET
 from tiny_sweep import plan, tiny_words
 
+from hierroom.commands import sweep as sweep_command
 from hierroom.commands.sweep import main
 from hierroom.lab.sweep import job
 from hierroom.lab.sweep.summary import summarise
 from hierroom.lab.sweep.sweep import Sweep
 from hierroom.runs.folder.provenance import record_session
 from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.folder.run_lock import RunLockedError
 from hierroom.runs.session import begin, resume
 from hierroom.support.errors import InputError
 
@@ -203,6 +207,53 @@ def test_a_process_does_not_mix_code_that_it_loaded_with_code_that_it_did_not(ow
     assert not (tmp_path / "two").exists()
 
 
+@pytest.mark.parametrize(
+    ("given", "steps", "length", "played"),
+    [
+        (7, 8_000, 1000.0, [7]),
+        (None, 8_000, 1000.0, [100]),  # no fewer, however few steps there were
+        (None, 800_000, 260.0, [100, 300]),  # 384 episodes take an eighth of the steps, and there are two evaluations
+        (None, 8_000_000, 50.0, [100, 1000]),
+    ],
+)
+def test_the_evaluations_at_the_end_take_at_most_a_quarter_of_the_steps(given, steps, length, played):
+    asked = []
+
+    def evaluate(episodes, **kind):
+        asked.append((episodes, kind))
+        return SimpleNamespace(episodes=episodes, length=length)
+
+    work = job.Job(None, Path("run"), given, (), "")
+    trainer = SimpleNamespace(evaluate=evaluate)
+    assert work._evaluate(trainer, steps / 4 / 2, {"is_greedy": True}).episodes == played[-1]
+    assert asked == [(episodes, {"is_greedy": True}) for episodes in played]
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ({}, ""),
+        ({"success_rate": ["0.5"]}, ""),  # of an earlier version
+        ({"evaluated_episodes": ["1000"], "random_evaluated_episodes": [""]}, ""),
+        (
+            {"evaluated_episodes": ["1000", "300"], "greedy_evaluated_episodes": ["1000", "100"]},
+            "the evaluations at the end of 1 of 2 runs have 100 episodes or more in place of 1000, which",
+        ),
+    ],
+)
+def test_a_sweep_says_where_evaluations_were_cut_short(rows, said):
+    note = sweep_command._on_few_episodes(pd.DataFrame(rows, dtype=str))
+    assert note.startswith(said)
+    assert bool(note) == bool(said)
+
+
+def test_a_run_that_another_process_trains_is_busy(tmp_path):
+    run = plan("method=ppo").runs()[0]
+    folder = RunFolder.create(tmp_path / "run", run.config)
+    with folder.lock, pytest.raises(RunLockedError, match="is being trained by another process"):
+        job.Job(run, tmp_path / "run", 4, (), "").work(print)
+
+
 def test_a_file_is_no_folder_of_a_sweep(tmp_path):
     (tmp_path / "out").write_text("mine")
     with pytest.raises(InputError, match=r"written to a folder; .*out is none"):
@@ -309,6 +360,15 @@ def test_killed_workers_and_a_killed_sweep_leave_the_same_table(tmp_path, undist
     os.killpg(process.pid, signal.SIGKILL)  # the workers with it
     assert process.wait(TIMES_QUIET * 6) == -signal.SIGKILL
     assert start(tmp_path).wait(TIMES_QUIET * 30) == 0
+    assert results(tmp_path / "sweep.csv") == undisturbed
+
+
+@pytest.mark.slow
+def test_two_sweeps_on_one_folder_share_the_runs(tmp_path, undisturbed):
+    several = [start(tmp_path) for _ in range(2)]
+    told = [process.communicate(timeout=TIMES_QUIET * 30)[0].decode() for process in several]
+    assert [process.returncode for process in several] == [0, 0], told
+    assert "failed" not in "".join(told)
     assert results(tmp_path / "sweep.csv") == undisturbed
 
 

@@ -57,7 +57,14 @@ def trained(tmp_path_factory) -> Path:
 
 def test_a_run_leaves_everything_it_promises(trained):
     summary = json.loads((trained / "summary.json").read_text())
-    for entry in ("success_rate", "episode_length", "steps", "seconds", "steps_per_second", "steps_to_90"):
+    for entry in (
+        "training_success_rate",
+        "training_episode_length",
+        "steps",
+        "seconds",
+        "steps_per_second",
+        "steps_to_90",
+    ):
         assert entry in summary
     assert summary["steps"] == 4096
     assert RunFolder.open(trained).config() == TrainConfig(

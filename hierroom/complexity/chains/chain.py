@@ -22,16 +22,20 @@ from hierroom.complexity.chains.laplacian import laplacian_hitting_time, laplaci
 from hierroom.complexity.chains.reach import expected_states, reach_probability
 from hierroom.complexity.chains.weights import (
     Weights,
-    as_moves,
     as_node,
+    as_nodes,
+    as_probabilities,
+    as_targets,
     as_weights,
+    can_reach,
     graph_weights,
     n_nodes,
     node_index,
     node_labels,
     normalized,
 )
-from hierroom.support.errors import InputError
+from hierroom.complexity.walk import Walk
+from hierroom.support.errors import InputError, shown
 from hierroom.support.tables import html_table
 
 if TYPE_CHECKING:
@@ -47,7 +51,7 @@ class EdgeSensitivity(NamedTuple):
     target: str  # label of the node where it ends
     weight: float  # its weight in W
     steps_slope: float  # d expected_steps / d weight
-    hitting_time_slope: float  # d hitting_time / d weight
+    hitting_time_slope: float  # d hitting_time / d weight; nan where that time is
     elasticity: float  # percent by which expected_steps changes if the weight grows by one percent
 
 
@@ -74,8 +78,9 @@ class Chain:
             raise InputError(f"the labels of a chain's nodes must differ, but {twice!r} is given twice")
         if EXIT not in self.goals:
             raise InputError(f"a chain needs a goal {EXIT!r}; there is {', '.join(map(repr, self.goals)) or 'none'}")
-        for node in (self.source, *(node for nodes in self.goals.values() for node in nodes)):
-            as_node(node, n)
+        as_node(self.source, n)
+        for nodes in self.goals.values():
+            as_nodes(nodes, n)
         if self.source in self.goals[EXIT]:
             raise InputError(f"a chain's start and exit must be two nodes, but both are {self.labels[self.source]!r}")
 
@@ -98,8 +103,7 @@ class Chain:
             labels: [n] names of the nodes; their indices by default.
             rates: divide each row by its sum, for rates or counts.
         """
-        weights = normalized(as_weights(matrix)) if rates else as_weights(matrix)
-        as_moves(weights)
+        weights = normalized(as_weights(matrix)) if rates else as_probabilities(matrix)
         n = n_nodes(weights)
         names = node_labels(range(n) if labels is None else labels)
         if len(names) != n:
@@ -109,17 +113,33 @@ class Chain:
 
     @classmethod
     def from_networkx(
-        cls, graph: nx.Graph, source: Hashable, target: Hashable, weight: str | None = "weight", *, rates: bool = False
+        cls,
+        graph: nx.Graph,
+        source: Hashable,
+        target: Hashable,
+        weight: str | None = "weight",
+        *,
+        rates: bool = False,
+        walk: Walk | None = None,
     ) -> Chain:
-        """Return the random walk on a networkx graph, directed or not; the names of its nodes become labels.
+        """Return a random walk on a networkx graph, directed or not; the names of its nodes become labels.
 
         Args:
             weight: attribute of the edges with their probability. Where no edge has it, or for None, a node's edges are
                 equally likely.
             rates: divide each node's weights by their sum, for rates or counts.
+            walk: the paper's walk instead, such as ``Walk()``, so that numbers compare with those of goal graphs. It
+                moves along a node's edges in proportion to their weights, returns to the source from everywhere else,
+                and leaves the target in no other way. Edges from a node to itself do not count.
         """
-        weights, nodes = graph_weights(graph, weight, rates), list(graph)
-        return cls.from_matrix(weights, node_index(nodes, source), node_index(nodes, target), nodes)
+        weights, nodes = graph_weights(graph, weight, rates or walk is not None), list(graph)
+        first, last = node_index(nodes, source), node_index(nodes, target)
+        if walk is not None:
+            moves = weights.tocoo()
+            counts = (moves.row != moves.col) & (moves.row != last)
+            edges, likely = np.stack([moves.row, moves.col], axis=1)[counts], np.asarray(moves.data, np.float64)[counts]
+            weights = walk.weights(edges, len(nodes), first, likely)
+        return cls.from_matrix(weights, first, last, nodes)
 
     @cached_property
     def hitting_time(self) -> float:
@@ -146,14 +166,23 @@ class Chain:
         return float(mean_first_passage_time(self.weights, self.nodes_of(goal))[self.source])
 
     def hitting_time_to(self, node: str) -> float:
-        """The paper's hitting time of a single node, by its label."""
+        """The paper's hitting time of a single node, by its label; ``nan`` where `is_one_way` is true.
+
+        Its value would then be the number of steps spent at the start alone, which is no difficulty.
+        """
         nodes = self.nodes_of(node)
         if len(nodes) != 1:
             raise InputError(
-                f"the Laplacian hitting time needs a single node, but {node!r} is achieved at {len(nodes)}; "
+                f"the Laplacian hitting time needs a single node, but {shown(node)} is achieved at {len(nodes)}; "
                 "name one of them, such as 'key 1, all closed' or 'room 1, open 1', or ask for the expected steps"
             )
-        return laplacian_hitting_time(self.weights, self.source, nodes[0])
+        value = laplacian_hitting_time(self.weights, self.source, nodes[0])
+        return np.nan if np.isfinite(value) and self.is_one_way(node) else value
+
+    def is_one_way(self, goal: str = EXIT) -> bool:
+        """Return whether the walk never returns from a goal to the start, as where it never leaves the goal."""
+        returns = can_reach(self.weights, as_targets(self.source, len(self.labels)))
+        return not returns[list(self.nodes_of(goal))].any()
 
     def hitting_probability(self, goal: str = EXIT) -> float:
         """Probability that a goal is ever achieved."""
@@ -179,10 +208,11 @@ class Chain:
         exit_node = self.goals[EXIT][0]
         steps = passage_time_sensitivity(self.weights, self.source, exit_node).tocoo()
         paper = laplacian_sensitivity(self.weights, self.source, exit_node)
+        unknown = np.nan if self.is_one_way() else 0.0
         edges = []
         for i, j, slope in zip(steps.row, steps.col, steps.data, strict=True):
             weight = self.weights[i, j]
-            numbers = weight, slope, paper[i, j], weight * slope / self.expected_steps
+            numbers = weight, slope, paper[i, j] + unknown, weight * slope / self.expected_steps
             edges.append(EdgeSensitivity(self.labels[i], self.labels[j], *map(float, numbers)))
         return sorted(edges, key=lambda edge: edge.elasticity)
 
@@ -220,5 +250,5 @@ class Chain:
             return (self.labels.index(goal),)
         raise InputError(
             f"the goals are {', '.join(self.goals)}, and nodes are called "
-            f"{', '.join(map(repr, self.labels[:2]))}, ...; there is no {goal!r}"
+            f"{', '.join(map(repr, self.labels[:2]))}, ...; there is no {shown(goal)}"
         )

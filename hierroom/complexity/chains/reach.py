@@ -10,11 +10,13 @@ because Q^t h is the probability to reach the targets later than t.
 - **Large walks** step a vector, w_t = Q^t h, until its decay is geometric. If lo <= 1 - w_{t+1} / w_t <= hi at every
   node, then (1 - hi)^k w_t <= w_{t+k} <= (1 - lo)^k w_t for all k, because Q has no negative entries (the
   Collatz-Wielandt bounds). Once the two differ by less than the tolerance for every k, the rest of the curve is known.
+  A walk that mixes slowly is squared after as many steps as squaring costs, if more than that are left.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from contextlib import AbstractContextManager, nullcontext
 
 import numpy as np
 import scipy.sparse as sp
@@ -32,6 +34,7 @@ from hierroom.complexity.chains.weights import (
     n_nodes,
     with_staying,
 )
+from hierroom.support.slow import said_when_slow
 
 TOLERANCE = 1e-12
 """Largest error of a probability by the geometric tail (rounding error may be larger for very slow walks)."""
@@ -40,7 +43,15 @@ SMALL = 96
 CHECK_EVERY = 64
 """Number of steps between two checks whether the decay is geometric."""
 PATIENCE = 16_384
-"""Number of steps after which a walk whose decay is still not geometric (it mixes very slowly) is squared instead."""
+"""Least number of steps before a walk whose decay is still not geometric (it mixes very slowly) is squared instead."""
+STEP_COST, DENSE_GAIN = 16_000, 32
+"""What a step costs beyond its multiplications, in multiplications, and how many dense ones cost as much as one."""
+LONG = 10**9
+"""So many multiplications may take longer than a second."""
+TINY = 1e-200
+"""Smaller entries of a power make no difference, and products of subnormal numbers are slow."""
+MAX_DENSE_NODES = 10_000
+"""With more nodes a dense matrix takes too much memory."""
 
 
 def reach_probability(weights: Weights, source: int, targets: Targets, times: ArrayLike) -> NDArray[np.float64]:
@@ -88,16 +99,20 @@ def later_by_squaring(
     """Return the probability [m, k] to reach each set [n, m] later than t; ``hits`` [n, m]: ever, 0 at own nodes."""
     later = np.empty((targets.shape[1], len(times)))
     chances = with_staying(moves).toarray()
-    n_bits = int(times.max(initial=0)).bit_length()
-    for question, target in enumerate(targets.T):
-        power = np.where(target[:, None], 0.0, chances)
-        ahead = np.repeat(hits[:, [question]], len(times), axis=1)  # [n, k]
-        for bit in range(n_bits):
-            chosen = (times >> bit & 1).astype(bool)
-            ahead[:, chosen] = power @ ahead[:, chosen]
-            if bit + 1 < n_bits:
-                power = power @ power
-        later[question] = ahead[source]
+    n_bits, done = int(times.max(initial=0)).bit_length(), 0
+    n_products = targets.shape[1] * n_bits
+    with _saying(n_products * len(chances) ** 3 / DENSE_GAIN, lambda: f"{done:,} of {n_products:,} matrix products"):
+        for question, target in enumerate(targets.T):
+            power = np.where(target[:, None], 0.0, chances)
+            ahead = np.repeat(hits[:, [question]], len(times), axis=1)  # [n, k]
+            for bit in range(n_bits):
+                chosen = (times >> bit & 1).astype(bool)
+                ahead[:, chosen] = power @ ahead[:, chosen]
+                if bit + 1 < n_bits:
+                    power = power @ power
+                    power[power < TINY] = 0.0
+                done += 1
+            later[question] = ahead[source]
     return later
 
 
@@ -109,27 +124,37 @@ def later_by_stepping(
     order = np.argsort(times, kind="stable")
     chances, killed = with_staying(moves), np.nonzero(targets)
     ahead, now, filled = hits.copy(), 0, 0
-    last = int(times.max(initial=0))
-    while filled < len(times):
-        while filled < len(times) and times[order[filled]] == now:
-            later[:, order[filled]] = ahead[source]
-            filled += 1
-        if now == last:
-            break
-        following = chances @ ahead
-        following[killed] = 0.0
-        if now % CHECK_EVERY == 0:
-            hazard = _geometric_hazard(ahead, following, source, last - now)
-            if hazard is not None:
-                rest = order[filled:]
-                later[:, rest] = ahead[source][:, None] * np.exp(np.log1p(-hazard)[:, None] * (times[rest] - now))
+    last, (n, n_questions) = int(times.max(initial=0)), targets.shape
+    step_cost = (chances.nnz + n) * n_questions + STEP_COST
+    steps_of_squaring = n_questions * last.bit_length() * n**3 / DENSE_GAIN / step_cost
+    patience = max(PATIENCE, int(steps_of_squaring))
+    with _saying(last * step_cost, lambda: f"step {now:,} of at most {last:,}"):
+        while filled < len(times):
+            while filled < len(times) and times[order[filled]] == now:
+                later[:, order[filled]] = ahead[source]
+                filled += 1
+            if now == last:
                 break
-        if now == PATIENCE:
-            rest = order[filled:]
-            later[:, rest] = later_by_squaring(moves, source, targets, ahead, times[rest] - now)
-            break
-        ahead, now = following, now + 1
+            following = chances @ ahead
+            following[killed] = 0.0
+            if now % CHECK_EVERY == 0:
+                rest, second = order[filled:], chances @ following
+                second[killed] = 0.0
+                tail = _geometric_tail([ahead, following, second], source, times[rest] - now)
+                if tail is not None:
+                    later[:, rest] = tail
+                    break
+            if now == patience and last - now > steps_of_squaring and n <= MAX_DENSE_NODES:
+                rest = order[filled:]
+                later[:, rest] = later_by_squaring(moves, source, targets, ahead, times[rest] - now)
+                break
+            ahead, now = following, now + 1
     return later
+
+
+def _saying(multiplications: float, progress: Callable[[], str]) -> AbstractContextManager[None]:
+    """Say how far it is where that may take long; a thread for each short curve would cost more than the curve."""
+    return said_when_slow(lambda: f"reach curve: {progress()}") if multiplications > LONG else nullcontext()
 
 
 def _reached(
@@ -138,14 +163,32 @@ def _reached(
     is_seen = can_reach(moves.T.tocsr(), as_targets(source, n_nodes(moves)))
     moves, targets = moves[is_seen][:, is_seen], targets[is_seen]  # such nodes lead only to such nodes
     source = int(is_seen[:source].sum())
-    hits = np.zeros(targets.shape)
-    for question, target in enumerate(targets.T):
-        hits[:, question] = hitting_probability(moves, np.flatnonzero(target))
+    hits, done, n_questions = np.zeros(targets.shape), 0, targets.shape[1]
+    with _saying(100 * n_questions * moves.nnz, lambda: f"{done:,} of {n_questions:,} sets of nodes"):
+        for target in targets.T:
+            hits[:, done] = hitting_probability(moves, np.flatnonzero(target))
+            done += 1
     method = later_by_squaring if n_nodes(moves) <= SMALL else later_by_stepping
     later = method(moves, source, targets, np.where(targets, 0.0, hits), times)
     reached = np.clip(hits[source][:, None] - later, 0.0, 1.0)
     reached[targets[source]] = 1.0
     return reached
+
+
+def _geometric_tail(
+    waves: list[NDArray[np.float64]], source: int, times: NDArray[np.int64]
+) -> NDArray[np.float64] | None:
+    """Return w_t at the source [m, k] for ``times`` after w_0, w_1, w_2, if the decay in one or two steps fixes it.
+
+    Two steps are for walks that alternate between two halves of the nodes, as on a grid.
+    """
+    for stride in (1, 2):
+        cycles, phases = np.divmod(times, stride)
+        hazard = _geometric_hazard(waves[0], waves[stride], source, int(cycles.max()))
+        if hazard is not None:
+            first = np.stack([wave[source] for wave in waves[:stride]], axis=1)  # [m, stride]
+            return first[:, phases] * np.exp(np.log1p(-hazard)[:, None] * cycles)
+    return None
 
 
 def _geometric_hazard(

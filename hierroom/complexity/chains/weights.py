@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.csgraph import connected_components, dijkstra
 
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, shown
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -22,18 +22,28 @@ if TYPE_CHECKING:
 Weights: TypeAlias = ArrayLike | sp.sparray | sp.spmatrix
 Targets: TypeAlias = int | Iterable[int]
 
-ROW_SLACK = 1e-9
-"""Tolerance by which a row of probabilities may exceed one through rounding."""
+SLACK, ROUNDINGS = 1e-9, 8
+"""Tolerance by which probabilities may exceed one through rounding: absolute, and in steps of coarser floats."""
+
+
+def rounding_slack(dtype: np.dtype) -> float:
+    """Return by how much probabilities of a dtype may exceed one."""
+    return max(SLACK, ROUNDINGS * float(np.finfo(dtype).eps)) if dtype.kind == "f" else SLACK
 
 
 def as_weights(weights: Weights) -> sp.csr_array:
     """Check W, whose rows may have any sum, and return a copy as [n, n] float64 CSR without stored zeros."""
+    return _read(weights)[0]
+
+
+def _read(weights: Weights) -> tuple[sp.csr_array, np.dtype]:
+    """Return `as_weights` and the dtype in which W was given."""
     try:
         given = sp.csr_array(weights) if sp.issparse(weights) else np.atleast_2d(np.asarray(weights))
         if given.dtype.kind == "c":
             raise TypeError("it holds complex numbers")
         matrix = sp.csr_array(given.astype(np.float64), copy=True)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, RuntimeError) as error:  # torch refuses tensors with a gradient
         raise InputError(f"W must be a square matrix of numbers: {error}") from error
     shape = matrix.shape or ()
     if len(shape) != 2 or shape[0] != shape[1] or shape[0] == 0:
@@ -45,19 +55,31 @@ def as_weights(weights: Weights) -> sp.csr_array:
         column, value = int(matrix.indices[wrong[0]]), matrix.data[wrong[0]]
         raise InputError(f"W must hold finite weights that are not negative, but W[{row}, {column}] is {value:g}")
     matrix.eliminate_zeros()
+    return matrix, given.dtype
+
+
+def as_probabilities(weights: Weights) -> sp.csr_array:
+    """Check W, whose rows sum to at most one, and return it as `as_weights`.
+
+    Rows of coarse floats, such as float32, may exceed one by their rounding, and are divided by their sum.
+    """
+    matrix, dtype = _read(weights)
+    totals, slack = row_sums(matrix), rounding_slack(dtype)
+    row = int(totals.argmax())
+    if (excess := totals[row] - 1) > slack:
+        raise InputError(
+            f"the probabilities of a node's moves must sum to at most 1, but row {row} of W sums to {totals[row]:g} "
+            f"({excess:.2g} too much); divide rates, counts or rounded numbers by their total first, as "
+            "Chain.from_matrix and from_networkx do with rates=True"
+        )
+    if slack > SLACK and excess > 0:
+        matrix = sp.csr_array(sp.diags_array(1 / np.maximum(totals, 1.0)) @ matrix)
     return matrix
 
 
 def as_moves(weights: Weights) -> sp.csr_array:
     """Check W, whose rows sum to at most one, and return it as [n, n] float64 CSR without its diagonal."""
-    matrix = as_weights(weights)
-    totals = row_sums(matrix)
-    row = int(totals.argmax())
-    if totals[row] > 1 + ROW_SLACK:
-        raise InputError(
-            f"the probabilities of a node's moves must sum to at most 1, but row {row} of W sums to {totals[row]:g}; "
-            "divide rates or counts by their total first, as Chain.from_matrix and from_networkx do with rates=True"
-        )
+    matrix = as_probabilities(weights)
     matrix.setdiag(0.0)
     matrix.eliminate_zeros()
     return matrix
@@ -89,8 +111,16 @@ def as_targets(targets: Targets, n: int) -> NDArray[np.bool_]:
 def as_node(node: int, n: int) -> int:
     """Check the index of a node."""
     if not isinstance(node, (int, np.integer)) or isinstance(node, bool) or not 0 <= node < n:
-        raise InputError(f"a node must be a whole number from 0 to {n - 1}, not {node!r}")
+        raise InputError(f"a node must be a whole number from 0 to {n - 1}, not {shown(node)}")
     return int(node)
+
+
+def as_nodes(nodes: Sequence[int], n: int) -> None:
+    """Check the indices of nodes."""
+    indices = np.asarray(nodes)
+    if indices.dtype.kind not in "iu" or not ((indices >= 0) & (indices < n)).all():
+        for node in nodes:
+            as_node(node, n)
 
 
 def as_times(times: ArrayLike) -> NDArray[np.int64]:
@@ -98,7 +128,7 @@ def as_times(times: ArrayLike) -> NDArray[np.int64]:
     array = np.asarray(times)
     is_number = array.dtype.kind in "iuf"
     if not is_number or not ((array >= 0) & (array <= 2**62) & (array == np.floor(array))).all():
-        raise InputError(f"numbers of steps must be whole numbers from 0 to 2**62, not {times!r}")
+        raise InputError(f"numbers of steps must be whole numbers from 0 to 2**62, not {shown(times)}")
     return array.astype(np.int64)
 
 
@@ -141,11 +171,11 @@ def graph_weights(graph: nx.Graph, weight: str | None = "weight", rates: bool = 
         )
     try:
         attribute: Any = weight if n_weighted else None  # its stubs know of no None
-        given = nx.to_scipy_sparse_array(graph, weight=attribute, dtype=np.float64)
+        given = nx.to_scipy_sparse_array(graph, weight=attribute)  # of the dtype that the numbers have
+        given = given if given.dtype.kind in "biuf" else given.astype(np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"the attribute {weight!r} of the edges must be a number: {error}") from error
-    weights = as_weights(given)
-    return normalized(weights) if rates or not n_weighted else weights
+    return normalized(as_weights(given)) if rates or not n_weighted else as_probabilities(given)
 
 
 def normalized(weights: sp.csr_array) -> sp.csr_array:
@@ -156,7 +186,10 @@ def normalized(weights: sp.csr_array) -> sp.csr_array:
 
 def node_labels(nodes: Iterable[Hashable]) -> tuple[str, ...]:
     """Return the names of nodes as strings."""
-    labels = tuple(map(str, nodes))
+    try:
+        labels = tuple(map(str, nodes))
+    except ValueError as error:  # a number of thousands of digits
+        raise InputError(f"the names of nodes must be short texts: {error}") from error
     if len(set(labels)) < len(labels):
         twice = next(label for label in labels if labels.count(label) > 1)
         raise InputError(f"nodes need different names, but two of them are called {twice!r}")
@@ -167,9 +200,9 @@ def node_index(nodes: Sequence[Hashable], node: Hashable) -> int:
     """Return the position of a node."""
     if node in nodes:
         return nodes.index(node)
-    raise InputError(f"there is no node {node!r} among the {len(nodes)} nodes {first_names(nodes)}")
+    raise InputError(f"there is no node {shown(node)} among the {len(nodes)} nodes {first_names(nodes)}")
 
 
 def first_names(nodes: Sequence[Hashable]) -> str:
     """Return the first names of many, for an error message."""
-    return ", ".join(map(repr, nodes[:5])) + ", ..." * (len(nodes) > 5)
+    return ", ".join(map(shown, nodes[:5])) + ", ..." * (len(nodes) > 5)

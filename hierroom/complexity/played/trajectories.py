@@ -14,7 +14,7 @@ from hierroom.complexity.chains.chain import EXIT
 from hierroom.complexity.chains.weights import first_names, node_labels
 from hierroom.complexity.played.observed import counts_of
 from hierroom.complexity.played.played_chain import PlayedChain
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, shown
 
 NO_STEP = "a trajectory must have at least one step, from a node that is not the target"
 
@@ -121,11 +121,11 @@ def check_start(node: Hashable, first: Hashable, target: Hashable) -> None:
         raise InputError(NO_STEP)
     if node != first:
         raise InputError(
-            f"all trajectories must begin at the same node, not at {node!r} and {first!r}; "
+            f"all trajectories must begin at the same node, not at {shown(node)} and {shown(first)}; "
             "put one common node before them"
         )
 
 
 def missed(target: Hashable, seen: Sequence[Hashable]) -> str:
     """Say that no episode reaches the target, which may be misspelt, with the nodes that were seen."""
-    return f"no episode reaches the target {target!r}; nodes seen are {first_names(seen)}"
+    return f"no episode reaches the target {shown(target)}; nodes seen are {first_names(seen)}"

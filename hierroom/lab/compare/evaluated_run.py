@@ -16,9 +16,10 @@ from hierroom.goals import GoalGraph, graph_specs, spec_names
 from hierroom.lab.compare.curve import METRICS, Curve
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.config_file import OF_ENVIRONMENTS, listed_entries
-from hierroom.runs.folder.provenance import variant_of
+from hierroom.runs.folder.provenance import code_of, variant_of
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError, one_line
+from hierroom.support.files import usable_path
 from hierroom.support.reading import read_bytes, read_csv
 
 _TABLE = "evaluations.csv"
@@ -36,6 +37,7 @@ class EvaluatedRun:
     curves: Mapping[str, Mapping[str, Curve]]  # by goal graph and metric
     episodes: frozenset[int]  # of each evaluation, over all graphs; several where these differ
     own_graphs: Mapping[str, GoalGraph]  # the user-defined goal graphs, by their names
+    code: Mapping[str, frozenset[str]]  # see `provenance.code_of`
 
     @property
     def first_steps(self) -> float:
@@ -94,7 +96,7 @@ def read_each(paths: Iterable[Path], read: Callable[[Path], T]) -> tuple[list[T]
 
 def runs_inside(path: Path) -> list[Path]:
     """Return a run's folder, or those in a folder or its ``runs``; of equal configs the ones in a sweep's table."""
-    if (path / "config.json").is_file():
+    if (usable_path(path) / "config.json").is_file():
         return [path]
     for pattern in ("*/config.json", "runs/*/config.json") if path.is_dir() else ():
         if inside := sorted(path.glob(pattern)):
@@ -148,7 +150,7 @@ def read_run(path: Path) -> EvaluatedRun:
     counts = frozenset(map(int, table.groupby("steps")["episodes"].sum()))
     graphs = {spec.name: spec.canonical() for spec in graph_specs(config.env.graph) if isinstance(spec, GoalGraph)}
     entries, reward = entries_of(path, config), str(method.controller.reward)
-    return EvaluatedRun(path, entries, method.meta, reward, curves, counts, graphs)
+    return EvaluatedRun(path, entries, method.meta, reward, curves, counts, graphs, code_of(path))
 
 
 def _evaluations(folder: RunFolder) -> pd.DataFrame:

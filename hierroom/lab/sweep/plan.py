@@ -56,11 +56,12 @@ class Plan:
     graphs: GraphSpecs = ()  # or sets of them; each graph gets runs; () for ``graph`` of the values
     seeds: int | None = None  # 0, 1, ... of each run; None for ``seed`` of the values
     variants: Mapping[str, Values] | None = None  # by name, further values, each combined with all others
-    episodes: int = 1000  # of the evaluations at the end
+    episodes: int | None = None  # of the evaluations at the end; None: see `job.Job`
     metas: tuple[str, ...] = ()  # others to evaluate a trained controller with, if it sees goals
 
     def __post_init__(self) -> None:
-        require_number("episodes", self.episodes, 1, 10**7, is_whole=True)
+        if self.episodes is not None:
+            require_number("episodes", self.episodes, 1, 10**7, is_whole=True)
         if self.seeds is not None:
             require_number("seeds", self.seeds, 1, 10**6, is_whole=True)
         given = {name for values in (self.values, *(self.variants or {}).values()) for name in values}

@@ -15,7 +15,15 @@ from hierroom.runs.folder.csv_table import CSVTable
 from hierroom.runs.folder.run_lock import RunLock, RunLockedError
 from hierroom.runs.logs.output import warn
 from hierroom.support.errors import CheckpointError, InputError
-from hierroom.support.files import delete, is_unfinished, refuse_foreign, remove_unfinished, to_json, write_atomically
+from hierroom.support.files import (
+    delete,
+    is_unfinished,
+    refuse_foreign,
+    remove_unfinished,
+    to_json,
+    usable_path,
+    write_atomically,
+)
 from hierroom.support.reading import MOST_STATE, read_bytes, read_json
 
 _INTERRUPTED = "-interrupted"
@@ -39,7 +47,7 @@ class RunFolder:
     """
 
     def __init__(self, path: str | Path):
-        self.path = Path(path)
+        self.path = usable_path(path)
         self.checkpoints = self.path / "checkpoints"
         self.tables = tuple(CSVTable(self.path / f"{name}.csv", **_COLUMNS.get(name, {})) for name in checkpoint.TABLES)
         self.metrics, self.evaluations, self.episodes = self.tables

@@ -34,6 +34,16 @@ class RunLock:
         except (OSError, NotImplementedError) as error:
             raise InputError(f"cannot lock the run folder {self._folder}: {error}") from error
 
+    @property
+    def is_held(self) -> bool:
+        """Return whether another process has the lock."""
+        try:
+            self.acquire()
+        except RunLockedError:
+            return True
+        self.release()
+        return False
+
     def release(self) -> None:
         """Give the lock back."""
         self._lock.release(force=True)

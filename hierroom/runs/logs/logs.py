@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -67,8 +68,9 @@ class Logs:
                 _warn(error, logger.label)
 
     def add(self, scalars: Mapping[str, float], steps: int) -> None:
-        """Show numbers, see `scalars.Logger`."""
-        self._each(lambda logger: logger.add(scalars, steps))
+        """Show numbers, see `scalars.Logger`; a NaN, of what has no value yet, is left out."""
+        known = {tag: value for tag, value in scalars.items() if not math.isnan(value)}
+        self._each(lambda logger: logger.add(known, steps))
 
     def add_results(self, curve: LearningCurve | None) -> None:
         """Show what the run was trained with, and how it ended."""

@@ -117,7 +117,7 @@ def test_sensitivity_is_the_slope(letter):
         ([["a", "b"], ["c", "d"]], "square matrix of numbers"),
         ([[0, 1j], [0, 0]], "square matrix of numbers: it holds complex numbers"),
         (sp.csr_array(np.array([[0, 1j], [0, 0]])), "square matrix of numbers: it holds complex numbers"),
-        ([[0.0, 3.0], [1.0, 0.0]], "row 0 of W sums to 3; divide rates or counts by their total"),
+        ([[0.0, 3.0], [1.0, 0.0]], "row 0 of W sums to 3 \\(2 too much\\); divide rates, counts or rounded numbers by"),
     ],
 )
 def test_one_clear_message_about_w(weights, message):

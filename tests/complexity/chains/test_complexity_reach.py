@@ -1,5 +1,8 @@
 """Reach curves: closed forms, both ways to compute them, 10^5 simulated walks, a million steps."""
 
+import re
+
+import networkx as nx
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -8,6 +11,7 @@ from simulated_walks import simulate_passage_times
 from hierroom.complexity import AugmentedGraph, analyze, expected_states, hitting_probability, reach_probability
 from hierroom.complexity.chains import reach as reach_module
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
+from hierroom.support import slow
 from hierroom.support.errors import InputError
 
 TIMES = np.array([0, 1, 2, 3, 10, 100, 999, 1000, 4097, 10**5, 10**6])
@@ -117,3 +121,37 @@ def test_no_nodes_are_no_states():
 def test_one_clear_message_about_times(times):
     with pytest.raises(InputError, match="numbers of steps must be whole numbers from 0"):
         analyze("a").reach_probability(times)
+
+
+def test_a_walk_that_alternates_needs_no_powers(monkeypatch):
+    """The walk on a grid is at even cells after an even number of steps; its decay is geometric in two steps."""
+    monkeypatch.setattr(reach_module, "later_by_squaring", None)
+    grid = nx.to_numpy_array(nx.grid_2d_graph(10, 11))
+    chances = grid / grid.sum(axis=1, keepdims=True)
+    chances[-1] = np.eye(110)[-1]
+    times = np.array([999, 1000, 20_000, 100_001])
+    expected = [np.linalg.matrix_power(chances, t)[0, -1] for t in times]
+    np.testing.assert_allclose(reach_probability(chances, 0, 109, times), expected, atol=1e-10)
+
+
+def test_powers_are_taken_only_where_they_cost_less_than_steps(monkeypatch):
+    def squared(*_):
+        raise AssertionError("squared")
+
+    monkeypatch.setattr(reach_module, "PATIENCE", 64)
+    monkeypatch.setattr(reach_module, "later_by_squaring", squared)
+    monkeypatch.setattr(reach_module, "_geometric_tail", lambda *_: None)
+    path = sp.diags_array([np.full(999, 0.25), np.full(999, 0.25)], offsets=[1, -1])
+    assert 0 <= reach_probability(path, 0, 999, 5000) <= 1
+    with pytest.raises(AssertionError, match="squared"):
+        reach_probability(path.toarray()[:120, :120], 0, 119, 5000)
+
+
+def test_what_takes_long_is_said_on_standard_error(monkeypatch, capfd):
+    monkeypatch.setattr(slow, "FIRST_SECONDS", 0.01)
+    monkeypatch.setattr(reach_module, "LONG", 0)
+    monkeypatch.setattr(reach_module, "_geometric_tail", lambda *_: None)
+    reach_probability(complete(150), 0, 1, 9000)
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert re.search(r"^reach curve: step [\d,]+ of at most 9,000$", err, re.MULTILINE)

@@ -1,16 +1,29 @@
 """Chains of any exploration graph: networkx, matrices, trajectories, Gymnasium environments."""
 
+import math
 from dataclasses import replace
 
 import gymnasium
 import networkx as nx
 import numpy as np
 import pytest
+import scipy.sparse as sp
+import torch
 from gymnasium import spaces
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hierroom.complexity import Chain, measure_env, measure_trajectories
+from hierroom.complexity import (
+    Chain,
+    Reading,
+    Walk,
+    analyze,
+    mean_first_passage_time,
+    measure_env,
+    measure_trajectories,
+)
+from hierroom.complexity.measures.mdp import check_horizon, graph_mdp
+from hierroom.goals import enumerate_graphs
 from hierroom.support.errors import InputError
 
 
@@ -211,3 +224,104 @@ def test_an_episode_that_fails_never_escapes_and_one_that_is_truncated_may_have(
     assert measure_trajectories(walks, "t", failed=[True, False]).empirical_reach([5]) == [0.5]
     with pytest.raises(InputError, match="failed must say it of each of 2 episodes, not of 1"):
         measure_trajectories(walks, "t", failed=[True])
+
+
+@pytest.mark.parametrize("n", [3, 6, 12, 24])
+def test_a_target_that_is_never_left_has_no_hitting_time_of_the_paper(n):
+    """Its value would be the steps spent at the start, n - 1, while the mean is (n - 1)^2."""
+    line = nx.path_graph(n).to_directed()
+    line.remove_edge(n - 1, n - 2)
+    chain = Chain.from_networkx(line, 0, n - 1)
+    assert chain.expected_steps == pytest.approx((n - 1) ** 2)
+    assert chain.is_one_way()
+    assert math.isnan(chain.hitting_time)
+    assert all(math.isnan(edge.hitting_time_slope) for edge in chain.edge_sensitivity())
+    assert chain.hitting_time_to("1") > 0, "the walk comes back from there"
+    assert math.isnan(analyze("c", walk=Walk(0.8, 0.2, 0.0)).hitting_time)
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+def test_the_papers_walk_on_a_graph_of_networkx_gives_the_papers_numbers(drop_key):
+    report = analyze("c", drop_key)
+    unrolled = report.augmented.to_networkx()
+    unrolled.add_edge("exit", "start", weight=1.0)  # of a target only the restart counts
+    unrolled.add_edge("start", "start", weight=0.5)  # and no edge from a node to itself
+    chain = Chain.from_networkx(unrolled, "start", "exit", walk=Walk())
+    assert (chain.hitting_time, chain.expected_steps) == pytest.approx((report.hitting_time, report.expected_steps))
+    np.testing.assert_allclose(chain.weights.toarray(), report.chain.weights.toarray())
+
+
+def test_the_papers_walk_divides_a_move_by_the_weights():
+    """The start's edges weigh 1 + 1 and 2; the dead end has only the restart, and the target too."""
+    graph = nx.MultiDiGraph([("s", "t"), ("s", "t"), ("s", "dead end"), ("t", "dead end")])
+    chain = Chain.from_networkx(graph, "s", "t", walk=Walk(0.7, 0.2, 0.1))
+    np.testing.assert_allclose(chain.weights.toarray(), [[0, 0.4 / 3, 0.2 / 3], [0.1, 0, 0], [0.1, 0, 0]])
+    weighted = nx.DiGraph()
+    weighted.add_weighted_edges_from([("s", "t", 3.0), ("s", "dead end", 1.0)])
+    chain = Chain.from_networkx(weighted, "s", "t", walk=Walk(0.7, 0.2, 0.1))
+    np.testing.assert_allclose(chain.weights.toarray(), [[0, 0.15, 0.05], [0.1, 0, 0], [0.1, 0, 0]])
+
+
+def softmax_of_torch(n, dtype):
+    return torch.softmax(torch.from_numpy(np.random.default_rng(0).normal(size=(n, n))).to(dtype), 1)
+
+
+@pytest.mark.parametrize(
+    "matrix",
+    [
+        np.full((6, 6), 1 / 6, np.float32),
+        sp.csr_array(np.full((6, 6), 1 / 6, np.float32)),
+        np.full((6, 6), 1 / 6).astype(np.float16),
+        softmax_of_torch(500, torch.float32),
+        softmax_of_torch(50, torch.float16),
+    ],
+)
+def test_rows_may_exceed_one_by_the_rounding_of_their_dtype(matrix):
+    chain = Chain.from_matrix(matrix, 0, 1)
+    assert chain.weights.sum(axis=1).max() <= 1 + 1e-12
+    assert chain.expected_steps == pytest.approx(
+        mean_first_passage_time(np.float64(chain.weights.toarray()), 1)[0], rel=1e-6
+    )
+    assert Walk(*np.array([0.8, 0.19, 0.01], np.float32)).restart == pytest.approx(0.01)
+
+
+def test_weights_of_edges_may_be_rounded_too():
+    graph = nx.DiGraph()
+    graph.add_weighted_edges_from([(0, j, np.float32(1 / 6)) for j in range(6)] + [(1, 0, np.float32(1))])
+    assert Chain.from_networkx(graph, 0, 1).expected_steps == float("inf")
+
+
+@pytest.mark.parametrize(
+    ("matrix", "message"),
+    [
+        (np.round(np.full((6, 6), 1 / 6), 4), r"row 0 of W sums to 1.0002 \(0.0002 too much\); divide"),
+        (np.full((6, 6), 1 / 6) + 1e-8, r"row 0 of W sums to 1 \(6e-08 too much\)"),
+        (np.full((6, 6), 1 / 6 + 1e-6, np.float32), r"row 0 of W sums to 1.00001 \(6.*e-06 too much\)"),
+        (torch.full((2, 2), 0.5, requires_grad=True), "W must be a square matrix of numbers: Can't call numpy"),
+    ],
+)
+def test_rows_that_exceed_one_by_more_say_by_how_much(matrix, message):
+    with pytest.raises(InputError, match=message):
+        Chain.from_matrix(matrix, 0, 1)
+
+
+@pytest.mark.parametrize("is_list", [False, True])
+def test_numbers_of_thousands_of_digits_are_one_clear_line(is_list):
+    huge = [10**5000] if is_list else 10**5000
+    chain = Chain.from_matrix([[0, 1], [1, 0]], 0, 1)
+    for attempt in (
+        lambda: chain.expected_steps_to(huge),
+        lambda: chain.reach_probability(huge),
+        lambda: mean_first_passage_time([[0, 1], [1, 0]], huge),
+        lambda: Chain.from_networkx(nx.path_graph(3), huge, 1),
+        lambda: Chain.from_matrix([[0, 1], [1, 0]], 0, 1, [huge, 1]),
+        lambda: Walk(stay=huge),
+        lambda: Reading(keys=huge),
+        lambda: measure_trajectories([["a", "b"]], 10**5000),
+        lambda: measure_trajectories([["a", "b"], [10**5000, "b"]], "b"),
+        lambda: enumerate_graphs(huge if is_list else -huge),
+        lambda: check_horizon(graph_mdp(analyze("a").augmented), huge),
+    ):
+        with pytest.raises(InputError) as caught:
+            attempt()
+        assert "\n" not in str(caught.value)

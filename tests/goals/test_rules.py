@@ -1,0 +1,119 @@
+"""Rules: what is rejected and how it is said, files, and how a rule changes a marking."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import hierroom
+from hierroom import InputError, Rules
+
+TUNNEL = Rules(
+    {
+        "wood": {"gives": "wood"},
+        "table": {"uses": {"wood": 2}, "gives": "table"},
+        "pickaxe": {"needs": "table", "uses": {"wood": 1}, "gives": "pickaxe"},
+        "stone": {"needs": "pickaxe", "gives": "stone"},
+        "tunnel": [{"needs": {"stone": 3}, "gives": "way"}, {"needs": "dynamite", "gives": "way"}],
+    },
+    target="way",
+    capacity={"wood": 3, "stone": 3},
+)
+A = {"a": {"gives": "x"}}
+
+
+def test_rules_know_their_goals_facts_and_arrays():
+    assert TUNNEL.names == ("wood", "table", "pickaxe", "stone", "tunnel")
+    assert TUNNEL.facts == ("wood", "table", "pickaxe", "stone", "way", "dynamite")
+    assert TUNNEL.capacity == {"wood": 3, "table": 1, "pickaxe": 1, "stone": 3, "way": 1, "dynamite": 1}
+    assert TUNNEL.required.shape == TUNNEL.used.shape == TUNNEL.given.shape == (5, 2, 6)
+    assert TUNNEL.n_alternatives.tolist() == [1, 1, 1, 1, 2]
+    assert TUNNEL.start_marking.tolist() == [0] * 6
+    assert Rules({"a": {"needs": ["x", "y"], "uses": ["x", "x"], "gives": "y"}}, "y").rules["a"] == (
+        ({"x": 1, "y": 1}, {"x": 2}, {"y": 1}),
+    )
+
+
+def test_a_rule_takes_what_it_uses_then_gives_up_to_the_capacity():
+    rules = Rules(
+        {
+            "swap": {"needs": {"a": 2}, "uses": {"a": 1}, "gives": {"a": 3, "b": 1}},  # two a must be there: the larger
+            "either": [{"uses": "b", "gives": "c"}, {"uses": "a", "gives": {"c": 2}}],  # by b where there is one
+        },
+        target="c",
+        capacity={"a": 3, "c": 2},
+    )
+    markings = np.array([[1, 0, 0], [2, 0, 0], [3, 1, 0], [0, 0, 2]])  # of a, b, c
+    after, applies = rules.apply_all(markings)
+    assert applies.tolist() == [[False, True], [True, True], [True, True], [False, False]]
+    assert after[:, 0].tolist() == [[1, 0, 0], [3, 1, 0], [3, 1, 0], [0, 0, 2]]  # 2 - 1 + 3 is 4, and 3 fit
+    assert after[:, 1].tolist() == [[0, 0, 2], [1, 0, 2], [3, 0, 1], [0, 0, 2]]
+    assert rules.apply("swap", [1, 0, 0]) is None
+    assert rules.apply("either", [3, 1, 0]).tolist() == [3, 0, 1]
+    with pytest.raises(InputError, match="the rules are swap, either; there is no 'swop'"):
+        rules.apply("swop", [1, 0, 0])
+
+
+@pytest.mark.parametrize(
+    "rules",
+    [TUNNEL, Rules({"eine Tür": {"needs": {'"k"': 2}, "gives": "*"}}, "*", {'"k"': 2}, {'"k"': 1}, label="Grün")],
+)
+def test_rules_are_values_and_survive_files(rules, tmp_path):
+    path = tmp_path / "mine.toml"
+    assert rules.to_toml(path) == path.read_text("utf-8")
+    again = Rules.from_toml(path)
+    assert again == rules == Rules.from_dict(rules.to_dict()) == pickle.loads(pickle.dumps(rules))
+    assert hash(again) == hash(rules)
+    assert again.name == (rules.label or "mine")
+    assert hierroom.Rules is Rules
+    with pytest.raises(ValueError, match="read-only"):
+        rules.given[0] = 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((3, "x"), "rules must be a mapping from goals to what each needs, not 3"),
+        (({}, "x"), "rules must have at least one goal; there is none"),
+        (({1: {"gives": "x"}}, "x"), "the name of a rule must be a text of one line, not 1"),
+        (({"a": 3}, "x"), "rule 'a' must be an alternative or a list of them, not 3"),
+        (({"a": []}, "x"), "rule 'a' must be an alternative or a list of them, not a list"),
+        (({"a": [3]}, "x"), "rule 'a' takes needs, uses, gives and nothing else, not 3"),
+        (({"a": {"give": "x"}}, "x"), "rule 'a' takes needs, uses, gives and nothing else, not give"),
+        (({"a": {"gives": 3}}, "x"), "'gives' of rule 'a' must be a fact, a list of facts or a mapping .*, not 3"),
+        (({"a": {"gives": {"x": 0}}}, "x"), "'gives' of rule 'a' for 'x' must be at least 1, not 0"),
+        (({"a": {"gives": {"x": True}}}, "x"), "'gives' of rule 'a' for 'x' must be a whole number, not True"),
+        (
+            ({"a": {"gives": {"x": 10**5000}}}, "x"),
+            "'gives' of rule 'a' for 'x' must be at most 1000000000, not a huge",
+        ),
+        (({"a": {"gives": ["x", ""]}}, "x"), "a fact in 'gives' of rule 'a' must be a text of one line, not ''"),
+        ((A, "y"), r"the target must name facts of the rules \(x\), not 'y'"),
+        ((A, ["x"]), r"the target must name facts of the rules \(x\), not a list"),
+        ((A, "x", {"q": 1}), r"the capacity must name facts of the rules \(x\), not 'q'"),
+        ((A, "x", {"x": 0}), "the capacity for 'x' must be at least 1, not 0"),
+        ((A, "x", {}, {"q": 1}), r"the start must name facts of the rules \(x\), not 'q'"),
+        ((A, "x", {"x": 2}, {"x": 3}), "the start has 3 of 'x', but its capacity is 2; raise the capacity"),
+        ((A, "x", {}, {"x": 1}), "the target 'x' must not be there at the start"),
+        ((A, "x", {}, {}, "\n"), "the name of rules must be a text of one line"),
+    ],
+)
+def test_what_is_no_rules(arguments, message):
+    with pytest.raises(InputError, match=message) as caught:
+        Rules(*arguments)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("target = ", "mine.toml is not a TOML file"),
+        ("target = 'x'", "mine.toml: rules must hold tables of rules and a target, .* they hold target"),
+        ("target = 'x'\n[rule.a]\ngives = 'x'", "they hold rule, target"),
+        ("target = 'x'\n[rules.a]\ngive = 'x'", "mine.toml: rule 'a' takes needs, uses, gives and nothing else"),
+    ],
+)
+def test_what_is_no_file_of_rules(text, message, tmp_path):
+    (tmp_path / "mine.toml").write_text(text)
+    with pytest.raises(InputError, match=message):
+        Rules.from_toml(tmp_path / "mine.toml")
