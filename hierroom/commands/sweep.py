@@ -137,8 +137,9 @@ def _on_few_episodes(rows: pd.DataFrame) -> str:
         return ""
     runs, fewest = f"{len(short)} of {len(rows)} runs", short.min(axis=None)
     return (
-        f"the evaluations at the end of {runs} have {fewest:.0f} episodes or more in place of {MOST_EPISODES}, which would take "
-        "more than a quarter of the steps of training; --episodes, given beforehand, or evaluate RUN plays more"
+        f"the evaluations at the end of {runs} have {fewest:.0f} episodes or more in place of {MOST_EPISODES}, which "
+        "would take more than a quarter of the steps of training; --episodes, given beforehand, or evaluate RUN plays "
+        "more"
     )
 
 
