@@ -30,7 +30,7 @@ class parallel_env(TwoAgentEnv, ParallelEnv):
         **entries: other entries of the `EnvConfig`, by name; the reward is ``"intrinsic"`` unless it is given.
 
     Attributes:
-        complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
+        complexity: the report of its goal graph, of the hardest one it may draw, or of its rules.
     """
 
     metadata = class_metadata()

@@ -44,7 +44,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         **entries: other entries of the `EnvConfig`, by name; the reward is ``"extrinsic"`` unless it is given.
 
     Attributes:
-        complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
+        complexity: the report of its goal graph, of the hardest one it may draw, or of its rules.
         have_ended: [N] bool, whose episode has ended and whose next one has not begun yet.
         copies: whether observations are new arrays.
     """
@@ -86,7 +86,6 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
         self._is_same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
         self.turns = Turns(config, num_envs, measure_shortest=True, threads=threads, autoreset=self._is_same_step)
-        self.complexity = self.turns.world.complexity
         self.meta = make_meta(meta)
         self.config, self.num_envs, self.render_mode = config, num_envs, render_mode
         self.copies = bool(copy)
@@ -99,6 +98,11 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         self.have_ended = np.zeros(num_envs, bool)
         self._has_ended = False  # whether any of them is True, as most steps ask only that
         self._screen = self.turns.world.screen(render_mode)
+
+    @property
+    def complexity(self) -> Any:
+        """Return the `ComplexityReport` of its goal graph or rules; of several goal graphs, of the hardest."""
+        return self.turns.world.complexity
 
     def reset(self, *, seed: Seeds = None, options: dict | None = None):
         """Begin an episode in every environment: the first one of a seed, or without a seed each one's next.

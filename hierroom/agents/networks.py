@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
+from hierroom.learners.networks.array_network import ArrayActorCritic
 from hierroom.support.errors import InputError, own_code, shown
 from hierroom.support.plugins import load_plugin
 
@@ -22,7 +23,13 @@ _TOLERANCE = 1e-3
 """By how much the outputs of `PolicyNetwork.step` and of `PolicyNetwork.sequence` may differ, absolute and relative."""
 _one_tries = Lock()
 
-NETWORKS: Mapping[str, Callable[[AgentSpace, int, Vectors], nn.Module]] = {"recurrent": RecurrentActorCritic}
+
+def recurrent(space: AgentSpace, hidden_size: int, vectors: Vectors) -> nn.Module:
+    """Return the network that ships: compiled kernels train the one for categories alone."""
+    return (ArrayActorCritic if space.arrays else RecurrentActorCritic)(space, hidden_size, vectors)
+
+
+NETWORKS: Mapping[str, Callable[[AgentSpace, int, Vectors], nn.Module]] = {"recurrent": recurrent}
 """The networks that ship, by the name users type: each is made from a space, a hidden size and vectors."""
 
 
@@ -77,7 +84,10 @@ def try_network(name: str, network: nn.Module, space: AgentSpace) -> None:
 def _turns(space: AgentSpace, n_envs: int) -> Tensor:
     """[T, N, K] uint8, the first value of each feature, then one between, then the last."""
     last = torch.tensor(space.cardinalities) - 1
-    return torch.stack([last * t // (_N_TURNS - 1) for t in range(_N_TURNS)]).byte().unsqueeze(1).repeat(1, n_envs, 1)
+    turns = torch.stack([last * t // (_N_TURNS - 1) for t in range(_N_TURNS)]).byte()
+    for start, array in space.arrays:
+        turns[:, start : start + array.n_bytes] = torch.from_numpy(array.examples(_N_TURNS))
+    return turns.unsqueeze(1).repeat(1, n_envs, 1)
 
 
 def _take_turns(name: str, network: PolicyNetwork, space: AgentSpace, n_envs: int) -> None:

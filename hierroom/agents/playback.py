@@ -54,8 +54,7 @@ def pictures(episode: Episode, tile_size: int | None = None, most: int | None = 
 
 def _title(episode: Episode, step: int, limit: int) -> str:
     action = f": {episode.action_name(step)}" if step else ""
-    is_last = step == len(episode)
-    return f"step {step} of {limit}{action}" + is_last * (", escaped" if episode.success else ", not escaped")
+    return f"step {step} of {limit}{action}" + (f", {episode.end}" if step == len(episode) else "")
 
 
 def description(episode: Episode) -> str:

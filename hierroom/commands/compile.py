@@ -106,6 +106,7 @@ def _plays() -> Iterator[Callable[[], object]]:
     from hierroom.worlds.escape_room.features import FEATURES
     from hierroom.worlds.escape_room.measured_levels import measure_levels
     from hierroom.worlds.escape_room.sampled_level import SampledLevel
+    from hierroom.worlds.workshop.task import workshop_of
 
     small: Mapping[str, Any] = {"graph": "d", "size": 11, "max_steps": 30}
     graph_a = hierroom.GoalGraph.named("a")
@@ -114,7 +115,8 @@ def _plays() -> Iterator[Callable[[], object]]:
         config = hierroom.find_preset(entries.pop("preset", "default"))
         short = {"num_envs": 4, "sequence_length": 8, "evaluation_episodes": 4, "meta_start_success": 0.0}
         meta_ppo = PPOConfig(sequence_length=2, minibatches=2, sequences_per_update=4)
-        trainer = Trainer(config.changed(**{**small, **short, "meta_ppo": meta_ppo, **entries}))
+        base = {} if "task" in entries else small
+        trainer = Trainer(config.changed(**{**base, **short, "meta_ppo": meta_ppo, **entries}))
         for _ in range(12 if entries.get("meta") == "learned" else 2):
             trainer.advance()
         trainer.evaluate()
@@ -153,6 +155,11 @@ def _plays() -> Iterator[Callable[[], object]]:
     yield lambda: list(hierroom.rollout("oracle", hierroom.EnvConfig(**small), episodes=4))
     for mask, reward in zip(("reachable", "existing", "seen", "none"), REWARDS, strict=True):
         yield partial(play, hierroom.env(**small, goal_mask=mask, reward=reward, render_mode="rgb_array"))
+    shop: Mapping[str, Any] = {"task": "workshop:2", "max_steps": 30}
+    yield partial(train, **shop, method="ppo-novelty")
+    yield partial(train, **shop, preset="learned", meta="learned", features=(*workshop_of("2").features,))
+    yield partial(step, EscapeRoom(**shop, meta="fixed-dfs"), None)
+    yield partial(step, EscapeRooms(4, **shop, meta="oracle", flat=True), 4)
     yield partial(step, EscapeRoom(**small, meta="random"), None)
     yield partial(step, EscapeRooms(4, **small, autoreset_mode="SameStep"), 4)
     yield partial(step, EscapeRooms(4, **small, flat=True), 4)

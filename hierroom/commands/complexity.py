@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
 from hierroom.complexity.graph_set import GraphSet
-from hierroom.complexity.report import ComplexityReport, analyze
+from hierroom.complexity.report import analyze
 from hierroom.complexity.tables import COLUMNS, ColumnName, list_text, report_cells, value_of
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
-from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, graph_specs, is_graph_set
+from hierroom.complexity.walk_report import WalkReport
+from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, Rules, graph_specs, is_graph_set
 from hierroom.support.cli import Flag, given, read_arguments
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
@@ -25,15 +26,19 @@ from hierroom.worlds.env_config import GRAPHS
 MAX_LISTED_ROOMS = 8  # with 612 goal graphs; the 1,747 of 9 rooms would take most of a minute
 FORMATS = ("json", "csv", "latex", "markdown")
 OF_PLAY = ("episodes", "size", "max_steps", "trust_run")  # options of --from-play alone
+LARGE = 2000  # number of nodes from which on a line says what takes long
+WITH_RULES = ("rules", "sort", *FORMATS, "draw", "walk")  # options that --rules allows
 
 
 @dataclass(frozen=True)
 class ComplexityArguments:
     """Measure how hard goal graphs are to explore, before training: depth, width and passage times.
 
-    Give one graph for its full report, or several for a list. By default the paper's seven graphs are listed.
+    Give one graph, or one file of rules, for its full report, or several for a list. By default the paper's seven
+    graphs are listed.
 
     Args:
+        rules: TOML files of rules, dependencies of any kind, instead of goal graphs; see hierroom.Rules.
         graph: letters from a to g, names such as keys-0-1-exit-2 (the room of each key, and of the exit), TOML files,
             rooms:N for every graph of N rooms, 2 to 8, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH.
         exclude: goal graphs to leave out, given in the same way and found however their rooms are numbered.
@@ -61,6 +66,7 @@ class ComplexityArguments:
         trust_run: run custom code that the run's config names (a network, a reward, a meta-controller).
     """
 
+    rules: tuple[Path, ...] = ()
     graph: Annotated[GraphSpecs, GRAPHS] = ()
     exclude: Annotated[GraphSpecs, GRAPHS] = ()
     all: Flag = False
@@ -94,6 +100,15 @@ def show(options: ComplexityArguments) -> None:
         from hierroom.complexity.drawing.draw import picture_file  # matplotlib loads slowly, and few commands draw
 
         picture_file(options.draw)  # before long play or computation
+    if options.rules:
+        for entry in fields(options):
+            if entry.name not in WITH_RULES and getattr(options, entry.name) != entry.default:
+                allowed = ", ".join(f"--{name}" for name in WITH_RULES[1:])
+                raise InputError(f"--rules allows only {allowed}, not --{entry.name.replace('_', '-')}")
+        with said_when_slow(lambda: "unrolling the rules into markings"):
+            reports = [analyze(Rules.from_toml(path), walk=walk) for path in options.rules]
+        _show_reports(options, reports, len(reports) > 1)
+        return
     if options.from_play is not None:
         _show_play(options, options.from_play, walk, reading)
         return
@@ -114,34 +129,40 @@ def show(options: ComplexityArguments) -> None:
         _show_measures(options, chosen.graphs, walk, reading)
         return
     reports = [analyze(graph, options.drop, walk, reading) for graph in chosen.graphs]
+    _show_reports(options, reports, len(specs) > 1 or any(map(is_graph_set, specs)))
+
+
+def _show_reports(options: ComplexityArguments, reports: Sequence[WalkReport], is_list: bool) -> None:
+    n_nodes = sum(report.nodes for report in reports)
+    if n_nodes < LARGE:
+        _print_reports(options, [*reports], is_list)
+        return
+    with said_when_slow(lambda: f"measuring {', '.join(report.name for report in reports[:3])}: {n_nodes:,} nodes"):
+        _print_reports(options, [*reports], is_list)
+
+
+def _print_reports(options: ComplexityArguments, reports: list[WalkReport], is_list: bool) -> None:
     if (column := options.sort) is not None:
         reports.sort(key=lambda report: value_of(report, column))
-    is_list = len(specs) > 1 or any(map(is_graph_set, specs))
     if options.draw is not None:
         if len(reports) != 1:
-            raise InputError(f"--draw draws one graph, named by --graph, not {len(reports)}")
-        from hierroom.complexity.drawing.draw import draw_graph
-
-        draw_graph(reports[0].augmented, options.draw)
+            raise InputError(f"--draw draws one graph, named by --graph, or one file of --rules, not {len(reports)}")
+        reports[0].draw(options.draw)
+    formats = [name for name in FORMATS if getattr(options, name)]
     if options.json:
         tables = [report.to_dict() for report in reports]
         print(to_json(tables if is_list else tables[0]))
     elif formats:
         print(list_text(reports, formats[0]), end="")
     elif is_list:
-        _print_table(reports)
+        _print_table(options, reports)
     else:
         print(reports[0])
 
 
 def main(argv: Sequence[str]) -> int:
     """Run the command on its words."""
-    options = read_arguments(ComplexityArguments, "complexity", argv)
-    if options.from_play is not None:  # it shows a bar
-        show(options)
-        return 0
-    with said_when_slow(lambda: "measuring: large graphs take their time"):
-        show(options)
+    show(read_arguments(ComplexityArguments, "complexity", argv))
     return 0
 
 
@@ -197,12 +218,14 @@ def _counted(graphs: Sequence[object]) -> str:
     return f"{len(graphs)} goal graph{'s' * (len(graphs) > 1)}"
 
 
-def _print_table(reports: list[ComplexityReport]) -> None:
-    title = f"{_counted(reports)}, {'with' if reports[0].drop_key else 'without'} drop"
+def _print_table(options: ComplexityArguments, reports: list[WalkReport]) -> None:
+    title = f"{_counted(reports)}, {'with' if options.drop else 'without'} drop"
+    if options.rules:
+        title = f"{len(reports)} sets of rules"
     headings = [heading for heading, _ in COLUMNS.values()]
     table = named_table(headings, map(report_cells, reports), title=title, padding=0)  # narrow, as names are long
     table.columns[0].no_wrap = True
     print_table(table)
-    restart = reports[0].walk.restart
+    restart = options.walk[2]
     print(f"hitting time: the paper's (Table 2){f', saturates near {1 / restart:.4g}' if restart else ''}")
     print("expected steps, std: first passage of the same walk to the exit")

@@ -98,21 +98,21 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
         runs, notes = read_runs(arguments.runs)
         bar.update(task, description="comparing", total=len(METRICS))
         curves = compare_runs(runs, arguments.by, lambda: bar.advance(task))
-        untried, goals, replays = deque(_in_turn(runs, curves)), [], []
+        untried, goals, replays, films = deque(_in_turn(runs, curves)), [], [], []
         bar.update(task, description="playing", total=min(len(untried), arguments.replays), completed=0)
-        while untried and len(replays) < arguments.replays:
+        while untried and len(goals) < arguments.replays:
             one = untried.popleft()
             if (played := _play(one, arguments, notes)) is not None:
                 row, episodes = played
                 goals.append({"run": one.name, "group": curves.group_of[str(one.path)], **row})
-                replays.append({"run": one.name, "episodes": episodes})
+                (replays if one.config.env.task is None else films).append({"run": one.name, "episodes": episodes})
                 bar.advance(task)
         bar.update(task, description="computing complexity", total=None)
         complexity, too_large = complexities(runs)
     notes += [*curves.notes, *too_large]
-    if arguments.replays and len(replays) < len(runs):
+    if arguments.replays and len(goals) < len(runs):
         more = "; --replays N plays more" if untried else ""
-        notes.append(f"episodes were played by {len(replays)} of {len(runs)} runs{more}")
+        notes.append(f"episodes were played by {len(goals)} of {len(runs)} runs{more}")
     points = learning_points(curves)
     data = {
         "tiles": TILES,
@@ -137,6 +137,7 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
         "title": runs[0].name if len(runs) == 1 else f"hierroom: {len(runs)} runs",
         "summary": runs[0].config.title if len(runs) == 1 else f"{len(runs)} runs in {n_groups}: {'; '.join(groups)}",
         "version": __version__,
+        "films": films,
     }
     return render_page(texts, data), notes
 

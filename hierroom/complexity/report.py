@@ -1,58 +1,85 @@
-"""The report of how hard a goal graph is to explore, computed before training."""
+"""The report of how hard something is to explore, computed before training: goal graphs, rules, any chain."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.complexity.augmented import AugmentedGraph, alike_nodes
-from hierroom.complexity.chains.chain import Chain, EdgeSensitivity
+from hierroom.complexity.chain_report import ChainReport
+from hierroom.complexity.chains.chain import Chain
 from hierroom.complexity.chains.reach import expected_states
+from hierroom.complexity.rules_report import RulesReport
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
-from hierroom.goals import GoalGraph, as_goal_graph
-from hierroom.support.tables import html_table
+from hierroom.complexity.walk_report import WalkReport
+from hierroom.goals import GoalGraph, Rules, as_goal_graph
+from hierroom.support.errors import InputError
 
-REPORT_TIMES = (10, 100, 1000)
-"""Numbers of steps at which reports evaluate the curves; an episode is truncated after 1000."""
-NUMBERS = ("exit_depth", "width", "nodes", "edges", "hitting_time", "expected_steps", "std")
-
-
-def by_time(curve: Callable[[ArrayLike], NDArray[np.float64]], times: Sequence[int]) -> dict[str, float]:
-    """Evaluate a curve at some times, for a table."""
-    return dict(zip(map(str, times), curve(times).tolist(), strict=True))
+if TYPE_CHECKING:
+    import networkx as nx
 
 
+class HasRules(Protocol):
+    """Something with declared dependencies, such as a task or a world."""
+
+    rules: Any
+
+
+@overload
 def analyze(
-    graph: GoalGraph | str | Path,
+    subject: GoalGraph | str | Path, drop_key: bool = ..., walk: Walk = ..., reading: Reading = ...
+) -> ComplexityReport: ...
+@overload
+def analyze(subject: Rules, *, walk: Walk = ...) -> RulesReport: ...
+@overload
+def analyze(subject: Chain) -> ChainReport: ...
+@overload
+def analyze(subject: nx.Graph, *, walk: Walk = ..., source: str = ..., target: str = ...) -> ChainReport: ...
+@overload
+def analyze(subject: HasRules, *, walk: Walk = ...) -> ComplexityReport | RulesReport: ...
+def analyze(
+    subject: Any,
     drop_key: bool = False,
     walk: Walk = PAPER_WALK,
     reading: Reading = TABLE_READING,
-) -> ComplexityReport:
-    """Compute how hard a goal graph is to explore by the paper's random walk, each quantity on first access.
+    *,
+    source: Any = "start",
+    target: Any = "exit",
+) -> ComplexityReport | RulesReport | ChainReport:
+    """Compute how hard something is to explore by the paper's random walk, each quantity on first access.
 
     Args:
-        graph: a letter `"a"` to `"g"`, a name such as `"keys-0-1-exit-2"`, a `GoalGraph`, or a path to a TOML file.
-        drop_key: whether keys can be dropped.
+        subject: a goal graph (a letter `"a"` to `"g"`, a name such as `"keys-0-1-exit-2"`, a `GoalGraph`, or a path to
+            a TOML file), `Rules`, something that declares its ``rules``, such as a task, a networkx graph, or a
+            `Chain`, which has a walk already.
+        drop_key: whether keys of a goal graph can be dropped.
         walk: the probabilities of one step.
         reading: interpretation of the paper's augmented graph.
+        source: the node of a networkx graph at which the walk starts.
+        target: the node of a networkx graph to reach.
     """
-    return ComplexityReport(as_goal_graph(graph), bool(drop_key), walk, reading)
+    rules = getattr(subject, "rules", None)
+    if isinstance(rules, (Rules, GoalGraph)):
+        subject = rules
+    if isinstance(subject, (Rules, Chain)) or hasattr(subject, "adj"):
+        if drop_key or reading != TABLE_READING:
+            raise InputError("drop_key and reading are of goal graphs, not of rules, chains or networkx graphs")
+        if isinstance(subject, Rules):
+            return RulesReport(subject, walk)
+        if isinstance(subject, Chain):
+            return ChainReport(subject)
+        return ChainReport(Chain.from_networkx(subject, source, target, walk=walk), walk)
+    return ComplexityReport(as_goal_graph(subject), bool(drop_key), walk, reading)
 
 
 @dataclass(frozen=True)
-class ComplexityReport:
-    """Depth, width and passage times of a goal graph; created by `analyze`.
-
-    Two numbers say how long it takes to reach the exit. `hitting_time` is the value in the paper's Table 2, the
-    least-squares solution of its Laplacian system, which saturates near 1 / 0.01 = 100. `expected_steps` is the true
-    mean number of steps of the same walk, which does not saturate.
-    """
+class ComplexityReport(WalkReport):
+    """Depth, width and passage times of a goal graph; created by `analyze`."""
 
     graph: GoalGraph
     drop_key: bool = False
@@ -71,6 +98,11 @@ class ComplexityReport:
     def chain(self) -> Chain:
         """The walk on the augmented graph, which answers all further questions."""
         return Chain(self.augmented.weights, self.augmented.labels, self.augmented.start, self.augmented.goals)
+
+    @property
+    def name(self) -> str:
+        """The graph's name."""
+        return self.graph.name
 
     @property
     def exit_depth(self) -> int:
@@ -92,49 +124,9 @@ class ComplexityReport:
         """Number of its moves, without restarts."""
         return len(self.augmented.edges)
 
-    @property
-    def hitting_time(self) -> float:
-        """The paper's hitting time of the exit (Table 2): b' pinv(D - W) b, see `laplacian_hitting_time`."""
-        return self.chain.hitting_time
-
-    @property
-    def expected_steps(self) -> float:
-        """Mean number of steps until the exit is first reached, including steps that stay."""
-        return self.chain.expected_steps
-
-    @property
-    def variance(self) -> float:
-        """Variance of the number of steps until the exit is first reached."""
-        return self.chain.variance
-
-    @property
-    def std(self) -> float:
-        """Standard deviation of the number of steps until the exit is first reached."""
-        return self.chain.std
-
-    def reach_probability(self, t: ArrayLike, goal: str = "exit") -> NDArray[np.float64]:
-        """See `Chain.reach_probability`."""
-        return self.chain.reach_probability(t, goal)
-
     def expected_states(self, t: ArrayLike) -> NDArray[np.float64]:
         """See `Chain.expected_states`; of nodes that are alike only one is computed."""
         return expected_states(self.chain.weights, self.chain.source, t, *alike_nodes(self.augmented))
-
-    def expected_steps_to(self, goal: str) -> float:
-        """See `Chain.expected_steps_to`."""
-        return self.chain.expected_steps_to(goal)
-
-    def hitting_time_to(self, node: str) -> float:
-        """See `Chain.hitting_time_to`."""
-        return self.chain.hitting_time_to(node)
-
-    def edge_sensitivity(self) -> list[EdgeSensitivity]:
-        """See `Chain.edge_sensitivity`."""
-        return self.chain.edge_sensitivity()
-
-    def goal_sensitivity(self) -> dict[str, float]:
-        """See `Chain.goal_sensitivity`."""
-        return self.chain.goal_sensitivity()
 
     def described(self) -> dict[str, Any]:
         """Return what the report is of, as plain types."""
@@ -145,48 +137,33 @@ class ComplexityReport:
             "drop_key": self.drop_key,
         }
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the whole report as plain numbers, strings, lists and dicts."""
-        return {
-            **self.described(),
-            "walk": asdict(self.walk),
-            "reading": asdict(self.reading),
-            **{name: getattr(self, name) for name in NUMBERS},
-            "reach_probability": by_time(self.reach_probability, REPORT_TIMES),
-            "expected_states": by_time(self.expected_states, REPORT_TIMES),
-            "expected_steps_to": {goal: self.expected_steps_to(goal) for goal in self.chain.goals},
-            "goal_sensitivity": self.goal_sensitivity(),
-        }
+    def _assumed(self) -> dict[str, Any]:
+        return {**super()._assumed(), "reading": asdict(self.reading)}
+
+    @property
+    def _are_states_counted(self) -> bool:
+        return True  # as many are alike
 
     @property
     def _head(self) -> str:
         drop = "with" if self.drop_key else "without"
         return f"goal graph {self.graph.name}, {self.graph.n_rooms} rooms, {drop} drop"
 
-    def _lines(self) -> list[tuple[str, str]]:
-        reached = ", ".join(f"{t}: {p:.3f}" for t, p in by_time(self.reach_probability, REPORT_TIMES).items())
-        limit = f", saturates near {1 / self.walk.restart:.4g}" if self.walk.restart else ""
-        lines = [
+    def _first_lines(self) -> list[tuple[str, str]]:
+        return [
             ("key rooms", f"{list(self.graph.key_rooms)}, exit room {self.graph.exit_room}   (0 is the centre)"),
             ("exit depth", f"{self.exit_depth}"),
             ("width", f"{self.width}"),
             ("augmented graph", f"{self.nodes} nodes, {self.edges} edges"),
-            ("hitting time", f"{self.hitting_time:.2f}   (the paper's Table 2: least squares{limit})"),
-            ("expected steps", f"{self.expected_steps:.1f} +- {self.std:.1f}   (mean first passage of the same walk)"),
-            ("exit reached by", reached),
         ]
-        hardest = [f"{goal} {change:+.2f}%" for goal, change in self.goal_sensitivity().items()][:3]
-        if hardest:
-            lines.append(("hardest goals", f"{', '.join(hardest)}   (steps, if 1% easier)"))
-        return lines
 
-    def __str__(self) -> str:
-        return "\n".join([self._head, *(f"  {name:<16}{value}" for name, value in self._lines())])
+    def draw(self, path: str | Path) -> None:
+        """Draw the goal graph next to its augmented graph into a .png (the default), .pdf or .svg file."""
+        from hierroom.complexity.drawing.draw import draw_graph
+
+        draw_graph(self.augmented, path)
 
     def _repr_svg_(self) -> str:
         from hierroom.complexity.drawing.draw import svg_of  # matplotlib loads slowly, and few reports are drawn
 
         return svg_of(self.augmented)
-
-    def _repr_html_(self) -> str:
-        return html_table(self._head, (), self._lines())

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
 from hierroom.complexity.played.played_chain import PlayedChain
 from hierroom.complexity.report import ComplexityReport
+from hierroom.complexity.walk_report import WalkReport, short
 from hierroom.support.errors import InputError, shown
 from hierroom.support.tables import csv_text, latex_table, markdown_table
 
@@ -33,35 +33,34 @@ FIELDS: tuple[str, ...] = ("key_rooms", "exit_room", "drop_key", *COLUMNS)
 """The columns of `rows_of`."""
 
 
-def value_of(report: ComplexityReport, column: ColumnName) -> Any:
+def value_of(report: WalkReport, column: ColumnName) -> Any:
     """Return a report's value in a column."""
-    return report.graph.name if column == "graph" else getattr(report, column)
+    return report.name if column == "graph" else getattr(report, column)
 
 
-def report_cells(report: ComplexityReport) -> list[str]:
+def report_cells(report: WalkReport) -> list[str]:
     """Return a report's cells in a printed table, in the order of `COLUMNS`."""
     cells = []
     for name, (_, style) in COLUMNS.items():
         value = value_of(report, name)
-        is_long = isinstance(value, float) and math.isfinite(value) and abs(value) >= 1e7
-        cells.append(format(value, ".4g" if is_long else style))
+        digits = int(style[1]) if style else 0
+        cells.append(value if isinstance(value, str) else short(value, digits))
     return cells
 
 
-def rows_of(reports: Iterable[ComplexityReport]) -> list[dict[str, Any]]:
-    """Return each report as one row: its goal graph, and the columns of the list, in full precision."""
-    return [
-        {
-            "key_rooms": "-".join(map(str, report.graph.key_rooms)),
-            "exit_room": report.graph.exit_room,
-            "drop_key": report.drop_key,
-            **{name: value_of(report, name) for name in COLUMNS},
-        }
-        for report in reports
-    ]
+def rows_of(reports: Iterable[WalkReport]) -> list[dict[str, Any]]:
+    """Return each report as one row: the columns of the list in full precision, of goal graphs also their rooms."""
+    rows = []
+    for report in reports:
+        of_graph: dict[str, Any] = dict.fromkeys(FIELDS[: -len(COLUMNS)])
+        if isinstance(report, ComplexityReport):
+            rooms = "-".join(map(str, report.graph.key_rooms))
+            of_graph = {"key_rooms": rooms, "exit_room": report.graph.exit_room, "drop_key": report.drop_key}
+        rows.append(of_graph | {name: value_of(report, name) for name in COLUMNS})
+    return rows
 
 
-def list_text(reports: Iterable[ComplexityReport], form: str) -> str:
+def list_text(reports: Iterable[WalkReport], form: str) -> str:
     """Return the list as ``csv`` in full precision, or as a rounded ``latex`` or ``markdown`` table."""
     if form == "csv":
         return csv_text(rows_of(reports), FIELDS)
@@ -71,7 +70,7 @@ def list_text(reports: Iterable[ComplexityReport], form: str) -> str:
 
 
 def to_frame(
-    reports: ComplexityReport | MeasuredGraph | PlayedChain | Iterable[ComplexityReport] | Iterable[MeasuredGraph],
+    reports: WalkReport | MeasuredGraph | PlayedChain | Iterable[WalkReport] | Iterable[MeasuredGraph],
 ) -> pd.DataFrame:
     """Return reports as a DataFrame, one row each, indexed by the names of their graphs.
 
@@ -90,7 +89,7 @@ def to_frame(
     several = [*reports] if isinstance(reports, Iterable) else [reports]
     if several and all(isinstance(one, MeasuredGraph) for one in several):
         return pd.DataFrame([one.to_dict() for one in several]).set_index("graph")
-    analyzed = [one for one in several if isinstance(one, ComplexityReport)]
-    for other in (one for one in several if not isinstance(one, ComplexityReport)):
+    analyzed = [one for one in several if isinstance(one, WalkReport)]
+    for other in (one for one in several if not isinstance(one, WalkReport)):
         raise InputError(f"to_frame takes reports of one kind, such as analyze gives them, not {shown(other)}")
     return pd.DataFrame(rows_of(analyzed), columns=list(FIELDS)).set_index("graph")

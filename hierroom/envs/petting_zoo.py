@@ -26,7 +26,6 @@ class TwoAgentEnv:
         config = EnvConfig.of_arguments({"graph": graph, "reward": "intrinsic", **entries}, ("render_mode",))
         self.single = SingleEnv(config, render_mode)
         self.render_mode = render_mode
-        self.complexity = self.single.complexity
         self.agents: list[str] = []
         self.possible_agents = list(AGENTS)
         self.observation_spaces = self.single.observation_spaces
@@ -35,6 +34,11 @@ class TwoAgentEnv:
         self.observation_space = self.observation_spaces.__getitem__
         self.action_space = self.action_spaces.__getitem__
         self.state_space = self.single.turns.world.global_state_space
+
+    @property
+    def complexity(self) -> Any:
+        """Return the `ComplexityReport` of its goal graph or rules; of several goal graphs, of the hardest."""
+        return self.single.complexity
 
     def state(self) -> NDArray[np.uint8]:
         """Return the whole grid [size, size, 4], as the world's `global_state` lays it out."""

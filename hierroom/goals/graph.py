@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.goals.drawing import tree_svg
+from hierroom.goals.rules import Rules
 from hierroom.goals.tree import canonical_rooms, child_rooms, open_goals
 from hierroom.support.errors import InputError, require_number, shown
 from hierroom.support.files import write_atomically
@@ -142,6 +143,20 @@ class GoalGraph:
         graph.add_node("exit", kind="exit", room=self.exit_room)
         graph.add_edge(f"door {self.exit_room}", "exit")
         return graph
+
+    def rules(self) -> Rules:
+        """Return the same dependencies as rules: a key takes the free hand, and its door gives it back.
+
+        Their marking chain knows no rooms where one may be, so its numbers differ from those of the augmented graph.
+        """
+        rules, start = {}, {"free hand": 1}
+        for room, key_room in enumerate(self.key_rooms, start=1):
+            way = {"uses": {"free hand": 1, f"key {room} in place": 1}, "gives": f"key {room}"}
+            rules[f"key {room}"] = way if key_room == 0 else {"needs": f"door {key_room}", **way}
+            rules[f"door {room}"] = {"uses": f"key {room}", "gives": [f"door {room}", "free hand"]}
+            start[f"key {room} in place"] = 1
+        rules["exit"] = {"needs": f"door {self.exit_room}", "gives": "exit"}
+        return Rules(rules, "exit", start=start, label=self.name)
 
     def _repr_svg_(self) -> str:
         return tree_svg(self.key_rooms, self.exit_room, f"goal graph {self.name}")

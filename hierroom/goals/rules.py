@@ -147,12 +147,33 @@ class Rules:
         Returns:
             the markings after each rule [..., R, F], and whether it applies [..., R].
         """
-        before = np.asarray(markings)[..., None, :]
-        enough = np.all(before[..., None, :] >= self.required, axis=-1)  # [..., R, A]
-        first, rules = enough.argmax(axis=-1), np.arange(len(self.rules))
-        after = np.minimum(before - self.used[rules, first] + self.given[rules, first], self.limits)
-        applies = np.any(enough, axis=-1)
+        before, (applies, ways) = np.asarray(markings)[..., None, :], _choose(np.asarray(markings), self.required)
+        rules = np.arange(len(self.rules))
+        after = np.minimum(before - self.used[rules, ways] + self.given[rules, ways], self.limits)
         return np.where(applies[..., None], after, before), applies
+
+    def moves(self, markings: ArrayLike) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.integer]]:
+        """Find the E moves from markings [M, F]: every rule that applies and changes a marking.
+
+        Returns:
+            for each move the index of its marking [E], its rule [E] and the marking after it [E, F], all of these in
+            the smallest dtype that holds every marking.
+        """
+        required, change, limits = self._compact
+        counts = np.asarray(markings).astype(required.dtype)
+        applies, ways = _choose(counts, required)
+        sources, rules = np.nonzero(applies)
+        before = counts[sources]
+        after = np.minimum(before + change[rules, ways[sources, rules]], limits)
+        changes = np.any(after != before, axis=1)
+        return sources[changes], rules[changes], after[changes]
+
+    @cached_property
+    def _compact(self) -> tuple[NDArray[np.integer], NDArray[np.integer], NDArray[np.integer]]:
+        """What is required, what changes, and the limits, in a dtype in which sums do not overflow."""
+        change = self.given - self.used
+        dtype = np.min_scalar_type(-int(max(self.limits.max() + self.given.max(), self.required.max())) - 1)
+        return self.required.astype(dtype), change.astype(dtype), self.limits.astype(dtype)
 
     def apply(self, goal: str, marking: ArrayLike) -> NDArray[np.int64] | None:
         """Return the marking [F] after the rule of a goal, or None where it does not apply."""
@@ -217,6 +238,12 @@ class Rules:
         array = np.array([[[count(way, fact) for fact in self.facts] for way in row] for row in ways], np.int64)
         array.flags.writeable = False
         return array
+
+
+def _choose(markings: NDArray[np.integer], required: NDArray[np.integer]) -> tuple[NDArray[np.bool_], NDArray]:
+    """Find whether each rule applies to markings [..., F], and by which of its alternatives: [..., R] both."""
+    enough = np.all(markings[..., None, None, :] >= required, axis=-1)  # [..., R, A]
+    return np.any(enough, axis=-1), enough.argmax(axis=-1)
 
 
 def _alternatives(name: str, rule: object) -> tuple[Alternative, ...]:

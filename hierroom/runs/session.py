@@ -106,7 +106,7 @@ def run_session(trainer: Trainer, folder: RunFolder, log: Sequence[str] = DEFAUL
             console.print(line, soft_wrap=True, markup=False)
 
         say(f"{trainer.config.title}, into {folder.path}")
-        for line in trainer.turns.world.stage_titles:
+        for line in (*trainer.turns.world.stage_titles, *trainer.turns.world.notes):
             say(line)
         meta = trainer.agents[META]
         if isinstance(meta, ScriptedAgent) and (unsaved := unsaved_memory(meta.meta)):

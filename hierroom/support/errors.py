@@ -11,7 +11,7 @@ from collections.abc import Collection
 from dataclasses import fields
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -112,7 +112,12 @@ class own_code:
             os.chdir(self._folder)
             warn_once(f"{self._name} changes the working folder, which is {self._folder} again")
         if error is not None and not isinstance(error, (InputError, DivergenceError, KeyboardInterrupt)):
-            raise InputError(f"{self._name} {self._fails}: {in_one_line(error)}") from error
+            raise_told(self._name, error, self._fails)
+
+
+def raise_told(name: str, error: BaseException, fails: str = "fails") -> NoReturn:
+    """Raise as one line what code of the user, called ``name``, has raised."""
+    raise InputError(f"{name} {fails}: {in_one_line(error)}") from error
 
 
 def _working_folder() -> str | None:

@@ -79,7 +79,7 @@ class Ledger:
 def compiled_record(outcome: np.dtype) -> Callable[..., int]:
     """Compile `kernels.record_turns` for the outcomes of a world."""
     arrays = np.zeros(1, outcome), np.zeros(1, np.int64), np.zeros(1, LEDGER), np.zeros(1, STEP)
-    return compiled(record_turns, *arrays, True, 1, 1, 1, 1.0, True)
+    return compiled(record_turns, *arrays, True, 1, 1, 1, 1.0, True, 1)
 
 
 @cache

@@ -62,6 +62,7 @@ STEP = _record(
     ("option_ended", "?"),
     ("terminated", "?"),
     ("truncated", "?"),
+    ("success", "?"),
     ("episode_ended", "?"),
     ("return_terminated", "?"),
     ("return_truncated", "?"),
@@ -122,8 +123,9 @@ class Step:
         meta_rewards: [N] float64, where the option ended the extrinsic reward summed over it, else 0.
         meta_elapsed: [N] int, primitive steps since the meta-controller's last turn, this one included.
         achieved_instead: [N] int, where an option ended without its goal the goal achieved first in it, or -1.
-        terminated: [N] bool, the target was reached.
+        terminated: [N] bool, the world ended the episode: the target was reached, or it is out of reach for good.
         truncated: [N] bool, the time limit was reached.
+        success: [N] bool, the target was reached.
         episode_ended: [N] bool, the episode terminated or was truncated.
         return_terminated: [N] bool, the controller's return ends here and nothing is to come.
         return_truncated: [N] bool, the controller's return is cut here, but more would have come.

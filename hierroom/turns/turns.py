@@ -212,6 +212,7 @@ class Turns:
             self._kernel_reward,
             self.config.novelty_bonus,
             self._autoreset,
+            world.goals.target,
         )
         self._written, self.last_records, self._last_step = records, shown, None
         if self._kernel_reward == OWN_REWARD:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hierroom.goals import GoalGraph
 from hierroom.goals.goal_set import GoalSet
+from hierroom.support.byte_array import ByteArray
 from hierroom.support.errors import InputError
 
 OUTCOME_FIELDS = (
@@ -62,6 +63,7 @@ class Feature:
         is_by_goal: whether it has one number for each goal.
         is_of_goal: whether it shows the controller's goal; methods whose controller does not see the goal leave it out.
         is_of_world: whether it shows the world alone, without the goal and past actions; curiosity reads these.
+        array: how its numbers are the bytes of an array, where they are no categories.
     """
 
     cardinalities: tuple[int, ...]
@@ -71,6 +73,7 @@ class Feature:
     is_by_goal: bool = False
     is_of_goal: bool = False
     is_of_world: bool = True
+    array: ByteArray | None = None
 
 
 class Replayer(Protocol):
@@ -99,6 +102,9 @@ class Replayer(Protocol):
 
     def tile_size(self, state: Any) -> int:
         """Return the tile size of a picture in which text can be read."""
+
+    def window_tile_size(self, state: Any) -> int:
+        """Return the tile size of a picture that fits on a screen."""
 
     def picture(self, state: Any, goal: int, tile_size: int, title: str) -> NDArray[np.uint8]:
         """Draw a state: [H, W, 3] uint8."""
@@ -153,6 +159,7 @@ class World(Protocol):
         outcomes: [N] records with the fields of `OUTCOME_FIELDS`, overwritten by each step.
         variants: names of the kinds of episodes that the world draws from, the easiest first.
         stage_titles: a line for each stage of a curriculum; empty without one.
+        notes: lines that a user should know before a run goes on.
         everywhere: [N] int, the numbers of all environments, read-only.
         has_begun: whether the first `reset` was made.
         can_split: whether each environment goes on as it would if it were copied into a world of fewer environments.
@@ -168,6 +175,7 @@ class World(Protocol):
     outcomes: np.ndarray
     variants: tuple[str, ...]
     stage_titles: Sequence[str]
+    notes: Sequence[str]
     everywhere: NDArray[np.integer]
     has_begun: bool
     can_split: bool

@@ -54,7 +54,7 @@ def draw_goal_graph(graph: GoalGraph, axes: Axes, scale: float = 1.0) -> None:
     """Draw a goal graph onto an Axes: the start at the top, and below each node what it makes possible."""
     places = place_goals(graph)
     title = f"goal graph {graph.name}\n{graph.n_rooms} rooms, exit depth {graph.exit_depth}, width {graph.width}"
-    pen = _Pen(axes, scale, title, list(places.values()))
+    pen = Pen(axes, scale, title, list(places.values()))
     unlocked = graph.to_networkx()
     for source, target in unlocked.edges:
         pen.arrow(places[source], places[target], EXIT_COLOUR if target == "exit" else INK)
@@ -68,7 +68,7 @@ def draw_augmented(augmented: AugmentedGraph, axes: Axes, scale: float = 1.0) ->
     boxes = place_augmented(augmented)
     drop = "with" if augmented.drop_key else "without"
     size = f"{len(augmented.nodes)} nodes, {len(augmented.edges)} edges"
-    pen = _Pen(axes, scale, f"augmented graph, {drop} drop\n{size}", _corners(boxes))
+    pen = Pen(axes, scale, f"augmented graph, {drop} drop\n{size}", _corners(boxes))
     kinds = {i: kind for kind, nodes in enumerate(kinds_of_nodes(augmented)) for i in nodes}
     entrances = {kinds[augmented.index[room.node]]: room.at for box in boxes for room in box.rooms}
     moves = augmented.moves
@@ -136,7 +136,7 @@ def _figure(augmented: AugmentedGraph) -> Figure:
     return figure
 
 
-def _draw_box(pen: _Pen, augmented: AugmentedGraph, box: Box) -> None:
+def _draw_box(pen: Pen, augmented: AugmentedGraph, box: Box) -> None:
     (left, bottom), (_, height) = box.corner, box.size
     pen.patch(box.corner, box.size, "#f6f6f6", "#cccccc", 0)
     if box.is_meshed:
@@ -149,7 +149,7 @@ def _draw_box(pen: _Pen, augmented: AugmentedGraph, box: Box) -> None:
     pen.text((left + 0.14, bottom + height - 0.12), name + (f"  x {box.count}" if box.count > 1 else ""))
 
 
-def _draw_moves(pen: _Pen, box: Box, moves: set[tuple[Node, Node]]) -> None:
+def _draw_moves(pen: Pen, box: Box, moves: set[tuple[Node, Node]]) -> None:
     all_rooms = [Node("room", room, box.doors) for room in (0, *box.doors)]
     for key in box.keys:
         has_all = all((room, key.node) in moves for room in all_rooms)
@@ -166,7 +166,7 @@ def _draw_moves(pen: _Pen, box: Box, moves: set[tuple[Node, Node]]) -> None:
             _draw_pair(pen, room, other, moves, 0.0 if gap == 1 else -0.28 - 0.04 * gap)
 
 
-def _draw_pair(pen: _Pen, one: Place, other: Place, moves: set[tuple[Node, Node]], bend: float) -> None:
+def _draw_pair(pen: Pen, one: Place, other: Place, moves: set[tuple[Node, Node]], bend: float) -> None:
     there, back = (one.node, other.node) in moves, (other.node, one.node) in moves
     if there or back:
         pen.arrow(one.at, other.at, FAINT, "<|-|>" if there and back else "-|>" if there else "<|-", bend)
@@ -193,7 +193,9 @@ def _colour_of(room: int) -> str:
     return ROOM_COLOURS[room and 1 + (room - 1) % (len(ROOM_COLOURS) - 1)]
 
 
-class _Pen:
+class Pen:
+    """Draws nodes, arrows, boxes and text onto an Axes that is as large as the given points need."""
+
     def __init__(self, axes: Axes, scale: float, title: str, points: list[Point]) -> None:
         self.axes, self.scale = axes, scale
         axes.set_title(title, parse_math=False, fontsize=11 * max(scale, 0.7), color=INK)
@@ -229,6 +231,7 @@ class _Pen:
         )  # fmt: skip
 
     def patch(self, corner: Point, size: Point, fill: str, rim: str, order: int) -> None:
+        """Draw a box with round corners."""
         self.axes.add_patch(
             FancyBboxPatch(
                 corner, *size, boxstyle="round,pad=0,rounding_size=0.3", facecolor=fill, edgecolor=rim,
@@ -237,5 +240,6 @@ class _Pen:
         )  # fmt: skip
 
     def text(self, corner: Point, words: str) -> None:
+        """Write words below a corner."""
         behind = {"facecolor": "#f6f6f6", "edgecolor": "none", "pad": 1.0}
         self.axes.text(*corner, words, fontsize=9 * self.scale, va="top", color=INK, zorder=5, bbox=behind)

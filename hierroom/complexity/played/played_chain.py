@@ -22,8 +22,8 @@ from hierroom.complexity.played.observed import (
     wilson_interval,
     within,
 )
-from hierroom.complexity.report import REPORT_TIMES, by_time
 from hierroom.complexity.walk import PAPER_WALK
+from hierroom.complexity.walk_report import REPORT_TIMES, by_time
 from hierroom.support.errors import InputError
 from hierroom.support.tables import html_table, text_table
 

@@ -178,5 +178,5 @@ def entries_of(path: Path, config: TrainConfig) -> dict[str, Any]:
 
 def flat_entries(config: TrainConfig) -> dict[str, Any]:
     """Return the entries of a config by their flat names, goal graphs by theirs."""
-    graphs = {name: [*spec_names(getattr(config.env, name))] for name in ("graph", "exclude")}
+    graphs = {"graph": [*config.env.names], "exclude": [*spec_names(config.env.exclude)]}
     return {name: value for name, value in (config.entries | graphs).items() if name not in OF_ENVIRONMENTS}

@@ -102,7 +102,7 @@ class Job:
         for meta in self.metas if trainer.config.resolved_method.controller.sees_goal else ():
             kinds[f"{meta}_"] = {"meta": meta}
         env = trainer.config.env
-        if excluded := GraphSet(env.graph, env.exclude, env.drop_key).excluded:
+        if env.exclude and (excluded := GraphSet(env.graph, env.exclude, env.drop_key).excluded):
             kinds["excluded_"] = {"graph": excluded}
         steps = trainer.steps * SHARE_OF_STEPS / len(kinds)
         evaluations = {prefix: self._evaluate(trainer, steps, kind) for prefix, kind in kinds.items()}

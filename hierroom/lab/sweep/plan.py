@@ -12,7 +12,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, spec_names
+from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs
 from hierroom.runs.config.config import CHANGED_WHEN_RESUMED, TrainConfig
 from hierroom.runs.config.config_file import flat_entries, flat_entry_types, listed_entries
 from hierroom.runs.config.presets import find_preset, implied_preset
@@ -110,7 +110,7 @@ class Plan:
         config = start.changed(**{"threads": 1, **entries})  # the processes are the parallel part
         own = config.entries | {
             "meta": config.resolved_method.meta,
-            "graph": spec_names(config.env.graph),
+            "graph": config.env.names,
             "variant": variant,
         }
         own[_PLANNED_STEPS] = own.pop("steps")

@@ -13,6 +13,7 @@ from torch import Tensor, nn
 
 from hierroom.learners.networks.encoder import FeatureEncoder, Vectors
 from hierroom.learners.networks.recurrent import ResetLSTM
+from hierroom.support.byte_array import ByteArray
 from hierroom.support.errors import InputError
 
 
@@ -22,6 +23,7 @@ class AgentSpace:
 
     cardinalities: tuple[int, ...]  # number of values of each of the K features of an observation, 1 to 256 each
     n_actions: int  # A, legal or not, at least 1
+    arrays: tuple[tuple[int, ByteArray], ...] = ()  # the first columns of bytes of arrays, and these
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "cardinalities", tuple(int(c) for c in self.cardinalities))

@@ -49,10 +49,12 @@ class FeatureEncoder(nn.Module):
 
     def forward(self, features: Tensor) -> Tensor:
         """Encode observations [..., K] uint8, each below its cardinality, as [..., H] float, at least 0."""
-        rows = features.long() + self.offsets
-        flat = rows.reshape(-1, rows.shape[-1])  # [N, K]
-        total = functional.embedding_bag(flat, self.table(), mode="sum") + self.bias
-        return torch.relu(total).reshape(*features.shape[:-1], -1)
+        flat = features.reshape(-1, features.shape[-1])  # [N, K]
+        return torch.relu(self.linear(flat)).reshape(*features.shape[:-1], -1)
+
+    def linear(self, features: Tensor) -> Tensor:
+        """Encode observations [N, K] as [N, H], before the ReLU."""
+        return functional.embedding_bag(features.long() + self.offsets, self.table(), mode="sum") + self.bias
 
 
 def _input_matrix(cardinalities: Sequence[int], vectors: Sequence[ArrayLike | None]) -> Tensor:

@@ -17,7 +17,7 @@ from hierroom.support.reading import read_bytes
 
 MAX_FILES, MAX_BYTES = 50, 2**20
 _MORE = "..."
-_PLUGGED = ("meta", "network", "reward")
+_PLUGGED = ("meta", "network", "reward", "task")
 """Entries that may name a user-defined class."""
 
 

@@ -12,19 +12,21 @@ from hierroom.meta import LEARNED, META_CONTROLLERS
 from hierroom.runs.config.config import TrainConfig
 from hierroom.support.errors import InputError
 from hierroom.turns.rewards import REWARDS
+from hierroom.worlds.make import ships
 
 COPIES = "modules"
 """The folder in a run with copies of the user's modules."""
 
 
 def named_code(config: TrainConfig) -> dict[str, str]:
-    """Return the ``meta``, ``network`` and ``reward`` of a config that name code besides what ships.
+    """Return the ``meta``, ``network``, ``reward`` and ``task`` of a config that name code besides what ships.
 
     Names in hierroom itself (``hierroom.train:main``) and entry points are among them: each of these can be called.
     Nothing is imported.
     """
     shipped = {"meta": (*META_CONTROLLERS, LEARNED), "network": NETWORKS, "reward": REWARDS}
-    return {what: config.entries[what] for what in shipped if config.entries[what] not in (None, *shipped[what])}
+    found = {what: config.entries[what] for what in shipped if config.entries[what] not in (None, *shipped[what])}
+    return found if config.env.task is None or ships(config.env.task) else {**found, "task": config.env.task}
 
 
 def require_trust(path: Path, config: TrainConfig, *, trust: bool, named: Mapping[str, Any] | None = None) -> None:

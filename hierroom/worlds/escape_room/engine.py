@@ -29,13 +29,11 @@ from hierroom.worlds.escape_room.layout import (
     graph_records,
 )
 from hierroom.worlds.escape_room.state_check import check_state
-from hierroom.worlds.world import Seeds, is_list, whole_numbers
+from hierroom.worlds.seeds import Indices, chosen_envs, write_seeds
+from hierroom.worlds.world import Seeds, whole_numbers
 
 MIN_ENVS_PER_THREAD = 1024
 """With fewer environments per thread, starting another thread costs more than it saves."""
-
-Indices = NDArray[np.integer] | NDArray[np.bool_] | Sequence[int] | slice | int
-"""Selects some environments of a batch."""
 
 
 class Engine:
@@ -113,15 +111,8 @@ class Engine:
 
         ``seed`` is one for all of them, or a sequence with one, or None, for each.
         """
-        chosen, levels = self._chosen(envs), self._state.levels
-        seeds, groups = ([*seed], chosen) if is_list(seed) else ([seed], [chosen])
-        if len(seeds) != len(groups):
-            raise InputError(f"seeds are one for all environments or {len(chosen)} of them, not {len(seeds)}")
-        given = [(group, one) for group, one in zip(groups, seeds, strict=True) if one is not None]
-        for _, one in given:
-            Whole(0, 2**63 - 1).check(one, "a seed")
-        for group, one in given:
-            levels["seed"][group], levels["episode"][group] = one, -1
+        chosen, levels = chosen_envs(envs, len(self)), self._state.levels
+        write_seeds(levels, seed, chosen)
         self._clear_outcomes(chosen, 0)
         self.has_begun = True
         if len(chosen) == len(self):
@@ -188,11 +179,11 @@ class Engine:
 
     def get_state(self, envs: Indices = slice(None)) -> State:
         """Copy the exact state of some environments (by default all)."""
-        return self._state[self._chosen(envs)]
+        return self._state[chosen_envs(envs, len(self))]
 
     def check_state(self, state: State, envs: Indices = slice(None)) -> None:
         """Check that `set_state` can take a state."""
-        n_chosen = len(self._chosen(envs))
+        n_chosen = len(chosen_envs(envs, len(self)))
         check_state(state)
         if state.size != self._state.size or len(state) != n_chosen:
             raise InputError(
@@ -206,7 +197,7 @@ class Engine:
         The seed and index of the original environment are part of it, and determine the episodes that follow.
         """
         self.check_state(state, envs)
-        self._put(state, self._chosen(envs))
+        self._put(state, chosen_envs(envs, len(self)))
 
     def _put(self, state: State, chosen: NDArray[np.integer]) -> None:
         levels = state.levels
@@ -217,12 +208,6 @@ class Engine:
         self._outcomes["terminated"][chosen] = levels["has_ended"] & at_exit
         self._outcomes["truncated"][chosen] = levels["has_ended"] & (levels["steps"] >= levels["max_steps"])
         batch_kernels.look_levels(self._state.levels, self._state.grids, self._outcomes)
-
-    def _chosen(self, envs: Indices) -> NDArray[np.integer]:
-        try:
-            return np.atleast_1d(np.arange(len(self))[envs])
-        except IndexError as error:
-            raise InputError(f"environments are numbered from 0 to {len(self) - 1}; there is no {envs}") from error
 
     def _clear_outcomes(self, envs: NDArray[np.integer], lengths: ArrayLike) -> None:
         """Set the outcomes of environments that have taken no step since they were reset or restored."""

@@ -18,8 +18,8 @@ from hierroom.worlds.escape_room.goal_kernels import GOAL_MASKS, write_masks
 from hierroom.worlds.escape_room.layout import LEVEL, OUTCOME, State
 from hierroom.worlds.escape_room.level import Level
 from hierroom.worlds.escape_room.oracle import shortest_actions
-from hierroom.worlds.escape_room.random_kernels import turn_uniforms
 from hierroom.worlds.escape_room.tiles import encode
+from hierroom.worlds.random_kernels import turn_uniforms
 
 OBSERVATION_SPACES: dict[str, spaces.Space] = {
     "observation": spaces.Box(0, 10, (VIEW, VIEW, 3), np.uint8),

@@ -35,11 +35,17 @@ from hierroom.worlds.escape_room.observations import BatchObservations, write_on
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
 from hierroom.worlds.escape_room.render import global_state, state_space
 from hierroom.worlds.escape_room.replayer import LevelReplayer
-from hierroom.worlds.escape_room.window import LevelScreen
+from hierroom.worlds.window import StateScreen
 from hierroom.worlds.world import Replayer, Seeds
 
 GOALS = GoalSet(
-    GOAL_NAMES, GOAL_VECTORS, EXIT_GOAL, ("key", "door", "exit"), np.arange(N_GOALS) // N_COLOURS, ROOM_GOAL_NAMES
+    GOAL_NAMES,
+    GOAL_VECTORS,
+    EXIT_GOAL,
+    ("key", "door", "exit"),
+    np.arange(N_GOALS) // N_COLOURS,
+    ROOM_GOAL_NAMES,
+    n_alike=N_COLOURS,
 )
 
 
@@ -50,6 +56,7 @@ class EscapeRoomWorld(Engine):
     features = FEATURES
     replayer: Replayer = LevelReplayer()
     observation_spaces = OBSERVATION_SPACES
+    notes: Sequence[str] = ()
 
     def __init__(self, config: EnvConfig, num_envs: int, *, autoreset: bool = True, **settings: Any) -> None:
         self.sampler = GraphSampler(config.graph, config.exclude, config.drop_key, num_envs, config.curriculum_stages)
@@ -181,9 +188,9 @@ class EscapeRoomWorld(Engine):
         """The space of `global_state`."""
         return state_space(self.state.size)
 
-    def screen(self, render_mode: str | None) -> LevelScreen:
+    def screen(self, render_mode: str | None) -> StateScreen:
         """Return what shows environments in a render mode."""
-        return LevelScreen(self, render_mode)
+        return StateScreen(self.get_state, self.replayer, render_mode)
 
     def get_arrays(self, envs: NDArray[np.integer]) -> dict[str, np.ndarray]:
         """Return everything that changes in environments [M], as fresh arrays."""

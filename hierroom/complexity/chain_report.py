@@ -1,0 +1,74 @@
+"""The report of how hard any chain is to explore."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.sparse.csgraph import dijkstra
+
+from hierroom.complexity.chains.chain import EXIT, Chain
+from hierroom.complexity.chains.weights import as_moves
+from hierroom.complexity.walk import Walk
+from hierroom.complexity.walk_report import WalkReport
+
+
+@dataclass(frozen=True, eq=False)
+class ChainReport(WalkReport):
+    """Passage times of a chain; created by `analyze`.
+
+    Args:
+        chain: the walk.
+        walk: the probabilities of one step, where the chain was made of a graph and the paper's walk.
+    """
+
+    chain: Chain
+    walk: Walk | None = None
+
+    @property
+    def name(self) -> str:
+        """The names of its start and its exit."""
+        first, last = (self.chain.labels[node] for node in (self.chain.source, self.chain.goals[EXIT][0]))
+        return f"{first} to {last}"
+
+    @cached_property
+    def exit_depth(self) -> float:
+        """Number of nodes between the start and the exit on the shortest way; ``inf`` if there is none."""
+        moves = as_moves(self.chain.weights)
+        steps = dijkstra(moves, indices=self.chain.source, unweighted=True)
+        return float(steps[list(self.chain.goals[EXIT])].min()) - 1
+
+    @property
+    def width(self) -> None:
+        """None: only goals that depend on each other have a width."""
+
+    @property
+    def edges(self) -> int:
+        """Number of moves between two different nodes, restarts included."""
+        return as_moves(self.chain.weights).nnz
+
+    def described(self) -> dict[str, Any]:
+        """Return what the report is of, as plain types."""
+        return {"chain": self.name}
+
+    @property
+    def _head(self) -> str:
+        return f"chain from {self.name}"
+
+    def _first_lines(self) -> list[tuple[str, str]]:
+        depth = "inf" if np.isinf(self.exit_depth) else f"{self.exit_depth:.0f}"
+        return [("exit depth", depth), ("chain", f"{self.nodes} nodes, {self.edges} edges with restarts")]
+
+    def draw(self, path: str | Path) -> None:
+        """Draw it into a .png (the default), .pdf or .svg file."""
+        from hierroom.complexity.drawing.draw_chain import draw_report
+
+        draw_report(self, path)
+
+    def _repr_svg_(self) -> str:
+        from hierroom.complexity.drawing.draw_chain import svg_of  # matplotlib loads slowly
+
+        return svg_of(self)

@@ -1,0 +1,144 @@
+"""Drawings of rules and of chains: nodes in rows by their distance from the start."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sp
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import dijkstra
+
+from hierroom.complexity.chain_report import ChainReport
+from hierroom.complexity.chains.chain import EXIT
+from hierroom.complexity.chains.weights import as_moves
+from hierroom.complexity.drawing.draw import (
+    EXIT_COLOUR,
+    FAINT,
+    INCHES,
+    INK,
+    MOST_INCHES,
+    ROOM_COLOURS,
+    Pen,
+    save_figure,
+)
+from hierroom.complexity.drawing.drawn_places import MAX_DRAWN_NODES, Point, limits
+from hierroom.complexity.requirements import required
+from hierroom.complexity.rules_report import RulesReport
+from hierroom.support.errors import InputError
+
+COLUMN, LEAST_ROW, LINE = 2.4, 2.0, 0.3
+"""In units of the drawing: between nodes of a row, the least distance of two rows, and the height of a line of text."""
+DEAD_COLOUR, USED_COLOUR = "#e15759", "#e15759"
+
+
+def draw_report(report: RulesReport | ChainReport, path: str | Path) -> None:
+    """Draw rules next to their marking chain, or a chain, into a .png (the default), .pdf or .svg file."""
+    save_figure(_figure(report), path)
+
+
+def svg_of(report: RulesReport | ChainReport) -> str:
+    """Return the picture of `draw_report` as the text of an SVG document."""
+    picture = io.StringIO()
+    _figure(report).savefig(picture, format="svg", facecolor="white")
+    return picture.getvalue()
+
+
+def _figure(report: RulesReport | ChainReport) -> Figure:
+    chain = report.chain
+    if len(chain.labels) > MAX_DRAWN_NODES:
+        raise InputError(f"a drawing can show at most {MAX_DRAWN_NODES} nodes; {report.name} has {len(chain.labels):,}")
+    of_rules = report if isinstance(report, RulesReport) else None
+    edges = of_rules.unrolled.edges if of_rules else np.argwhere(as_moves(chain.weights).toarray() > 0)
+    if of_rules is None and report.walk is not None:
+        edges = edges[edges[:, 1] != chain.source]  # restarts, and moves to the start that look like them
+    texts = [label.replace(", ", "\n") for label in chain.labels]
+    places = _places(_distances(edges, len(texts), chain.source), edges, max(text.count("\n") for text in texts))
+    drawn = [places]
+    if of_rules and of_rules.unrolled.goals:
+        drawn.insert(0, _goal_places(of_rules))
+    extents = [_extent(one) for one in drawn]
+    whole = sum(width for width, _ in extents) * INCHES, (max(height for _, height in extents) + 2) * INCHES
+    scale = min(1.0, MOST_INCHES / max(whole))
+    figure = Figure(figsize=(whole[0] * scale, whole[1] * scale), layout="constrained")
+    axes = figure.subplots(1, len(drawn), width_ratios=[width for width, _ in extents], squeeze=False)[0]
+    if of_rules and of_rules.unrolled.goals:
+        _draw_goals(of_rules, axes[0], drawn[0], scale)
+    title = f"{'marking chain' if of_rules else 'chain'}\n{report.nodes} nodes, {report.edges} edges"
+    pen = Pen(axes[-1], scale, title, places)
+    for start, end in {tuple(sorted(edge)) for edge in edges.tolist() if edge[0] != edge[1]}:
+        pen.arrow(places[start], places[end], FAINT, _heads(edges, start, end), 0.12)
+    dead = {*of_rules.unrolled.dead_ends} if of_rules else set()
+    for node, (place, text) in enumerate(zip(places, texts, strict=True)):
+        is_exit = node in chain.goals[EXIT]
+        colour = EXIT_COLOUR if is_exit else DEAD_COLOUR if node in dead else ROOM_COLOURS[node != chain.source]
+        pen.node(place, colour, "")
+        _below(axes[-1], place, text, scale)
+    notes = ["not drawn: staying, and the restart from every node to the start"] if report.walk else []
+    notes += ["red nodes: dead ends"] if dead else []
+    notes += ["red arrows: what is used up"] if of_rules else []
+    figure.supxlabel("    ".join(notes), fontsize=8 * max(scale, 0.7), color=INK, parse_math=False)
+    return figure
+
+
+def _draw_goals(report: RulesReport, axes: Axes, places: list[Point], scale: float) -> None:
+    goals, rules = report.unrolled.goals, report.rules
+    title = f"{report.name}\ntarget {rules.target}, exit depth {report.exit_depth:.0f}, width {report.width}"
+    pen = Pen(axes, scale, title, places)
+    for first, giver in enumerate(goals):
+        given = {fact for way in rules.rules[giver] for fact in way.gives}
+        for last, taker in enumerate(goals):
+            asked = {fact for way in rules.rules[taker] for fact in required(way)} & given
+            used = {fact for way in rules.rules[taker] for fact in way.uses} & given
+            if asked and first != last:
+                pen.arrow(places[first], places[last], USED_COLOUR if used else INK, bend=0.12)
+    for goal, place in zip(goals, places, strict=True):
+        is_last = any(rules.target in way.gives for way in rules.rules[goal])
+        pen.node(place, EXIT_COLOUR if is_last else ROOM_COLOURS[1], "", is_key=True)
+        _below(axes, place, goal, scale)
+
+
+def _goal_places(report: RulesReport) -> list[Point]:
+    depths = np.array([report.goal_depths[goal] for goal in report.unrolled.goals])
+    return _places(depths, np.zeros((0, 2), np.int64), 0)
+
+
+def _distances(edges: NDArray[np.int64], n: int, source: int) -> NDArray[np.float64]:
+    moves = sp.coo_array((np.ones(len(edges)), edges.T), shape=(n, n)).tocsr()
+    return dijkstra(moves, indices=source, unweighted=True)
+
+
+def _places(rows: NDArray[np.float64], edges: NDArray[np.int64], n_lines: int) -> list[Point]:
+    """Place nodes in rows, each below those from which edges lead to it; what is out of reach comes last."""
+    last = max([row for row in rows.tolist() if math.isfinite(row)], default=0.0) + 1
+    height = max(LEAST_ROW, 1.2 + LINE * (n_lines + 1))
+    places: dict[int, Point] = {}
+    for row in sorted({min(row, last) for row in rows.tolist()}):
+        nodes = [node for node, own in enumerate(rows.tolist()) if min(own, last) == row]
+        above = {node: [places[i][0] for i, j in edges.tolist() if j == node and i in places] for node in nodes}
+        nodes.sort(key=lambda node: float(np.mean(above[node])) if above[node] else 0.0)
+        for n, node in enumerate(nodes):
+            places[node] = (COLUMN * (n - (len(nodes) - 1) / 2), -height * row)
+    return [places[node] for node in range(len(rows))]
+
+
+def _heads(edges: NDArray[np.int64], start: int, end: int) -> str:
+    there, back = (edges == (start, end)).all(axis=1).any(), (edges == (end, start)).all(axis=1).any()
+    return "<|-|>" if there and back else "-|>" if there else "<|-"
+
+
+def _below(axes: Axes, place: Point, text: str, scale: float) -> None:
+    x, y = place
+    size = 7 * max(scale, 0.5)
+    words = {"fontsize": size, "ha": "center", "va": "top", "color": INK, "zorder": 5, "parse_math": False}
+    axes.text(x, y - 0.45, text, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8}, **words)
+
+
+def _extent(places: Sequence[Point]) -> Point:
+    (left, right), (bottom, top) = limits(places)
+    return right - left, top - bottom

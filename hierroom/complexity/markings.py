@@ -1,0 +1,193 @@
+"""The marking chain: rules unrolled over how many there are of each fact, as the augmented graph is of a goal graph."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from hierroom.complexity.augmented import MAX_NODES
+from hierroom.complexity.chains.weights import as_targets, can_reach
+from hierroom.complexity.requirements import relevant_rules
+from hierroom.complexity.walk import PAPER_WALK, Walk
+from hierroom.goals import Rules
+from hierroom.support.errors import InputError
+
+AT_ONCE = 4_000_000
+"""Number of comparisons of facts that are made together."""
+
+
+class _Unrolled(NamedTuple):
+    markings: NDArray[np.int64]  # [n - 1, F], all nodes but the target's
+    edges: NDArray[np.int64]  # [E, 2]
+    goals: NDArray[np.int64]  # [E], the goal that each edge achieves
+    fewest: float  # edges from the start to the target, inf if there is no path
+
+
+@dataclass(frozen=True, eq=False)
+class MarkingGraph:
+    """Rules unrolled over how many there are of each fact, and the random walk on these markings.
+
+    From a marking leads one edge for each rule that can be applied and changes it. All markings that have the target
+    are one node, the last; the start is the first. Rules that do not matter for the target are left out.
+    """
+
+    rules: Rules
+    walk: Walk = PAPER_WALK
+
+    @cached_property
+    def relevant(self) -> Rules | None:
+        """The rules that matter, see `requirements.relevant_rules`; None if none gives the target."""
+        return relevant_rules(self.rules)
+
+    @property
+    def goals(self) -> tuple[str, ...]:
+        """The goals that matter for the target."""
+        return self.relevant.names if self.relevant else ()
+
+    @property
+    def facts(self) -> tuple[str, ...]:
+        """The F facts that a marking counts: those of the rules that matter."""
+        return self.relevant.facts if self.relevant else (self.rules.target,)
+
+    @property
+    def markings(self) -> NDArray[np.int64]:
+        """How many there are of each fact at every node but the target's: [n - 1, F]."""
+        return self._unrolled.markings
+
+    @property
+    def start(self) -> int:
+        """Index of the start's node."""
+        return 0
+
+    @property
+    def exit(self) -> int:
+        """Index of the target's node."""
+        return len(self.markings)
+
+    @property
+    def edges(self) -> NDArray[np.int64]:
+        """The moves (from, to) between nodes without restarts: [E, 2]; two rules that do the same are two moves."""
+        return self._unrolled.edges
+
+    @property
+    def edge_goals(self) -> NDArray[np.int64]:
+        """For each of the edges the index in `goals` of the goal that it achieves: [E]."""
+        return self._unrolled.goals
+
+    @property
+    def fewest(self) -> float:
+        """Fewest achievements from the start to the target, which is the last; ``inf`` if it is out of reach."""
+        return self._unrolled.fewest
+
+    @cached_property
+    def weights(self) -> sp.csr_array:
+        """W [n, n] CSR: 0.19 divided evenly among a node's edges, and 0.01 for the restart, as for goal graphs."""
+        return self.walk.weights(self.edges, self.exit + 1, self.start)
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """A readable name of each node, such as ``"wood 2, table 1"``; ``"start"``, and the target's."""
+        names = ["start"]
+        for marking in self.markings[1:].tolist():
+            counts = [f"{fact} {count}" for fact, count in zip(self.facts, marking, strict=True) if count]
+            names.append(", ".join(counts) or "nothing")
+        names.append(self.rules.target)
+        if len({*names}) < len(names):  # facts may have names that look like counts of others
+            names = [f"{name} #{node}" for node, name in enumerate(names)]
+        return tuple(names)
+
+    @cached_property
+    def achieved(self) -> dict[str, tuple[int, ...]]:
+        """The nodes at which there is each fact, and ``"exit"``, the target's."""
+        columns = zip(self.facts, self.markings.T, strict=True)
+        nodes = {fact: tuple(np.flatnonzero(column).tolist()) for fact, column in columns}
+        return nodes | {self.rules.target: (self.exit,), "exit": (self.exit,)}
+
+    @cached_property
+    def dead_ends(self) -> tuple[int, ...]:
+        """The nodes from which the target cannot be reached any more but by starting again."""
+        n = self.exit + 1
+        moves = sp.coo_array((np.ones(len(self.edges)), self.edges.T), shape=(n, n)).tocsr()
+        return tuple(np.flatnonzero(~can_reach(moves, as_targets(self.exit, n))).tolist())
+
+    @cached_property
+    def _unrolled(self) -> _Unrolled:
+        """Unroll breadth first, all markings of a distance together."""
+        if self.relevant is None:
+            return _Unrolled(np.zeros((1, 1), np.int64), np.zeros((0, 2), np.int64), np.zeros(0, np.int64), math.inf)
+        rules, target, multipliers = self.relevant, self.facts.index(self.rules.target), self._multipliers
+        layers, edges, goals, fewest, distance = [rules.start_marking[None]], [], [], math.inf, 0
+        known = {int(layers[0][0] @ multipliers): 0}  # the node of each marking, by its code
+        while len(layers[-1]):
+            first, distance, found = len(known) - len(layers[-1]), distance + 1, []
+            for begin in range(0, len(layers[-1]), max(1, AT_ONCE // rules.required.size)):
+                batch = layers[-1][begin : begin + max(1, AT_ONCE // rules.required.size)]
+                self._refuse_many(batch)
+                sources, applied, after = rules.moves(batch)
+                is_done = after[:, target] > 0
+                codes, at, inverse = np.unique(after[~is_done] @ multipliers, return_index=True, return_inverse=True)
+                fresh = [place for code, place in zip(codes.tolist(), at.tolist(), strict=True) if code not in known]
+                found.append(after[~is_done][fresh])
+                for code in (found[-1] @ multipliers).tolist():
+                    known[code] = len(known)
+                if len(known) >= MAX_NODES:
+                    raise self._too_large()
+                ends = np.full(len(after), -1)
+                ends[~is_done] = np.array([known[code] for code in codes.tolist()], np.int64)[inverse]
+                fewest = min(fewest, distance if is_done.any() else math.inf)
+                edges.append(np.stack([first + begin + sources, ends], axis=1))
+                goals.append(applied)
+            layers.append(np.concatenate(found))
+        pairs = np.concatenate(edges)
+        pairs[pairs < 0] = len(known)
+        return _Unrolled(np.concatenate(layers).astype(np.int64), pairs, np.concatenate(goals), fewest)
+
+    @property
+    def _multipliers(self) -> NDArray[np.int64]:
+        """Factors [F] whose products with the counts sum to the code of a marking.
+
+        They number all markings where 63 bits suffice. Else they are random: with 10^5 markings two of them then have
+        the same code with probability 10^-9.
+        """
+        sizes = [self.rules.capacity[fact] + 1 for fact in self.facts]
+        if math.prod(sizes) < 2**63:
+            return np.array([math.prod(sizes[:n]) for n in range(len(sizes))], np.int64)
+        return np.random.default_rng(0).integers(1, 2**63, len(sizes))
+
+    @cached_property
+    def _adders(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+        """What each rule requires that only adds to one fact [S, F], that fact [S], and how many it adds [S].
+
+        Such rules do not get in each other's way, so from where some apply all combinations of their facts are reached.
+        """
+        rules, found = self.relevant or self.rules, {}
+        for n in np.flatnonzero(rules.n_alternatives == 1):
+            given, fact = rules.given[n, 0], int(rules.given[n, 0].argmax())
+            if np.count_nonzero(given) == 1 and not rules.used[n].any() and self.facts[fact] != self.rules.target:
+                found.setdefault(fact, (rules.required[n, 0], given[fact]))
+        required = np.array([needed for needed, _ in found.values()], np.int64).reshape(len(found), len(self.facts))
+        return required, np.array([*found], np.int64), np.array([given for _, given in found.values()], np.int64)
+
+    def _refuse_many(self, batch: NDArray[np.int64]) -> None:
+        """Refuse early where rules that only add lead to too many markings."""
+        required, facts, given = self._adders
+        capacity = np.array([self.rules.capacity[self.facts[fact]] for fact in facts])
+        applies = np.all(batch[:, None, :] >= required, axis=-1)  # [M, S]
+        steps = np.where(applies, (capacity - batch[:, facts]) // given, 0)
+        if np.log1p(steps).sum(axis=1).max(initial=0.0) > math.log(MAX_NODES):
+            raise self._too_large()
+
+    def _too_large(self) -> InputError:
+        most = sorted(((self.rules.capacity[fact], fact) for fact in self.facts), reverse=True)
+        high = [f"{fact} ({count:,})" for count, fact in most if count > 1][:5]
+        lower = f"lower the capacity of {', '.join(high)}, or leave out" if high else "leave out"
+        return InputError(
+            f"the marking chain may have at most {MAX_NODES:,} markings, and these {len(self.goals)} rules over "
+            f"{len(self.facts)} facts give more; {lower} rules that matter least"
+        )

@@ -1,0 +1,61 @@
+"""Which rules matter for a target, and how deep their goals lie: fixpoints over AND and OR.
+
+Requirements need not be a tree, nor free of cycles: water freezes and ice melts. So the depth of a goal is the least
+solution of
+
+    depth(goal) = 1 + min over alternatives of max over what it needs or uses of depth(fact, count)
+    depth(fact, count) = 0 if so many are there at the start, else min over goals that give the fact of depth(goal),
+
+found by repeating it from infinity on: it lets everything that was given once be there for ever.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+from hierroom.goals import Alternative, Rules
+
+
+def relevant_rules(rules: Rules) -> Rules | None:
+    """Return the rules that give the target, or what a relevant rule needs or uses; None if none gives the target."""
+    wanted, relevant, n_before = {rules.target}, {}, -1
+    while len(relevant) > n_before:
+        n_before = len(relevant)
+        relevant = {goal: ways for goal, ways in rules.rules.items() if any(wanted & {*way.gives} for way in ways)}
+        wanted |= {fact for ways in relevant.values() for way in ways for fact in (*way.needs, *way.uses)}
+    facts = {fact for ways in relevant.values() for way in ways for counts in way for fact in counts}
+    capacity, start = ({fact: counts[fact] for fact in facts} for counts in (rules.capacity, rules.start))
+    return replace(rules, rules=relevant, capacity=capacity, start=start) if relevant else None
+
+
+def goal_depths(rules: Rules) -> dict[str, float]:
+    """Return for each goal the least number of goals that must be achieved one after the other, itself the last.
+
+    ``inf`` is a goal that is out of reach even if nothing is ever used up.
+    """
+    goals = dict.fromkeys(rules.names, math.inf)
+    facts = dict.fromkeys(rules.facts, math.inf)
+    has_changed = True
+    while has_changed:
+        has_changed = False
+        for goal, ways in rules.rules.items():
+            for way in ways:
+                depth = 1 + max((_fact_depth(rules, facts, *one) for one in required(way).items()), default=0)
+                goals[goal] = min(goals[goal], depth)
+                for fact in way.gives:
+                    if depth < facts[fact]:
+                        facts[fact], has_changed = depth, True
+    return goals
+
+
+def required(way: Alternative) -> dict[str, int]:
+    """Return how many of each fact must be there: of one that is both needed and used, the larger count."""
+    return {fact: max(way.needs.get(fact, 0), way.uses.get(fact, 0)) for fact in (*way.needs, *way.uses)}
+
+
+def _fact_depth(rules: Rules, facts: Mapping[str, float], fact: str, count: int) -> float:
+    if count <= rules.start[fact]:
+        return 0
+    return facts[fact] if count <= rules.capacity[fact] else math.inf

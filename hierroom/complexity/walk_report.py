@@ -1,0 +1,169 @@
+"""What every report says of its walk, whatever its nodes are."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hierroom.complexity.chains.chain import EXIT, Chain, EdgeSensitivity
+from hierroom.complexity.walk import Walk
+from hierroom.support.tables import html_table
+
+REPORT_TIMES = (10, 100, 1000)
+"""Numbers of steps at which reports evaluate the curves; an episode is truncated after 1000."""
+NUMBERS = ("exit_depth", "width", "nodes", "edges", "hitting_time", "expected_steps", "std")
+MAX_COUNTED_NODES = 1000
+"""With more nodes the expected states, a passage time for each node, are left out of tables and JSON."""
+
+
+def by_time(curve: Callable[[ArrayLike], NDArray[np.float64]], times: Sequence[int]) -> dict[str, float]:
+    """Evaluate a curve at some times, for a table."""
+    return dict(zip(map(str, times), curve(times).tolist(), strict=True))
+
+
+def short(number: float | None, digits: int = 1) -> str:
+    """Return a number with some digits behind the point, or few digits in all where it is long."""
+    if number is None:
+        return "-"
+    return f"{number:.4g}" if math.isfinite(number) and abs(number) >= 1e7 else f"{number:.{digits}f}"
+
+
+class WalkReport(ABC):
+    """A report on the walk of `chain`: passage times, reach and sensitivity, as text, HTML, SVG and plain types.
+
+    Two numbers say how long it takes to reach the exit. `hitting_time` is the paper's (Table 2), the least-squares
+    solution of its Laplacian system, which saturates near 1 / 0.01 = 100. `expected_steps` is the true mean number of
+    steps of the same walk, which does not saturate.
+    """
+
+    walk: Walk | None
+    chain: Chain
+    exit_depth: float | None
+    width: int | None
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """What the report is of, in a word."""
+
+    @abstractmethod
+    def described(self) -> dict[str, Any]:
+        """Return what the report is of, as plain types."""
+
+    @property
+    @abstractmethod
+    def edges(self) -> int:
+        """Number of moves, without restarts."""
+
+    @property
+    @abstractmethod
+    def _head(self) -> str: ...
+
+    @abstractmethod
+    def _first_lines(self) -> list[tuple[str, str]]: ...
+
+    @property
+    def nodes(self) -> int:
+        """Number of nodes of the walk."""
+        return len(self.chain.labels)
+
+    @property
+    def hitting_time(self) -> float:
+        """The paper's hitting time of the exit (Table 2): b' pinv(D - W) b, see `laplacian_hitting_time`.
+
+        ``inf`` if the exit is out of reach, ``nan`` if the walk never returns from it, see `Chain.hitting_time_to`.
+        """
+        return self.chain.hitting_time
+
+    @property
+    def expected_steps(self) -> float:
+        """Mean number of steps until the exit is first reached, including steps that stay."""
+        return self.chain.expected_steps
+
+    @property
+    def variance(self) -> float:
+        """Variance of the number of steps until the exit is first reached."""
+        return self.chain.variance
+
+    @property
+    def std(self) -> float:
+        """Standard deviation of the number of steps until the exit is first reached."""
+        return self.chain.std
+
+    def reach_probability(self, t: ArrayLike, goal: str = EXIT) -> NDArray[np.float64]:
+        """See `Chain.reach_probability`."""
+        return self.chain.reach_probability(t, goal)
+
+    def expected_states(self, t: ArrayLike) -> NDArray[np.float64]:
+        """See `Chain.expected_states`."""
+        return self.chain.expected_states(t)
+
+    def expected_steps_to(self, goal: str) -> float:
+        """See `Chain.expected_steps_to`."""
+        return self.chain.expected_steps_to(goal)
+
+    def hitting_time_to(self, node: str) -> float:
+        """See `Chain.hitting_time_to`."""
+        return self.chain.hitting_time_to(node)
+
+    def edge_sensitivity(self) -> list[EdgeSensitivity]:
+        """See `Chain.edge_sensitivity`."""
+        return self.chain.edge_sensitivity()
+
+    def goal_sensitivity(self) -> dict[str, float]:
+        """See `Chain.goal_sensitivity`."""
+        return self.chain.goal_sensitivity()
+
+    def _assumed(self) -> dict[str, Any]:
+        return {"walk": asdict(self.walk) if self.walk else None}
+
+    @property
+    def _are_states_counted(self) -> bool:
+        return self.nodes <= MAX_COUNTED_NODES
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the whole report as plain numbers, strings, lists and dicts."""
+        return {
+            **self.described(),
+            **self._assumed(),
+            **{name: getattr(self, name) for name in NUMBERS},
+            "reach_probability": by_time(self.reach_probability, REPORT_TIMES),
+            "expected_states": by_time(self.expected_states, REPORT_TIMES) if self._are_states_counted else None,
+            "expected_steps_to": {goal: self.expected_steps_to(goal) for goal in self.chain.goals},
+            "goal_sensitivity": self.goal_sensitivity(),
+        }
+
+    def _lines(self) -> list[tuple[str, str]]:
+        restart = self.walk.restart if self.walk else 0.0
+        source = f"the paper's Table 2: least squares{f', saturates near {1 / restart:.4g}' if restart else ''}"
+        if math.isnan(self.hitting_time):
+            source = "it needs a walk that returns from the exit to the start"
+        reached = ", ".join(f"{t}: {p:.3f}" for t, p in by_time(self.reach_probability, REPORT_TIMES).items())
+        steps = f"{short(self.expected_steps)} +- {short(self.std)}"
+        lines = [
+            *self._first_lines(),
+            ("hitting time", f"{self.hitting_time:.2f}   ({source})"),
+            ("expected steps", f"{steps}   (mean first passage of the same walk)"),
+            ("exit reached by", reached),
+        ]
+        hardest = [f"{goal} {change:+.2f}%" for goal, change in self.goal_sensitivity().items()][:3]
+        if hardest:
+            lines.append(("hardest goals", f"{', '.join(hardest)}   (steps, if 1% easier)"))
+        return lines
+
+    @abstractmethod
+    def draw(self, path: str | Path) -> None:
+        """Draw what is explored and its walk into a .png (the default), .pdf or .svg file."""
+
+    def __str__(self) -> str:
+        return "\n".join([self._head, *(f"  {name:<16}{value}" for name, value in self._lines())])
+
+    def _repr_html_(self) -> str:
+        return html_table(self._head, (), self._lines())

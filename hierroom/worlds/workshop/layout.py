@@ -1,0 +1,56 @@
+"""The memory layout of workshops: the record of an environment, the things in it, the outcome of a step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.worlds.world import OUTCOME_FIELDS
+
+PLACES, SHELF, BENCH = range(3)
+"""Rows of an environment's things [3, T]: the thing at each place of the shelf (P of them, then zeros); how many there
+are of each thing on the shelf; how many of each lie on the bench."""
+
+
+def _record(*fields: tuple) -> np.dtype:
+    return np.dtype((np.record, np.dtype(list(fields), align=True)))
+
+
+SHOP = _record(
+    # The source of the environment's random numbers.
+    ("seed", "u8"),
+    ("index", "i8"),  # number of the environment; the same index gives the same episodes in any batch
+    ("episode", "i8"),
+    ("key", "u8"),
+    ("n_drawn", "u8"),
+    ("max_steps", "i4"),
+    ("split", "i4"),  # 0: every order of the shelf may be drawn; 1: those of training; 2: those of evaluation
+    ("steps", "i4"),
+    ("achieved", "i8"),  # bit g: goal g was achieved in this episode
+    ("n_first", "i4"),  # number of these bits
+    ("has_ended", "?"),
+)
+OUTCOME = _record(*OUTCOME_FIELDS)
+SPLITS = {None: 0, "training": 1, "evaluation": 2}
+
+
+@dataclass(frozen=True)
+class State:
+    """The exact state of N workshops: records [N] of `SHOP`, things [N, 3, T] and what was on the bench [N, V].
+
+    ``visited`` is a table of keys (see `kernels.visit`); V is 0 where nothing asks for it.
+    """
+
+    shops: np.ndarray
+    things: NDArray[np.uint8]
+    visited: NDArray[np.uint64]
+
+    def __len__(self) -> int:
+        return len(self.shops)
+
+    def __getitem__(self, indices) -> State:
+        """Copy the state of some environments; an integer index gives a batch of one."""
+        chosen = np.atleast_1d(np.arange(len(self))[indices])
+        return State(self.shops[chosen], self.things[chosen], self.visited[chosen])

@@ -1,0 +1,146 @@
+"""Plays episodes of a workshop again, names what happens in them, and draws them as text and pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.goals import NO_GOAL
+from hierroom.support.errors import InputError
+from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.workshop.layout import BENCH, PLACES, SHELF, State
+from hierroom.worlds.workshop.recipes import Recipes
+from hierroom.worlds.workshop.view import in_words
+
+if TYPE_CHECKING:
+    from hierroom.worlds.workshop.task import WorkshopTask
+
+PER_ROW = 8
+"""Places of the shelf side by side in a picture."""
+PAPER, WOOD, INK, GOAL_INK = (24, 24, 28), (120, 84, 52), (240, 240, 240), (255, 210, 90)
+
+
+class WorkshopReplayer:
+    """See `Replayer`; a state is that of one environment."""
+
+    def __init__(self, task: WorkshopTask) -> None:
+        self._task, self._book = task, task.book
+
+    def identity(self, state: State) -> tuple[int, int, int]:
+        """Return the seed of the environments, the number of this one, and how many episodes it had begun before."""
+        shop = state.shops[0]
+        return int(shop.seed), int(shop.index), int(shop.episode)
+
+    def max_steps(self, state: State) -> int:
+        """Return the number of steps after which the episode is truncated."""
+        return int(state.shops[0].max_steps)
+
+    def goal_name(self, state: State, goal: int) -> str:
+        """Return a goal in words; -1 is no goal."""
+        return "no goal" if goal == NO_GOAL else self._book.rules.names[goal]
+
+    goal_label = goal_name
+    """Goals mean the same in every episode."""
+
+    def action_name(self, state: State, action: int) -> str:
+        """Return an action of the controller in words."""
+        n_places = len(self._book.recipes.standing)
+        if 0 <= action < n_places:
+            return f"put {self._book.things[state.things[0, PLACES, action]]}"
+        return {n_places: "work", n_places + 1: "clear"}.get(action, "illegal action")
+
+    def replay(self, state: State, actions: NDArray[np.integer]) -> Iterator[State]:
+        """Yield the state, and that after each action."""
+        config = EnvConfig(task=self._task, max_steps=self.max_steps(state))
+        memories = ("visited",) if state.visited.shape[1] else ()
+        world = self._task.make_world(config, 1, autoreset=False, memories=memories)
+        world.set_state(state)
+        yield world.get_state()
+        for action in actions:
+            world.step(np.array([action], np.int64))
+            yield world.get_state()
+
+    def tile_size(self, state: State) -> int:
+        """Return the side length of a place in pixels at which its text can be read."""
+        return 80
+
+    window_tile_size = tile_size
+
+    def text(self, state: State, goal: int = NO_GOAL) -> str:
+        """Draw a state for a terminal: the shelf in its order, the bench, and what each goal takes."""
+        shop, names = _only(state)[0], self._book.things
+        counts = {names[thing]: int(state.things[0, SHELF, thing]) for thing in self._places(state)}
+        bench = dict(zip(names, state.things[0, BENCH].tolist(), strict=True))
+        shelf = " | ".join(f"{place} {thing} x{n}" for place, (thing, n) in enumerate(counts.items()))
+        lines = [f"shelf: {shelf}", f"bench: {in_words(bench)}", f"step {shop.steps} of {shop.max_steps}"]
+        if goal != NO_GOAL:
+            lines.append(f"subgoal: {self.goal_name(state, goal)} = {self._recipe(goal)}")
+        return "\n".join(lines)
+
+    def picture(self, state: State, goal: int, tile_size: int, title: str = "") -> NDArray[np.uint8]:
+        """Draw a state: [H, W, 3] uint8, the shelf in rows, below it the bench, and the goal with what it takes."""
+        from PIL import Image, ImageDraw
+
+        _only(state)
+        if not isinstance(tile_size, (int, np.integer)) or tile_size < 1:
+            raise InputError(f"tile_size must be a whole number of at least 1, not {tile_size!r}")
+        places, things = self._places(state), state.things[0]
+        on_bench = np.flatnonzero(things[BENCH]).tolist()
+        rows = [places[first : first + PER_ROW] for first in range(0, len(places), PER_ROW)]
+        line = max(12, int(tile_size) // 3)
+        width, height = PER_ROW * int(tile_size), (len(rows) + 1) * int(tile_size) + 3 * line
+        image = Image.new("RGB", (width, height), PAPER)
+        draw = ImageDraw.Draw(image)
+
+        def write(text: str, x: float, y: float, ink: tuple[int, int, int], size: float) -> None:
+            draw.text((x, y), text, fill=ink, font=_font(max(8, round(size))), anchor="mm")
+
+        def show(row: list[int], top: int, counts: NDArray[np.uint8]) -> None:
+            for column, thing in enumerate(row):
+                left, ink = column * tile_size, INK if counts[thing] else WOOD
+                box = (left + 2, top + 2, left + tile_size - 3, top + tile_size - 3)
+                draw.rectangle(box, outline=ink, width=max(1, tile_size // 40))
+                write(self._book.things[thing], left + tile_size / 2, top + tile_size * 0.35, ink, tile_size / 7)
+                write(str(counts[thing]), left + tile_size / 2, top + tile_size * 0.7, ink, tile_size / 4)
+
+        write(title, width / 2, line / 2, INK, line * 0.6)
+        for number, row in enumerate(rows):
+            show(row, line + number * int(tile_size), things[SHELF])
+        bench_top = line + len(rows) * int(tile_size)
+        draw.rectangle((0, bench_top, width, bench_top + line - 1), fill=WOOD)
+        write("bench", width / 2, bench_top + line / 2, INK, line * 0.6)
+        show(on_bench[:PER_ROW], bench_top + line, things[BENCH])
+        if goal != NO_GOAL:
+            words = f"subgoal: {self.goal_name(state, goal)} = {self._recipe(goal)}"
+            write(words, width / 2, height - line / 2, GOAL_INK, line * 0.6)
+        return np.asarray(image)
+
+    def _places(self, state: State) -> list[int]:
+        return state.things[0, PLACES, : len(self._book.recipes.standing)].tolist()
+
+    def _recipe(self, goal: int) -> str:
+        """Return what a goal takes, with 'or' between its alternatives."""
+        recipes: Recipes = self._book.recipes
+        if not 0 <= goal < recipes.n_goals:
+            raise InputError(
+                f"a goal must be a whole number from 0 to {recipes.n_goals - 1}, or -1 for none, not {goal}"
+            )
+        asked = recipes.asks[recipes.goals == goal].tolist()
+        return " or ".join(in_words(dict(zip(self._book.things, ask, strict=True))) for ask in asked)
+
+
+def _only(state: State) -> np.ndarray:
+    if len(state) != 1:
+        raise InputError(f"a picture shows one environment, but the state holds {len(state)}: index the state first")
+    return state.shops
+
+
+@lru_cache(maxsize=16)
+def _font(size: int):
+    from PIL import ImageFont
+
+    return ImageFont.load_default(size=size)
