@@ -20,6 +20,7 @@ from hierroom.runs.rollout import rollout
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.runs.trainer import Trainer
 from hierroom.support.cli import shell_words
+from hierroom.support.files import delete
 from hierroom.support.tables import print_table
 from hierroom.turns.records import META
 
@@ -48,7 +49,7 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console) -> None
     episode = telling_episode(agent, (trainer.config.seed + 1) % 2**63)
     name, other = ("escape", "failure") if episode.success else ("failure", "escape")
     save_episodes([episode], folder.path / f"{name}.gif")
-    (folder.path / f"{other}.gif").unlink(missing_ok=True)  # of a run that has gone on since
+    delete(folder.path / f"{other}.gif")  # of a run that has gone on since
     none, failures = ("", ()) if episode.success else (f" (no escape in {N_PICTURED} episodes)", ("--failures",))
     for what, text in {
         "learning curve": picture,

@@ -30,6 +30,14 @@ def test_a_file_that_is_called_as_a_named_graph_is_not_the_graph(tmp_path, monke
     assert RunFolder.create(tmp_path / "run", SMALL).config() == SMALL
 
 
+def test_a_config_with_half_a_character_is_one_line(tmp_path):
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    path = folder.path / "config.json"
+    path.write_text(path.read_text().replace('"steps": 1000000', r'"steps": "\udcff"'))
+    with pytest.raises(InputError, match=r"config\.json: .*surrogates not allowed"):
+        folder.config()
+
+
 def test_a_checkpoint_is_found_by_its_steps(tmp_path):
     folder = RunFolder.create(tmp_path / "run", SMALL)
     for steps in (64, 128):

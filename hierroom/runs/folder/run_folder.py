@@ -101,7 +101,7 @@ class RunFolder:
         table = read_json(path)
         try:
             return TrainConfig.from_dict(table)
-        except InputError as error:
+        except (InputError, ValueError) as error:  # ValueError: of half a character, which JSON can hold
             raise InputError(f"{path}: {error}") from error
 
     def save_checkpoint(self, state: Mapping[str, Any]) -> Path:
