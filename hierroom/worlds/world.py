@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from hierroom.goals import GoalGraph
 from hierroom.goals.goal_set import GoalSet
 from hierroom.support.errors import InputError
+from hierroom.support.read_only import freeze
 
 OUTCOME_FIELDS = (
     ("achieved", "i8"),  # bit g: this step achieved goal g
@@ -71,6 +72,9 @@ class Feature:
     is_by_goal: bool = False
     is_of_goal: bool = False
     is_of_world: bool = True
+
+    def __post_init__(self) -> None:
+        freeze(self)  # all agents of the process share it
 
 
 class Replayer(Protocol):

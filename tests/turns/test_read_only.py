@@ -57,6 +57,7 @@ OF_TURNS = {
     "final view": lambda step, turns: turns.final_observation(CONTROLLER, step, EVERYWHERE).view.levels["direction"],
     "meta's view": lambda step, turns: turns.situation(EVERYWHERE).view.levels["key_rooms"],
     "kinds of goals": lambda step, turns: turns.world.goals.kind_of,
+    "numbers of a feature": lambda step, turns: turns.world.features["view-ids"].vectors,
 }
 
 
