@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 from typing import Any, Protocol, TypeGuard, runtime_checkable
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from hierroom.goals import NO_GOAL
 from hierroom.support.errors import InputError, own_code, shown
 from hierroom.support.plugins import load_plugin
+from hierroom.support.read_only import read_only
 from hierroom.turns.records import META, Step
 from hierroom.turns.situation import Situation
 from hierroom.turns.turns import Turns
@@ -198,11 +200,17 @@ def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integ
     """Return what a meta-controller chooses [M], after it is reset where an episode begins."""
     beginning = situation.envs[situation.meta_turns == 0]
     observations, legal = situation.as_dict(), situation.legal.copy()
-    shown = situation if type(meta) in META_CONTROLLERS.values() else situation.read_only()
+    shown = situation if type(meta) in META_CONTROLLERS.values() else _unwritable(situation)
     with running(meta):
         if len(beginning) and hasattr(meta, "reset"):
             meta.reset(beginning)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
         return meta.choose(observations, legal, shown)
+
+
+def _unwritable(situation: Situation) -> Situation:
+    """Return the same situation in arrays that cannot be written to, as those of the view are."""
+    arrays = {name: read_only(value) for name, value in vars(situation).items() if isinstance(value, np.ndarray)}
+    return replace(situation, **arrays)
 
 
 def take_turn(meta: MetaController, turns: Turns) -> None:

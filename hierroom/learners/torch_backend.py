@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from contextlib import AbstractContextManager, suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from copy import copy, deepcopy
 from typing import cast
 
@@ -14,6 +14,7 @@ from torch import Tensor, nn
 
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import PolicyNetwork
+from hierroom.learners.networks.initial_weights import plain_torch
 from hierroom.learners.rollout import Batch
 from hierroom.support.errors import own_code
 
@@ -51,8 +52,10 @@ class TorchBackend:
         """Compute a turn that is not learned from, with the network in its evaluation mode."""
         modes = [(module, module.training) for module in self._module.modules()]
         self._module.eval()
+        is_plain = not torch.is_autocast_enabled("cpu")
         try:
-            return self.step(features, states)
+            with nullcontext() if is_plain else plain_torch():
+                return self.step(features, states)
         finally:
             for module, is_training in modes:
                 module.training = is_training

@@ -69,8 +69,12 @@ class _Given:
         self._player = player
 
     def step(self, turns: Turns) -> Step:
-        with own_code(f"the player {type(self._player).__name__}"):
-            return self._player.step(turns)
+        name = f"the player {type(self._player).__name__}"
+        with own_code(name):
+            step = self._player.step(turns)
+        if isinstance(step, Step) and step is not turns.last_step:
+            raise InputError(f"{name} must return what its last call of turns.step gave, not another Step")
+        return step
 
 
 def _config_of(env: Any) -> EnvConfig:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from hierroom.controller import Observation
 from hierroom.goals import NO_GOAL
 from hierroom.support.errors import InputError
-from hierroom.support.read_only import read_only
 
 
 @dataclass(frozen=True)
@@ -32,11 +31,6 @@ class Situation(Observation):
     def as_dict(self) -> dict[str, NDArray]:
         """As `Observation.as_dict`, and ``outcome`` [M] int64: how the last option ended."""
         return {**super().as_dict(), "outcome": self.outcomes.astype(np.int64)}
-
-    def read_only(self) -> Situation:
-        """Return the same situation in arrays that cannot be written to; those of the view never can."""
-        arrays = {name: read_only(value) for name, value in vars(self).items() if isinstance(value, np.ndarray)}
-        return replace(self, **arrays)
 
     @property
     def legal(self) -> NDArray[np.bool_]:

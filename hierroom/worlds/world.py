@@ -16,6 +16,7 @@ from hierroom.goals import GoalGraph
 from hierroom.goals.goal_set import GoalSet
 from hierroom.support.byte_array import ByteArray
 from hierroom.support.errors import InputError
+from hierroom.support.read_only import freeze
 
 OUTCOME_FIELDS = (
     ("achieved", "i8"),  # bit g: this step achieved goal g
@@ -74,6 +75,9 @@ class Feature:
     is_of_goal: bool = False
     is_of_world: bool = True
     array: ByteArray | None = None
+
+    def __post_init__(self) -> None:
+        freeze(self)  # all agents of the process share it
 
 
 class Replayer(Protocol):

@@ -57,6 +57,7 @@ OF_TURNS = {
     "final view": lambda step, turns: turns.final_observation(CONTROLLER, step, EVERYWHERE).view.levels["direction"],
     "meta's view": lambda step, turns: turns.situation(EVERYWHERE).view.levels["key_rooms"],
     "kinds of goals": lambda step, turns: turns.world.goals.kind_of,
+    "numbers of a feature": lambda step, turns: turns.world.features["view-ids"].vectors,
 }
 
 
@@ -148,6 +149,18 @@ def test_a_player_that_writes_ends_in_one_line(name):
     episodes = hierroom.rollout(Writing(), EnvConfig("c", size=11, max_steps=5), 3)
     with pytest.raises(InputError, match=r"^the player Writing fails: ValueError: .*read-only \(line \d+ of"):
         next(episodes)
+
+
+def test_a_player_that_returns_the_step_of_other_environments_ends_in_one_line():
+    others = make("c", 5)
+
+    class Elsewhere:
+        def step(self, turns):
+            turns.step(np.zeros(len(turns), int))
+            return others.step(np.zeros(5, int))
+
+    with pytest.raises(InputError, match=r"^the player Elsewhere must return what its last call of turns\.step gave"):
+        next(hierroom.rollout(Elsewhere(), EnvConfig("c", size=11, max_steps=5), 3))
 
 
 @pytest.mark.parametrize("act", [lambda t: t.step(np.zeros(3, int)), lambda t: t.reset(), lambda t: t.reset(5)])

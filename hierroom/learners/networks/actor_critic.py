@@ -67,7 +67,8 @@ class PolicyNetwork(Protocol):
     """The methods that a `torch.nn.Module` needs so that the `Learner` can train it; it needs no base class.
 
     ``Network(space, hidden_size)`` builds the network. It gets no masks: the learner removes illegal actions from the
-    logits afterwards.
+    logits afterwards. Initial weights depend on the run's seed. What a network draws later, as dropout does, comes from
+    torch's global generator, which all threads share: seed that yourself, and train one such network at a time.
     """
 
     def initial_state(self, n: int) -> Tensor:

@@ -64,4 +64,4 @@ def _input_matrix(cardinalities: Sequence[int], vectors: Sequence[ArrayLike | No
         if block.ndim != 2 or len(block) != n:
             shapes = f"shape [{n}, d], not {list(block.shape)}"
             raise InputError(f"feature {column} has {n} values, so its vectors must have {shapes}")
-    return torch.block_diag(*(torch.as_tensor(block, dtype=torch.float32) for block in blocks))
+    return torch.block_diag(*(torch.tensor(block, dtype=torch.float32) for block in blocks))

@@ -125,7 +125,10 @@ class EscapeRoomWorld(Engine):
 
     def exact_view(self, envs: NDArray[np.integer]) -> LevelView:
         """Return what environments [M] show now and their exact state, in read-only copies."""
-        return freeze(LevelView(self._outcomes["tiles"][envs], self._state.levels[envs], self._state.grids[envs]))
+        copies = self._outcomes["tiles"][envs], self._state.levels[envs], self._state.grids[envs]
+        for array in copies:
+            array.setflags(write=False)
+        return LevelView(*copies)
 
     def legal_goals(self, mask: str, are_turns: NDArray[np.bool_], view: LevelView | None = None) -> NDArray[np.bool_]:
         """Return the meta-controllers' legal actions [M, 14], of a view or of all; off turn they can only wait."""
