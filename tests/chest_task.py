@@ -92,7 +92,10 @@ taxi = hierroom.Task(
 )
 pole = hierroom.Task(
     make="CartPole-v1",
-    goals={"right": lambda env, info: env.unwrapped.state[0] > 0.1, "left": lambda env, info: env.unwrapped.state[0] < -0.1},
+    goals={
+        "right": lambda env, info: env.unwrapped.state[0] > 0.1,
+        "left": lambda env, info: env.unwrapped.state[0] < -0.1,
+    },
     target="left",
     vectors={"right": [1.0], "left": [-1.0]},
 )
