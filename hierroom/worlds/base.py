@@ -88,8 +88,6 @@ class BaseWorld:
     def __len__(self) -> int:
         return len(self.everywhere)
 
-    # What a subclass does.
-
     def begin(self, envs: NDArray[np.integer]) -> None:
         """Begin the episodes of environments [M], whose ``seeds``, ``indices`` and ``numbers`` say which."""
         raise NotImplementedError
@@ -102,7 +100,9 @@ class BaseWorld:
         """Act once in every environment, `record` what that did, and return the outcomes."""
         raise NotImplementedError
 
-    # What it gets.
+    def get_state(self, envs: Any = slice(None)) -> Any:
+        """Return the state of one environment, which the replayer plays on from and draws."""
+        raise NotImplementedError
 
     @property
     def complexity(self) -> Any:
@@ -113,7 +113,7 @@ class BaseWorld:
 
         return analyze(self.rules)
 
-    def random(self, episode: Sequence[int], purpose: int, turn: int, n: int) -> NDArray[np.float64]:
+    def random(self, episode: Sequence[int], purpose: int, turn: int, n: int) -> NDArray[np.floating]:
         """Return n numbers in [0, 1) fixed by an episode (seed, environment and number), purpose and turn."""
         entropy = [*episode, _SPLITS.index(self.config.levels), purpose, turn]
         return (np.random.SeedSequence(entropy).generate_state(n, np.uint64) >> np.uint64(11)) * 2.0**-53
@@ -168,7 +168,7 @@ class BaseWorld:
             terminated = terminated | achieved[:, self.goals.target]
             self.counts += times
             if self.dependencies is not None:
-                self.dependencies.apply(self.markings, times)
+                self.dependencies.apply(self.markings, times.astype(np.int64))
         truncated = (truncated | (self.lengths >= self.max_steps)) & ~terminated
         outcomes["reward"], outcomes["length"] = rewards, self.lengths
         outcomes["terminated"], outcomes["truncated"] = terminated, truncated
@@ -267,13 +267,10 @@ class BaseWorld:
 
     def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Refuse arrays that `get_arrays` of as many environments cannot have given; a subclass checks its own."""
-        n = len(self)
-        schema = {name: Array(np.int64, (n,), 0, _MOST) for name in ("seeds", "indices", "numbers")}
-        schema["seeds"] = Array(np.int64, (n,), 0)
-        schema["lengths"] = Array(np.int64, (n,), 0, self.max_steps)
-        schema["has_ended"] = Array(np.bool_, (n,))
-        schema["counts"] = Array(np.int64, self.counts.shape, 0, _MOST)
-        limits = None if self.dependencies is None else self.dependencies.rules.limits
+        n, limits = len(self), None if self.dependencies is None else self.dependencies.rules.limits
+        schema = {name: Array(np.int64, (n,), 0, _MOST) for name in ("indices", "numbers")}
+        schema |= {"seeds": Array(np.int64, (n,), 0), "lengths": Array(np.int64, (n,), 0, self.max_steps)}
+        schema |= {"has_ended": Array(np.bool_, (n,)), "counts": Array(np.int64, self.counts.shape, 0, _MOST)}
         schema["markings"] = Array(np.int64, self.markings.shape, 0, limits)
         Table(schema, is_open=True).check(arrays, "world")
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hierroom.worlds.dependencies import Dependencies
 from hierroom.worlds.world import Feature
 
 
@@ -129,8 +130,10 @@ class BaseView:
     def depth_first_ranks(self) -> NDArray[np.integer]:
         """[M, G] 1 for the goal that comes next on a random depth-first way to the target, else 0."""
         ranks = np.zeros(self.counts.shape, np.int64)
-        rules = self.world.dependencies
-        for m, episode in enumerate(self.episodes.tolist() if rules is not None else ()):
+        rules: Dependencies | None = self.world.dependencies
+        if rules is None:
+            return ranks
+        for m, episode in enumerate(self.episodes.tolist()):
             goal = rules.next_goal(self.markings[m], self.world.random(episode, 2, 0, rules.n_random))
             if goal is not None:
                 ranks[m, goal] = 1

@@ -43,7 +43,8 @@ class LocalEnvs:
     def step(self, envs: Sequence[int], actions: Sequence[int]) -> Taken:
         """Act in some environments."""
         taken = Taken([], [], [], [], [])
-        observations, rewards, terminated, truncated, totals = (part.append for part in taken)
+        observations, rewards, terminated = taken.observations.append, taken.rewards.append, taken.terminated.append
+        truncated, totals = taken.truncated.append, taken.totals.append
         all_envs, goals, name = self._envs, self._goals, self._name
         for number, action in zip(envs, actions, strict=True):
             env = all_envs[number]

@@ -113,8 +113,8 @@ class ProcessEnvs:
 def _batch(space: spaces.Space, n: int) -> spaces.Box:
     dtype: Any = space.dtype
     kinds = {"f": (-np.inf, np.inf), "b": (0, 1)}
-    ends = kinds[dtype.kind] if dtype.kind in kinds else (np.iinfo(dtype).min, np.iinfo(dtype).max)
-    return spaces.Box(*ends, (n, *(space.shape or ())), dtype)
+    low, high = kinds[dtype.kind] if dtype.kind in kinds else (np.iinfo(dtype).min, np.iinfo(dtype).max)
+    return spaces.Box(low, high, (n, *(space.shape or ())), dtype)
 
 
 def _nested(parts: dict[tuple[Any, ...], NDArray]) -> Any:

@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
@@ -17,7 +17,7 @@ from hierroom.support.errors import InputError, in_one_line, require_number, sho
 from hierroom.worlds.base_view import goal_status
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 from hierroom.worlds.task.goal_values import GoalFunction
-from hierroom.worlds.task.parts import Trial
+from hierroom.worlds.task.parts import TaskParts, Trial
 from hierroom.worlds.task.spaces import features_of
 from hierroom.worlds.task.trial import try_out
 from hierroom.worlds.task.world import TaskWorld
@@ -155,7 +155,7 @@ class Task:
     @cached_property
     def trial(self) -> Trial:
         """What was found out by a few random steps in one environment; what is wrong with the task is raised here."""
-        return try_out(self)
+        return try_out(cast(TaskParts, self))
 
     @property
     def n_actions(self) -> int:
@@ -180,7 +180,7 @@ class Task:
 
     def make_world(self, config: EnvConfig, num_envs: int, **settings: Any) -> Any:
         """Return N environments of the task; ``settings`` as for `worlds.make.make_world`."""
-        return TaskWorld(self, config, num_envs, **settings)
+        return TaskWorld(cast(TaskParts, self), config, num_envs, **settings)
 
 
 def _giving_itself(name: str, rule: Any) -> Any:
