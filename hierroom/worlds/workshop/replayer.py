@@ -14,7 +14,6 @@ from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.workshop.layout import BENCH, PLACES, SHELF, State
 from hierroom.worlds.workshop.recipes import Recipes
-from hierroom.worlds.workshop.view import in_words
 
 if TYPE_CHECKING:
     from hierroom.worlds.workshop.task import WorkshopTask
@@ -74,9 +73,12 @@ class WorkshopReplayer:
         """Draw a state for a terminal: the shelf in its order, the bench, and what each goal takes."""
         shop, names = _only(state)[0], self._book.things
         counts = {names[thing]: int(state.things[0, SHELF, thing]) for thing in self._places(state)}
-        bench = dict(zip(names, state.things[0, BENCH].tolist(), strict=True))
         shelf = " | ".join(f"{place} {thing} x{n}" for place, (thing, n) in enumerate(counts.items()))
-        lines = [f"shelf: {shelf}", f"bench: {in_words(bench)}", f"step {shop.steps} of {shop.max_steps}"]
+        lines = [
+            f"shelf: {shelf}",
+            f"bench: {self._in_words(state.things[0, BENCH])}",
+            f"step {shop.steps} of {shop.max_steps}",
+        ]
         if goal != NO_GOAL:
             lines.append(f"subgoal: {self.goal_name(state, goal)} = {self._recipe(goal)}")
         return "\n".join(lines)
@@ -89,31 +91,29 @@ class WorkshopReplayer:
         if not isinstance(tile_size, (int, np.integer)) or tile_size < 1:
             raise InputError(f"tile_size must be a whole number of at least 1, not {tile_size!r}")
         places, things = self._places(state), state.things[0]
-        on_bench = np.flatnonzero(things[BENCH]).tolist()
-        rows = [places[first : first + PER_ROW] for first in range(0, len(places), PER_ROW)]
-        line = max(12, int(tile_size) // 3)
-        width, height = PER_ROW * int(tile_size), (len(rows) + 1) * int(tile_size) + 3 * line
+        n_rows, n_bench_rows = (-(-n // PER_ROW) for n in (len(places), min(len(places), self._book.recipes.room)))
+        line, side = max(12, int(tile_size) // 3), int(tile_size)
+        width, bench_top = PER_ROW * side, line + n_rows * side
+        height = bench_top + n_bench_rows * side + 2 * line
         image = Image.new("RGB", (width, height), PAPER)
         draw = ImageDraw.Draw(image)
 
         def write(text: str, x: float, y: float, ink: tuple[int, int, int], size: float) -> None:
             draw.text((x, y), text, fill=ink, font=_font(max(8, round(size))), anchor="mm")
 
-        def show(row: list[int], top: int, counts: NDArray[np.uint8]) -> None:
-            for column, thing in enumerate(row):
-                left, ink = column * tile_size, INK if counts[thing] else WOOD
-                box = (left + 2, top + 2, left + tile_size - 3, top + tile_size - 3)
-                draw.rectangle(box, outline=ink, width=max(1, tile_size // 40))
-                write(self._book.things[thing], left + tile_size / 2, top + tile_size * 0.35, ink, tile_size / 7)
-                write(str(counts[thing]), left + tile_size / 2, top + tile_size * 0.7, ink, tile_size / 4)
+        def show(shown: list[int], top: int, counts: NDArray[np.uint8]) -> None:
+            for number, thing in enumerate(shown):
+                x, y = number % PER_ROW * side, top + number // PER_ROW * side
+                ink = INK if counts[thing] else WOOD
+                draw.rectangle((x + 2, y + 2, x + side - 3, y + side - 3), outline=ink, width=max(1, side // 40))
+                write(self._book.things[thing], x + side / 2, y + side * 0.35, ink, side / 7)
+                write(str(counts[thing]), x + side / 2, y + side * 0.7, ink, side / 4)
 
         write(title, width / 2, line / 2, INK, line * 0.6)
-        for number, row in enumerate(rows):
-            show(row, line + number * int(tile_size), things[SHELF])
-        bench_top = line + len(rows) * int(tile_size)
+        show(places, line, things[SHELF])
         draw.rectangle((0, bench_top, width, bench_top + line - 1), fill=WOOD)
         write("bench", width / 2, bench_top + line / 2, INK, line * 0.6)
-        show(on_bench[:PER_ROW], bench_top + line, things[BENCH])
+        show(np.flatnonzero(things[BENCH]).tolist(), bench_top + line, things[BENCH])
         if goal != NO_GOAL:
             words = f"subgoal: {self.goal_name(state, goal)} = {self._recipe(goal)}"
             write(words, width / 2, height - line / 2, GOAL_INK, line * 0.6)
@@ -129,8 +129,12 @@ class WorkshopReplayer:
             raise InputError(
                 f"a goal must be a whole number from 0 to {recipes.n_goals - 1}, or -1 for none, not {goal}"
             )
-        asked = recipes.asks[recipes.goals == goal].tolist()
-        return " or ".join(in_words(dict(zip(self._book.things, ask, strict=True))) for ask in asked)
+        return " or ".join(map(self._in_words, recipes.asks[recipes.goals == goal]))
+
+    def _in_words(self, counts: NDArray[np.uint8]) -> str:
+        """Return how many there are of each thing that is there: ``2 wood, tree``."""
+        there = [(n, thing) for n, thing in zip(counts.tolist(), self._book.things, strict=True) if n]
+        return ", ".join(f"{n} {thing}" if n > 1 else thing for n, thing in there) or "nothing"
 
 
 def _only(state: State) -> np.ndarray:

@@ -21,8 +21,8 @@ from hierroom.worlds.workshop.layout import OUTCOME, SHELF, SHOP, SPLITS, State
 from hierroom.worlds.workshop.recipes import book_of
 from hierroom.worlds.workshop.state_check import check_state
 from hierroom.worlds.workshop.tech_tree import tech_tree
-from hierroom.worlds.workshop.view import WorkshopView, legal_goals
-from hierroom.worlds.world import Seeds
+from hierroom.worlds.workshop.view import WorkshopView
+from hierroom.worlds.world import Feature, Seeds
 
 if TYPE_CHECKING:
     from hierroom.worlds.workshop.task import WorkshopTask
@@ -39,10 +39,11 @@ class WorkshopWorld(BaseWorld):
         Make the target of the rules, of things on a shelf. The rules are hidden from the controller.
 
     Things
-        Every fact of the rules is a thing. On the shelf is at first what the rules start with, and what is never used
-        up: tools, and sources such as a tree. Each thing that some rule asks for has its place. The order of the places
-        is drawn anew for each episode; in training an eighth of the orders, kept for evaluation, is never drawn (with
-        fewer than five places there are too few orders, and all are drawn). There is no other chance.
+        Every fact of the rules is a thing. At first there is what the rules start with. A rule that asks for nothing,
+        or for just what another one asks for, has a source of its own, which is there and stays. Each thing that some
+        rule asks for has a place on the shelf. The order of the places is drawn anew for each episode; an eighth of
+        the orders is kept for evaluation and never drawn in training (with fewer than five places there are too few,
+        and all are drawn). Nothing else is random.
 
     Actions, P + 2 for P places
         0 to P - 1 put one thing from that place of the shelf on the bench, if there is one, and the bench is not full:
@@ -85,7 +86,7 @@ class WorkshopWorld(BaseWorld):
         Whole(1, 2**31 - 1).check(num_envs, "num_envs")
         self.task, self.config, self._autoreset = task, config, autoreset
         self.book, self.rules, self.replayer = task.book, task.rules, task.replayer
-        self.goals, self.n_actions, self.features = task.goal_set, task.n_actions, task.features
+        self.goals, self.n_actions = task.goal_set, task.n_actions
         self.observation_spaces = task.observation_spaces
         self.max_steps = config.max_steps or task.max_steps
         Whole(1, 2**31 - 1).check(self.max_steps, "max_steps")
@@ -105,6 +106,11 @@ class WorkshopWorld(BaseWorld):
         self.remember(memories)
         if seed is not None:
             self.reset(seed)
+
+    @property
+    def features(self) -> Mapping[str, Feature]:
+        """What networks can read, by name."""
+        return self.task.features
 
     def remember(self, memories: Iterable[str]) -> None:
         """Remember what was on the bench, ``visited``, from the next `reset` on."""
@@ -159,8 +165,7 @@ class WorkshopWorld(BaseWorld):
         """Return the meta-controllers' legal actions [M, G + 1], of a view or of all; off turn they can only wait."""
         if mask not in GOAL_MASKS:
             raise InputError(f"goal_mask of a workshop is one of {', '.join(GOAL_MASKS)}, not {mask}")
-        seen = self.state if view is None else view
-        return legal_goals(self.book, seen.shops, seen.things, mask, are_turns)
+        return (self.observe(self.everywhere) if view is None else view).legal_goals(mask, are_turns)
 
     def clocks(self) -> NDArray[np.integer]:
         """Return [N] the steps of the episodes under way."""
