@@ -239,3 +239,17 @@ def test_a_task_is_found_again_by_the_name_that_its_module_gives_it():
     assert name_in_module(chest) == "chest_task:chest"
     with pytest.raises(InputError, match="no module has task under a name"):
         name_in_module(replace(chest))
+
+
+def test_environments_in_several_processes_play_the_same_episodes():
+    here, elsewhere = make(n=5, seed=3), make(replace(chest, processes=2), n=5, seed=3)
+    for action in [RIGHT, USE, RIGHT, RIGHT, USE] * 4:
+        step, other = play(here, [action])[0], play(elsewhere, [action])[0]
+        assert step.records.tolist() == other.records.tolist()
+        shown, other = (turns.world.shown(turns.world.everywhere) for turns in (here, elsewhere))
+        for name, values in shown.items():
+            np.testing.assert_array_equal(values, other[name], strict=True)
+    state = elsewhere.get_state()
+    elsewhere.set_state(state)
+    assert elsewhere.world.notes == here.world.notes
+    elsewhere.world._envs.close()

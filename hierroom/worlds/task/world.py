@@ -15,6 +15,7 @@ from hierroom.support.schema import Array, Table
 from hierroom.worlds.base import BaseWorld
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.task.local_envs import LocalEnvs, Taken
+from hierroom.worlds.task.process_envs import ProcessEnvs
 from hierroom.worlds.task.replayer import Moment, TaskReplayer
 from hierroom.worlds.task.spaces import entry_of
 
@@ -55,7 +56,7 @@ class TaskWorld(BaseWorld):
         self._taken = np.zeros(num_envs, np.int64)
         self._actions = np.full((num_envs, n_remembered), _NONE, np.int32)
         self._cut = np.zeros(num_envs, bool)
-        self._envs = LocalEnvs(task, num_envs)
+        self._envs = ProcessEnvs(task, num_envs) if task.processes else LocalEnvs(task, num_envs)
         super().__init__(config, num_envs, **settings)
 
     def begin(self, envs: NDArray[np.integer]) -> None:
