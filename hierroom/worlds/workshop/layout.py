@@ -37,7 +37,7 @@ SPLITS = {None: 0, "training": 1, "evaluation": 2}
 
 
 @dataclass(frozen=True)
-class State:
+class WorkshopState:
     """The exact state of N workshops: records [N] of `SHOP`, things [N, 3, T] and what was on the bench [N, V].
 
     ``visited`` is a table of keys (see `kernels.visit`); V is 0 where nothing asks for it.
@@ -50,7 +50,7 @@ class State:
     def __len__(self) -> int:
         return len(self.shops)
 
-    def __getitem__(self, indices) -> State:
+    def __getitem__(self, indices) -> WorkshopState:
         """Copy the state of some environments; an integer index gives a batch of one."""
         chosen = np.atleast_1d(np.arange(len(self))[indices])
-        return State(self.shops[chosen], self.things[chosen], self.visited[chosen])
+        return WorkshopState(self.shops[chosen], self.things[chosen], self.visited[chosen])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +12,8 @@ from numpy.typing import NDArray
 from hierroom.goals import NO_GOAL
 from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
-from hierroom.worlds.workshop.layout import BENCH, PLACES, SHELF, State
+from hierroom.worlds.workshop.layout import BENCH, PLACES, SHELF, WorkshopState
 from hierroom.worlds.workshop.recipes import Recipes
-
-if TYPE_CHECKING:
-    from hierroom.worlds.workshop.task import WorkshopTask
 
 PER_ROW = 8
 """Places of the shelf side by side in a picture."""
@@ -24,35 +21,35 @@ PAPER, WOOD, INK, GOAL_INK = (24, 24, 28), (120, 84, 52), (240, 240, 240), (255,
 
 
 class WorkshopReplayer:
-    """See `Replayer`; a state is that of one environment."""
+    """The `Replayer` of a `WorkshopTask`; a state is that of one environment."""
 
-    def __init__(self, task: WorkshopTask) -> None:
+    def __init__(self, task: Any) -> None:
         self._task, self._book = task, task.book
 
-    def identity(self, state: State) -> tuple[int, int, int]:
+    def identity(self, state: WorkshopState) -> tuple[int, int, int]:
         """Return the seed of the environments, the number of this one, and how many episodes it had begun before."""
         shop = state.shops[0]
         return int(shop.seed), int(shop.index), int(shop.episode)
 
-    def max_steps(self, state: State) -> int:
+    def max_steps(self, state: WorkshopState) -> int:
         """Return the number of steps after which the episode is truncated."""
         return int(state.shops[0].max_steps)
 
-    def goal_name(self, state: State, goal: int) -> str:
+    def goal_name(self, state: WorkshopState, goal: int) -> str:
         """Return a goal in words; -1 is no goal."""
         return "no goal" if goal == NO_GOAL else self._book.rules.names[goal]
 
     goal_label = goal_name
     """Goals mean the same in every episode."""
 
-    def action_name(self, state: State, action: int) -> str:
+    def action_name(self, state: WorkshopState, action: int) -> str:
         """Return an action of the controller in words."""
         n_places = len(self._book.recipes.standing)
         if 0 <= action < n_places:
             return f"put {self._book.things[state.things[0, PLACES, action]]}"
         return {n_places: "work", n_places + 1: "clear"}.get(action, "illegal action")
 
-    def replay(self, state: State, actions: NDArray[np.integer]) -> Iterator[State]:
+    def replay(self, state: WorkshopState, actions: NDArray[np.integer]) -> Iterator[WorkshopState]:
         """Yield the state, and that after each action."""
         config = EnvConfig(task=self._task, max_steps=self.max_steps(state))
         memories = ("visited",) if state.visited.shape[1] else ()
@@ -63,13 +60,13 @@ class WorkshopReplayer:
             world.step(np.array([action], np.int64))
             yield world.get_state()
 
-    def tile_size(self, state: State) -> int:
+    def tile_size(self, state: WorkshopState) -> int:
         """Return the side length of a place in pixels at which its text can be read."""
         return 80
 
     window_tile_size = tile_size
 
-    def text(self, state: State, goal: int = NO_GOAL) -> str:
+    def text(self, state: WorkshopState, goal: int = NO_GOAL) -> str:
         """Draw a state for a terminal: the shelf in its order, the bench, and what each goal takes."""
         shop, names = _only(state)[0], self._book.things
         counts = {names[thing]: int(state.things[0, SHELF, thing]) for thing in self._places(state)}
@@ -83,7 +80,7 @@ class WorkshopReplayer:
             lines.append(f"subgoal: {self.goal_name(state, goal)} = {self._recipe(goal)}")
         return "\n".join(lines)
 
-    def picture(self, state: State, goal: int, tile_size: int, title: str = "") -> NDArray[np.uint8]:
+    def picture(self, state: WorkshopState, goal: int, tile_size: int, title: str = "") -> NDArray[np.uint8]:
         """Draw a state: [H, W, 3] uint8, the shelf in rows, below it the bench, and the goal with what it takes."""
         from PIL import Image, ImageDraw
 
@@ -119,7 +116,7 @@ class WorkshopReplayer:
             write(words, width / 2, height - line / 2, GOAL_INK, line * 0.6)
         return np.asarray(image)
 
-    def _places(self, state: State) -> list[int]:
+    def _places(self, state: WorkshopState) -> list[int]:
         return state.things[0, PLACES, : len(self._book.recipes.standing)].tolist()
 
     def _recipe(self, goal: int) -> str:
@@ -137,7 +134,7 @@ class WorkshopReplayer:
         return ", ".join(f"{n} {thing}" if n > 1 else thing for n, thing in there) or "nothing"
 
 
-def _only(state: State) -> np.ndarray:
+def _only(state: WorkshopState) -> np.ndarray:
     if len(state) != 1:
         raise InputError(f"a picture shows one environment, but the state holds {len(state)}: index the state first")
     return state.shops

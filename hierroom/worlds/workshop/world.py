@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,15 +17,12 @@ from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.seeds import Indices, chosen_envs, write_seeds
 from hierroom.worlds.workshop import kernels
 from hierroom.worlds.workshop.goal_kernels import GOAL_MASKS
-from hierroom.worlds.workshop.layout import OUTCOME, SHELF, SHOP, SPLITS, State
+from hierroom.worlds.workshop.layout import OUTCOME, SHELF, SHOP, SPLITS, WorkshopState
 from hierroom.worlds.workshop.recipes import book_of
 from hierroom.worlds.workshop.state_check import check_state
 from hierroom.worlds.workshop.tech_tree import tech_tree
 from hierroom.worlds.workshop.view import WorkshopView
 from hierroom.worlds.world import Feature, Seeds
-
-if TYPE_CHECKING:
-    from hierroom.worlds.workshop.task import WorkshopTask
 
 MOST_VISITED = 2**16
 """Slots of the table of what was on the bench, twice as many as steps; in longer episodes nothing is new at last."""
@@ -70,11 +67,13 @@ class WorkshopWorld(BaseWorld):
 
     Ids
         ``hierroom/Workshop-v0``, with ``task="workshop:6"`` unless another is given.
+
+    The first argument is the `WorkshopTask`, the others are those of `make_world`.
     """
 
     def __init__(
         self,
-        task: WorkshopTask,
+        task: Any,
         config: EnvConfig,
         num_envs: int,
         *,
@@ -96,7 +95,7 @@ class WorkshopWorld(BaseWorld):
         self.everywhere.setflags(write=False)
         self.outcomes = np.zeros(num_envs, OUTCOME)
         things = np.zeros((num_envs, 3, len(self.book.things)), np.uint8)
-        self.state = State(np.zeros(num_envs, SHOP), things, np.zeros((num_envs, 0), np.uint64))
+        self.state = WorkshopState(np.zeros(num_envs, SHOP), things, np.zeros((num_envs, 0), np.uint64))
         self.state.shops["index"] = config.env_index + np.arange(num_envs)
         self.state.shops["max_steps"], self.state.shops["split"] = self.max_steps, SPLITS[config.levels]
         self._last_shops, self._last_things = self.state.shops.copy(), things.copy()
@@ -118,7 +117,7 @@ class WorkshopWorld(BaseWorld):
             if name != "visited":
                 raise InputError(f"a workshop can remember visited, not {name!r}")
             n_slots = min(2 * self.max_steps, MOST_VISITED)
-            self.state = State(self.state.shops, self.state.things, np.zeros((len(self), n_slots), np.uint64))
+            self.state = WorkshopState(self.state.shops, self.state.things, np.zeros((len(self), n_slots), np.uint64))
 
     def reset(self, seed: Seeds = None, envs: Indices = slice(None)) -> None:
         """Begin an episode: with a seed (0 to 2**63 - 1) an environment's first one, without one its next."""
@@ -184,11 +183,11 @@ class WorkshopWorld(BaseWorld):
         """Return the actions of a shortest way to the target in one environment."""
         return self.task.solver.actions(self.state.things[env])
 
-    def get_state(self, envs: Indices = slice(None)) -> State:
+    def get_state(self, envs: Indices = slice(None)) -> WorkshopState:
         """Copy the exact state of some environments (by default all)."""
         return self.state[chosen_envs(envs, len(self))]
 
-    def state_after(self, before: State, actions: ArrayLike) -> State:
+    def state_after(self, before: WorkshopState, actions: ArrayLike) -> WorkshopState:
         """Return the state to which the last step led: where it ended an episode, take it again without a reset."""
         state, outcomes = self.get_state(), self.outcomes
         ended = np.flatnonzero(outcomes["terminated"] | outcomes["truncated"])
@@ -206,13 +205,13 @@ class WorkshopWorld(BaseWorld):
 
     def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Refuse arrays that `get_arrays` of as many environments cannot have given."""
-        check_state(State(**arrays), self.book.recipes, len(self), self.state.visited.shape[1])
+        check_state(WorkshopState(**arrays), self.book.recipes, len(self), self.state.visited.shape[1])
 
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go back to what `get_arrays` gave, after `check_arrays`."""
-        self.set_state(State(**arrays))
+        self.set_state(WorkshopState(**arrays))
 
-    def set_state(self, state: State) -> None:
+    def set_state(self, state: WorkshopState) -> None:
         """Set all environments to a state of as many, which was checked; seeds and indices are part of it."""
         self._write(state, self.everywhere)
         shops, outcomes = state.shops, np.zeros(len(self), OUTCOME)
@@ -222,7 +221,7 @@ class WorkshopWorld(BaseWorld):
         self.outcomes[:] = outcomes
         self.has_begun = True
 
-    def _write(self, state: State, envs: NDArray[np.integer]) -> None:
+    def _write(self, state: WorkshopState, envs: NDArray[np.integer]) -> None:
         ours = self.state
         ours.shops[envs], ours.things[envs], ours.visited[envs] = state.shops, state.things, state.visited
 
