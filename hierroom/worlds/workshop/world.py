@@ -12,12 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from hierroom.support.compile.kernel import compiled
 from hierroom.support.errors import InputError
 from hierroom.support.schema import Whole
-from hierroom.worlds.base import BaseWorld
+from hierroom.worlds.base import OUTCOME, BaseWorld
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.seeds import Indices, chosen_envs, write_seeds
 from hierroom.worlds.workshop import kernels
 from hierroom.worlds.workshop.goal_kernels import GOAL_MASKS
-from hierroom.worlds.workshop.layout import OUTCOME, SHELF, SHOP, SPLITS, WorkshopState
+from hierroom.worlds.workshop.layout import SHELF, SHOP, SPLITS, WorkshopState
 from hierroom.worlds.workshop.recipes import book_of
 from hierroom.worlds.workshop.state_check import check_state
 from hierroom.worlds.workshop.tech_tree import tech_tree
