@@ -64,9 +64,9 @@ def find_task(spec: Any) -> WorldMaker | None:
     return task
 
 
-def ships(spec: str) -> bool:
-    """Return whether a task's name is that of a world that ships."""
-    return spec.partition(":")[0] in SHIPPED
+def ships(spec: Any) -> bool:
+    """Return whether it is the name of a task that ships."""
+    return isinstance(spec, str) and spec.partition(":")[0] in SHIPPED
 
 
 def name_in_module(task: WorldMaker) -> str:
