@@ -49,6 +49,7 @@ def runs(tmp_path_factory):
         ["--meta", "random", "--goal-mask", "existing", "--subgoal-horizon", "5"],
         ["--meta", "none"],
         ["--reward", "bonus", "--max-steps", "12"],
+        ["--reward", "chest_task:hurry"],
     ],
     ids=" ".join,
 )
