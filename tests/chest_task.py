@@ -99,3 +99,9 @@ pole = hierroom.Task(
     target="left",
     vectors={"right": [1.0], "left": [-1.0]},
 )
+
+
+def hurry(step):
+    """A reward of one's own, which in a task sees no states."""
+    assert step.before is step.after is None
+    return step.success - 0.01

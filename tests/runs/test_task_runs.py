@@ -49,6 +49,7 @@ def runs(tmp_path_factory):
         ["--meta", "random", "--goal-mask", "existing", "--subgoal-horizon", "5"],
         ["--meta", "none"],
         ["--reward", "bonus", "--max-steps", "12"],
+        ["--reward", "chest_task:hurry"],
     ],
     ids=" ".join,
 )
@@ -162,8 +163,7 @@ def test_a_network_reads_each_entry_of_the_observation_and_the_goal():
 )
 def test_what_cannot_be_trained_is_refused_in_one_line(entries, said):
     with pytest.raises(InputError) as refused:
-        trainer = Trainer(find_preset("default").changed(num_envs=4, **entries))
-        trainer.turns.meta_masks()
+        Trainer(find_preset("default").changed(num_envs=4, **entries)).turns.meta_masks()
     assert said in str(refused.value)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from hierroom.goals import spec_names
 from hierroom.runs.config.config import OF_WORLD, TrainConfig
 from hierroom.runs.config.presets import find_preset, implied_preset
+from hierroom.worlds.make import ships
 
 MAX_LENGTH = 97
 """Characters of a name: with -2, -3, ... added it stays within 100."""
@@ -27,7 +28,9 @@ def run_name(config: TrainConfig) -> str:
     room; a digest stands for the rest. Threads and device, in which a resumed run may differ, are left out.
     """
     method, meta = config.agents.method, config.resolved_method.meta
-    graphs = [*_few(map(_name_of, config.env.names)), *(f"no-{name}" for name in _few(spec_names(config.env.exclude)))]
+    task = config.env.task
+    played = config.env.names if task is None or ships(task) else map(_name_of, config.env.names)
+    graphs = [*_few(played), *(f"no-{name}" for name in _few(spec_names(config.env.exclude)))]
     parts = (
         method,
         "" if meta == "none" else _shortened(_name_of(meta), _META_LENGTH),
@@ -37,7 +40,7 @@ def run_name(config: TrainConfig) -> str:
     )
     head = "-".join(_plain(part) for part in parts if part)
     usual, omitted = find_preset(config.preset).entries, _SEPARATE | _NEVER_NAMED
-    if config.env.task is not None:
+    if task is not None:
         usual = {**usual, **dict.fromkeys(OF_WORLD)}
     changed = {name: one for name, one in config.entries.items() if name not in omitted and one != usual[name]}
     differences = [_plain(_text(name, one, usual[name])) for name, one in changed.items()]

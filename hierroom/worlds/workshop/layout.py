@@ -1,4 +1,4 @@
-"""The memory layout of workshops: the record of an environment, the things in it, the outcome of a step."""
+"""The memory layout of workshops: the record of an environment, and the things in it."""
 
 from __future__ import annotations
 
@@ -7,18 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.worlds.world import OUTCOME_FIELDS
-
 PLACES, SHELF, BENCH = range(3)
 """Rows of an environment's things [3, T]: the thing at each place of the shelf (P of them, then zeros); how many there
 are of each thing on the shelf; how many of each lie on the bench."""
 
 
-def _record(*fields: tuple) -> np.dtype:
-    return np.dtype((np.record, np.dtype(list(fields), align=True)))
-
-
-SHOP = _record(
+_FIELDS = (
     # The source of the environment's random numbers.
     ("seed", "u8"),
     ("index", "i8"),  # number of the environment; the same index gives the same episodes in any batch
@@ -32,12 +26,12 @@ SHOP = _record(
     ("n_first", "i4"),  # number of these bits
     ("has_ended", "?"),
 )
-OUTCOME = _record(*OUTCOME_FIELDS)
+SHOP = np.dtype((np.record, np.dtype([*_FIELDS], align=True)))
 SPLITS = {None: 0, "training": 1, "evaluation": 2}
 
 
 @dataclass(frozen=True)
-class State:
+class WorkshopState:
     """The exact state of N workshops: records [N] of `SHOP`, things [N, 3, T] and what was on the bench [N, V].
 
     ``visited`` is a table of keys (see `kernels.visit`); V is 0 where nothing asks for it.
@@ -50,7 +44,7 @@ class State:
     def __len__(self) -> int:
         return len(self.shops)
 
-    def __getitem__(self, indices) -> State:
+    def __getitem__(self, indices) -> WorkshopState:
         """Copy the state of some environments; an integer index gives a batch of one."""
         chosen = np.atleast_1d(np.arange(len(self))[indices])
-        return State(self.shops[chosen], self.things[chosen], self.visited[chosen])
+        return WorkshopState(self.shops[chosen], self.things[chosen], self.visited[chosen])

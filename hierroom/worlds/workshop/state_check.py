@@ -6,13 +6,13 @@ import numpy as np
 
 from hierroom.support.errors import InputError
 from hierroom.support.schema import Array, of_records, require
-from hierroom.worlds.workshop.layout import BENCH, PLACES, SHELF, SHOP, SPLITS, State
+from hierroom.worlds.workshop.layout import BENCH, PLACES, SHELF, SHOP, SPLITS, WorkshopState
 from hierroom.worlds.workshop.recipes import Recipes
 
 _INT32, _INT64 = 2**31 - 1, 2**63 - 1
 
 
-def check_state(state: State, recipes: Recipes, n: int, n_visited: int) -> None:
+def check_state(state: WorkshopState, recipes: Recipes, n: int, n_visited: int) -> None:
     """Check that every part of a state of n workshops is in its range, and that the parts belong together."""
     shops, things = state.shops, state.things
     n_things, n_places = len(recipes.limits), len(recipes.standing)

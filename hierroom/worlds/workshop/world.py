@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,20 +12,17 @@ from numpy.typing import ArrayLike, NDArray
 from hierroom.support.compile.kernel import compiled
 from hierroom.support.errors import InputError
 from hierroom.support.schema import Whole
-from hierroom.worlds.base import BaseWorld
+from hierroom.worlds.base import OUTCOME, BaseWorld
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.seeds import Indices, chosen_envs, write_seeds
 from hierroom.worlds.workshop import kernels
 from hierroom.worlds.workshop.goal_kernels import GOAL_MASKS
-from hierroom.worlds.workshop.layout import OUTCOME, SHELF, SHOP, SPLITS, State
+from hierroom.worlds.workshop.layout import SHELF, SHOP, SPLITS, WorkshopState
 from hierroom.worlds.workshop.recipes import book_of
 from hierroom.worlds.workshop.state_check import check_state
 from hierroom.worlds.workshop.tech_tree import tech_tree
-from hierroom.worlds.workshop.view import WorkshopView, legal_goals
-from hierroom.worlds.world import Seeds
-
-if TYPE_CHECKING:
-    from hierroom.worlds.workshop.task import WorkshopTask
+from hierroom.worlds.workshop.view import WorkshopView
+from hierroom.worlds.world import Feature, Seeds
 
 MOST_VISITED = 2**16
 """Slots of the table of what was on the bench, twice as many as steps; in longer episodes nothing is new at last."""
@@ -39,10 +36,11 @@ class WorkshopWorld(BaseWorld):
         Make the target of the rules, of things on a shelf. The rules are hidden from the controller.
 
     Things
-        Every fact of the rules is a thing. On the shelf is at first what the rules start with, and what is never used
-        up: tools, and sources such as a tree. Each thing that some rule asks for has its place. The order of the places
-        is drawn anew for each episode; in training an eighth of the orders, kept for evaluation, is never drawn (with
-        fewer than five places there are too few orders, and all are drawn). There is no other chance.
+        Every fact of the rules is a thing. At first there is what the rules start with. A rule that asks for nothing,
+        or for just what another one asks for, has a source of its own, which is there and stays. Each thing that some
+        rule asks for has a place on the shelf. The order of the places is drawn anew for each episode; an eighth of
+        the orders is kept for evaluation and never drawn in training (with fewer than five places there are too few,
+        and all are drawn). Nothing else is random.
 
     Actions, P + 2 for P places
         0 to P - 1 put one thing from that place of the shelf on the bench, if there is one, and the bench is not full:
@@ -69,11 +67,13 @@ class WorkshopWorld(BaseWorld):
 
     Ids
         ``hierroom/Workshop-v0``, with ``task="workshop:6"`` unless another is given.
+
+    The first argument is the `WorkshopTask`, the others are those of `make_world`.
     """
 
     def __init__(
         self,
-        task: WorkshopTask,
+        task: Any,
         config: EnvConfig,
         num_envs: int,
         *,
@@ -85,7 +85,7 @@ class WorkshopWorld(BaseWorld):
         Whole(1, 2**31 - 1).check(num_envs, "num_envs")
         self.task, self.config, self._autoreset = task, config, autoreset
         self.book, self.rules, self.replayer = task.book, task.rules, task.replayer
-        self.goals, self.n_actions, self.features = task.goal_set, task.n_actions, task.features
+        self.goals, self.n_actions = task.goal_set, task.n_actions
         self.observation_spaces = task.observation_spaces
         self.max_steps = config.max_steps or task.max_steps
         Whole(1, 2**31 - 1).check(self.max_steps, "max_steps")
@@ -95,7 +95,7 @@ class WorkshopWorld(BaseWorld):
         self.everywhere.setflags(write=False)
         self.outcomes = np.zeros(num_envs, OUTCOME)
         things = np.zeros((num_envs, 3, len(self.book.things)), np.uint8)
-        self.state = State(np.zeros(num_envs, SHOP), things, np.zeros((num_envs, 0), np.uint64))
+        self.state = WorkshopState(np.zeros(num_envs, SHOP), things, np.zeros((num_envs, 0), np.uint64))
         self.state.shops["index"] = config.env_index + np.arange(num_envs)
         self.state.shops["max_steps"], self.state.shops["split"] = self.max_steps, SPLITS[config.levels]
         self._last_shops, self._last_things = self.state.shops.copy(), things.copy()
@@ -106,13 +106,18 @@ class WorkshopWorld(BaseWorld):
         if seed is not None:
             self.reset(seed)
 
+    @property
+    def features(self) -> Mapping[str, Feature]:
+        """What networks can read, by name."""
+        return self.task.features
+
     def remember(self, memories: Iterable[str]) -> None:
         """Remember what was on the bench, ``visited``, from the next `reset` on."""
         for name in memories:
             if name != "visited":
                 raise InputError(f"a workshop can remember visited, not {name!r}")
             n_slots = min(2 * self.max_steps, MOST_VISITED)
-            self.state = State(self.state.shops, self.state.things, np.zeros((len(self), n_slots), np.uint64))
+            self.state = WorkshopState(self.state.shops, self.state.things, np.zeros((len(self), n_slots), np.uint64))
 
     def reset(self, seed: Seeds = None, envs: Indices = slice(None)) -> None:
         """Begin an episode: with a seed (0 to 2**63 - 1) an environment's first one, without one its next."""
@@ -159,8 +164,7 @@ class WorkshopWorld(BaseWorld):
         """Return the meta-controllers' legal actions [M, G + 1], of a view or of all; off turn they can only wait."""
         if mask not in GOAL_MASKS:
             raise InputError(f"goal_mask of a workshop is one of {', '.join(GOAL_MASKS)}, not {mask}")
-        seen = self.state if view is None else view
-        return legal_goals(self.book, seen.shops, seen.things, mask, are_turns)
+        return (self.observe(self.everywhere) if view is None else view).legal_goals(mask, are_turns)
 
     def clocks(self) -> NDArray[np.integer]:
         """Return [N] the steps of the episodes under way."""
@@ -179,11 +183,11 @@ class WorkshopWorld(BaseWorld):
         """Return the actions of a shortest way to the target in one environment."""
         return self.task.solver.actions(self.state.things[env])
 
-    def get_state(self, envs: Indices = slice(None)) -> State:
+    def get_state(self, envs: Indices = slice(None)) -> WorkshopState:
         """Copy the exact state of some environments (by default all)."""
         return self.state[chosen_envs(envs, len(self))]
 
-    def state_after(self, before: State, actions: ArrayLike) -> State:
+    def state_after(self, before: WorkshopState, actions: ArrayLike) -> WorkshopState:
         """Return the state to which the last step led: where it ended an episode, take it again without a reset."""
         state, outcomes = self.get_state(), self.outcomes
         ended = np.flatnonzero(outcomes["terminated"] | outcomes["truncated"])
@@ -201,13 +205,13 @@ class WorkshopWorld(BaseWorld):
 
     def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Refuse arrays that `get_arrays` of as many environments cannot have given."""
-        check_state(State(**arrays), self.book.recipes, len(self), self.state.visited.shape[1])
+        check_state(WorkshopState(**arrays), self.book.recipes, len(self), self.state.visited.shape[1])
 
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go back to what `get_arrays` gave, after `check_arrays`."""
-        self.set_state(State(**arrays))
+        self.set_state(WorkshopState(**arrays))
 
-    def set_state(self, state: State) -> None:
+    def set_state(self, state: WorkshopState) -> None:
         """Set all environments to a state of as many, which was checked; seeds and indices are part of it."""
         self._write(state, self.everywhere)
         shops, outcomes = state.shops, np.zeros(len(self), OUTCOME)
@@ -217,7 +221,7 @@ class WorkshopWorld(BaseWorld):
         self.outcomes[:] = outcomes
         self.has_begun = True
 
-    def _write(self, state: State, envs: NDArray[np.integer]) -> None:
+    def _write(self, state: WorkshopState, envs: NDArray[np.integer]) -> None:
         ours = self.state
         ours.shops[envs], ours.things[envs], ours.visited[envs] = state.shops, state.things, state.visited
 

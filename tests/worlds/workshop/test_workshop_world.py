@@ -1,5 +1,8 @@
 """Workshops as a world: seeds, states, features, goals, pictures, and every API."""
 
+import pickle
+from copy import deepcopy
+
 import gymnasium
 import numpy as np
 import pytest
@@ -136,9 +139,10 @@ def test_goals_are_masked_by_what_can_be_made_and_shown_in_words():
         row = world.legal_goals(mask, turn)[0]
         assert {name for name, is_legal in zip((*CRAFT.names, None), row, strict=True) if is_legal} == legal
     assert world.legal_goals("reachable", ~turn).tolist() == [[False] * 7 + [True]]
-    level = world.exact_view(world.everywhere).level(0, row[:-1])
-    assert (level.shelf["wood"], level.bench["wood"], level.goals[0].name) == (1, 0, "log")
-    assert str(level).startswith("step 0; shelf: wood, source of log")
+    view = world.exact_view(world.everywhere)
+    level = view.level(0, view.reachable[0])
+    assert (level.facts["wood"], level.goals[0].name, level.legal_goals[-1].name) == (1, "log", "stick")
+    assert str(level) == "step 0; achieved: nothing; legal goals: log, stick"
     with pytest.raises(InputError, match="goal_mask of a workshop is one of"):
         world.legal_goals("far", turn)
 
@@ -185,6 +189,15 @@ def test_a_workshop_is_drawn_and_its_actions_are_named():
     assert [one.things[0, SHELF, 0] for one in states] == [1, 0, 0, 0]
     with pytest.raises(InputError, match="a picture shows one environment, but the state holds 6"):
         replayer.text(make().get_state())
+
+
+def test_environments_and_their_copies_go_the_same_way():
+    env = gymnasium.make("hierroom/Workshop-v0", task=TASK, meta="random")
+    env.reset(seed=3)
+    copies = [env, deepcopy(env), pickle.loads(pickle.dumps(env))]
+    for action in ACTIONS[:60, 0]:
+        first, *others = (copy.step(int(action)) for copy in copies)
+        assert all(str(other) == str(first) for other in others)
 
 
 def test_the_apis_keep_their_contracts():
