@@ -84,4 +84,6 @@ if __name__ == "__main__":
         return f"I would say: the {first_named(question)}!"
 
     episodes = list(hierroom.rollout(hierroom.load("f", meta=AskingMeta(answer)), episodes=5))
-    print(f"{questions[-1]}\n{sum(e.success for e in episodes)} of 5 episodes escaped, {len(questions)} questions asked")
+    print(
+        f"{questions[-1]}\n{sum(e.success for e in episodes)} of 5 episodes escaped, {len(questions)} questions asked"
+    )

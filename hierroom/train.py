@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import tyro
 
@@ -17,7 +17,7 @@ from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.support.cli import Flag, read_arguments, run
 from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import is_task
-from hierroom.worlds.make import name_in_module
+from hierroom.worlds.make import WorldMaker, name_in_module
 
 if TYPE_CHECKING:
     from hierroom.runs.trained_agent import TrainedAgent
@@ -101,7 +101,7 @@ def train(
     elif not isinstance(config, TrainConfig):
         raise InputError(f"train takes a TrainConfig and entries such as graph='c', not {config!r}")
     if is_task(task := entries.get("task")):
-        entries["task"] = name_in_module(task)
+        entries["task"] = name_in_module(cast(WorldMaker, task))
     loggers, config = logger_names(log), config.changed(**entries)
     trainer, folder = begin(config, None if out is None else Path(out))
     _warn_of_what_does_nothing(config)

@@ -74,7 +74,8 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         config = EnvConfig.of_arguments({"graph": graph, "reward": "extrinsic", **entries}, besides)
         if max_episode_steps is not None:
             require_number("max_episode_steps", max_episode_steps, 1, is_whole=True)
-            config = replace(config, max_steps=int(min(config.max_steps, max_episode_steps)))
+            most = max_episode_steps if config.max_steps is None else min(config.max_steps, max_episode_steps)
+            config = replace(config, max_steps=int(most))
         modes = [mode.value for mode in AutoresetMode]
         mode = getattr(autoreset_mode, "value", autoreset_mode)
         require_name("autoreset_mode must be one of", mode, modes)

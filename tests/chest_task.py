@@ -92,7 +92,16 @@ taxi = hierroom.Task(
 )
 pole = hierroom.Task(
     make="CartPole-v1",
-    goals={"right": lambda env, info: env.unwrapped.state[0] > 0.1, "left": lambda env, info: env.unwrapped.state[0] < -0.1},
+    goals={
+        "right": lambda env, info: env.unwrapped.state[0] > 0.1,
+        "left": lambda env, info: env.unwrapped.state[0] < -0.1,
+    },
     target="left",
     vectors={"right": [1.0], "left": [-1.0]},
 )
+
+
+def hurry(step):
+    """A reward of one's own, which in a task sees no states."""
+    assert step.before is step.after is None
+    return step.success - 0.01

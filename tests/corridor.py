@@ -5,7 +5,8 @@ from gymnasium import spaces
 
 from hierroom.goals.goal_set import GoalSet
 from hierroom.goals.rules import Rules
-from hierroom.worlds.base import BaseWorld, goal_status
+from hierroom.worlds.base import BaseWorld
+from hierroom.worlds.base_view import goal_status
 from hierroom.worlds.world import Feature
 
 BACK, AHEAD = range(2)

@@ -1,4 +1,4 @@
-"""Exploration complexity of goal graphs before training: depth, width and passage times.
+"""Exploration complexity of goal graphs and rules before training: depth, width and passage times.
 
 W holds the probability of each move in one step, and D its row sums. Q holds the transition probabilities among the
 nodes that are not targets, staying included, and N = (I - Q)^-1. The walk starts at node s. In equations with a single
@@ -20,12 +20,14 @@ target node t, b = e_s - e_t.
 Systems for m, v and h are solved without subtraction (`chains.elimination`; Grassmann, Taksar and Heyman, 1985).
 `played.markov_order` tests whether play is Markov on its nodes (Anderson and Goodman, 1957).
 
-`AugmentedGraph` is the paper's augmented graph with its weights W (appendix A). Numbers after a textbook are those of
-its theorems: Norris, Markov Chains, 1997; Kemeny and Snell, Finite Markov Chains, 1960; Golub and Pereyra, The
-Differentiation of Pseudo-Inverses, 1973. Measures of the literature are in ``hierroom.complexity.measures``.
+`AugmentedGraph` is the paper's augmented graph with its weights W (appendix A), and `MarkingGraph` that of rules.
+Numbers after a textbook are those of its theorems: Norris, Markov Chains, 1997; Kemeny and Snell, Finite Markov Chains,
+1960; Golub and Pereyra, The Differentiation of Pseudo-Inverses, 1973. Measures of the literature are in
+``hierroom.complexity.measures``.
 """
 
 from hierroom.complexity.augmented import AugmentedGraph, Node, count_nodes
+from hierroom.complexity.chain_report import ChainReport
 from hierroom.complexity.chains.chain import Chain
 from hierroom.complexity.chains.hitting import (
     expected_visits,
@@ -37,21 +39,26 @@ from hierroom.complexity.chains.hitting import (
 from hierroom.complexity.chains.laplacian import laplacian, laplacian_hitting_time, laplacian_sensitivity
 from hierroom.complexity.chains.reach import expected_states, reach_probability
 from hierroom.complexity.graph_set import Curriculum, GraphSet
+from hierroom.complexity.markings import MarkingGraph
 from hierroom.complexity.played.played_chain import PlayedChain
 from hierroom.complexity.played.trajectories import measure_env, measure_trajectories
 from hierroom.complexity.report import ComplexityReport, analyze
+from hierroom.complexity.rules_report import RulesReport
 from hierroom.complexity.tables import to_frame
 from hierroom.complexity.walk import Reading, Walk
 
 __all__ = [
     "AugmentedGraph",
     "Chain",
+    "ChainReport",
     "ComplexityReport",
     "Curriculum",
     "GraphSet",
+    "MarkingGraph",
     "Node",
     "PlayedChain",
     "Reading",
+    "RulesReport",
     "Walk",
     "analyze",
     "count_nodes",

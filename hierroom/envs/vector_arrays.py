@@ -82,8 +82,8 @@ class VectorArrays:
         infos = _by_name((step.success & ended, *(values * ended.astype(_INT64) for values in numbers)), ended)
         observations, envs = np.full(self._n, None, object), np.flatnonzero(ended)
         last = self._turns.final_observation(CONTROLLER, step, envs)
-        flat = (self._parts, self.space.dtype) if self._flat else (None,)
-        for env, observation in zip(envs, rows(last, *flat), strict=True):
+        one_by_one = rows(last, self._parts if self._flat else None, self.space.dtype)
+        for env, observation in zip(envs, one_by_one, strict=True):
             observations[env] = observation
         return {"final_obs": observations, "final_info": infos, "_final_obs": ended, "_final_info": ended.copy()}
 

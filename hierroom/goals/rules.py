@@ -146,7 +146,7 @@ class Rules:
         Returns:
             the markings after each rule [..., R, F], and whether it applies [..., R].
         """
-        before, (applies, ways) = np.asarray(markings)[..., None, :], _choose(np.asarray(markings), self.required)
+        before, (applies, ways) = np.asarray(markings)[..., None, :], self._choose(np.asarray(markings))
         rules = np.arange(len(self.rules))
         after = np.minimum(before - self.used[rules, ways] + self.given[rules, ways], self.limits)
         return np.where(applies[..., None], after, before), applies
@@ -158,9 +158,9 @@ class Rules:
             for each move the index of its marking [E], its rule [E] and the marking after it [E, F], all of these in
             the smallest dtype that holds every marking.
         """
-        required, change, limits = self._compact
-        counts = np.asarray(markings).astype(required.dtype)
-        applies, ways = _choose(counts, required)
+        change, limits = self._compact
+        counts = np.asarray(markings).astype(limits.dtype)
+        applies, ways = self._choose(counts)
         sources, rules = np.nonzero(applies)
         before = counts[sources]
         after = np.minimum(before + change[rules, ways[sources, rules]], limits)
@@ -168,11 +168,26 @@ class Rules:
         return sources[changes], rules[changes], after[changes]
 
     @cached_property
-    def _compact(self) -> tuple[NDArray[np.integer], NDArray[np.integer], NDArray[np.integer]]:
-        """What is required, what changes, and the limits, in a dtype in which sums do not overflow."""
-        change = self.given - self.used
-        dtype = np.min_scalar_type(-int(max(self.limits.max() + self.given.max(), self.required.max())) - 1)
-        return self.required.astype(dtype), change.astype(dtype), self.limits.astype(dtype)
+    def _compact(self) -> tuple[NDArray[np.integer], NDArray[np.integer]]:
+        """What changes, and the limits, in a dtype in which sums do not overflow."""
+        dtype = np.min_scalar_type(-int(max(self.limits.max() + self.given.max(), self.used.max())) - 1)
+        return (self.given - self.used).astype(dtype), self.limits.astype(dtype)
+
+    @cached_property
+    def _thresholds(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]:
+        """The T facts and counts that alternatives ask for, and which alternative asks for which: [T, R * A]."""
+        entries = np.nonzero(self.required)
+        asked, inverse = np.unique(np.stack([entries[2], self.required[entries]], axis=1), axis=0, return_inverse=True)
+        asks = np.zeros((len(asked), self.required[..., 0].size), np.float32)
+        asks[inverse.ravel(), entries[0] * self.required.shape[1] + entries[1]] = 1
+        return asked[:, 0], asked[:, 1], asks
+
+    def _choose(self, markings: NDArray[np.integer]) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+        """Find whether each rule applies to markings [..., F], and by which of its alternatives: [..., R] both."""
+        facts, counts, asks = self._thresholds
+        lacks = (markings[..., facts] < counts).astype(np.float32) @ asks
+        enough = (lacks == 0).reshape(*markings.shape[:-1], *self.required.shape[:2])
+        return np.any(enough, axis=-1), enough.argmax(axis=-1)
 
     def apply(self, goal: str, marking: ArrayLike) -> NDArray[np.int64] | None:
         """Return the marking [F] after the rule of a goal, or None where it does not apply."""
@@ -237,12 +252,6 @@ class Rules:
         array = np.array([[[count(way, fact) for fact in self.facts] for way in row] for row in ways], np.int64)
         array.flags.writeable = False
         return array
-
-
-def _choose(markings: NDArray[np.integer], required: NDArray[np.integer]) -> tuple[NDArray[np.bool_], NDArray]:
-    """Find whether each rule applies to markings [..., F], and by which of its alternatives: [..., R] both."""
-    enough = np.all(markings[..., None, None, :] >= required, axis=-1)  # [..., R, A]
-    return np.any(enough, axis=-1), enough.argmax(axis=-1)
 
 
 def _alternatives(name: str, rule: object) -> tuple[Alternative, ...]:

@@ -70,6 +70,7 @@ class Turns:
         self._n_goals = len(world.goals)
         self._subgoal_horizon = np.iinfo(np.int64).max if horizon is None else int(horizon)
         self._kernel_reward = KERNEL_REWARDS.get(name, OWN_REWARD) if isinstance(name, str) else OWN_REWARD
+        self._keeps_states = self.reward.needs_states and hasattr(world, "state_after")
         self._autoreset, self._measure_shortest = autoreset, measure_shortest
         self._everywhere: NDArray[np.integer] = world.everywhere
         self._all_legal = np.ones((num_envs, world.n_actions), bool)
@@ -190,7 +191,7 @@ class Turns:
     def take_step(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Take the controller's turn as `step` does, after a reset, with valid actions; return `last_records`."""
         world, reward, ledger = self.world, self.reward, self.ledger
-        before = world.get_state() if reward.needs_states else None
+        before = world.get_state() if self._keeps_states else None
         outcomes, (records,) = world.step(actions), self._steps.take()[0]
         self.n_ended = compiled_record(outcomes.dtype)(
             outcomes,

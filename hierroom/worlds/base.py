@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from hierroom.goals.depth_first import DepthFirst
 from hierroom.goals.goal_set import GoalSet
-from hierroom.goals.rules import Rules
 from hierroom.support.errors import InputError
 from hierroom.support.schema import Array, Table, Whole
+from hierroom.worlds.base_view import BaseView
+from hierroom.worlds.dependencies import Dependencies
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 from hierroom.worlds.observation_writer import ObservationWriter, observe_alone
 from hierroom.worlds.seeds import chosen_envs, write_seeds
@@ -27,139 +25,6 @@ GOAL_MASKS = ("reachable", "existing", "none")
 _ARRAYS = ("seeds", "indices", "numbers", "counts", "markings", "lengths", "has_ended")
 _SPLITS = (None, "training", "evaluation")
 _MOST = 2**62
-
-
-@dataclass(frozen=True)
-class GoalInWords:
-    """A goal for a meta-controller that reads words.
-
-    Args:
-        id: its number.
-        name: its name.
-        is_legal: whether the meta-controller may choose it.
-        achieved: how often it was achieved in this episode.
-    """
-
-    id: int
-    name: str
-    is_legal: bool
-    achieved: int
-
-    @property
-    def was_achieved(self) -> bool:
-        """Whether it was achieved in this episode."""
-        return self.achieved > 0
-
-    def __str__(self) -> str:
-        return self.name
-
-
-@dataclass(frozen=True)
-class Situated:
-    """One environment in words: its ``goals``, the ``steps`` of the episode, and ``facts``, its rules' marking."""
-
-    goals: tuple[GoalInWords, ...]
-    steps: int
-    facts: Mapping[str, int]
-
-    @property
-    def legal_goals(self) -> tuple[GoalInWords, ...]:
-        """The goals that the meta-controller may choose; empty if only 'no goal' is legal."""
-        return tuple(goal for goal in self.goals if goal.is_legal)
-
-    def __str__(self) -> str:
-        achieved = ", ".join(f"{goal} {goal.achieved} times" for goal in self.goals if goal.achieved) or "nothing"
-        legal = ", ".join(map(str, self.legal_goals)) or "none"
-        return f"step {self.steps}; achieved: {achieved}; legal goals: {legal}"
-
-
-@dataclass(frozen=True, eq=False)
-class BaseView:
-    """The view of M environments.
-
-    Args:
-        world: whose they are.
-        entries: what they show, by name, [M, ...] each.
-        counts: [M, G] how often each goal was achieved in the episode.
-        markings: [M, F] how many there are of each fact of the rules.
-        steps: [M] steps of the episode.
-        episodes: [M, 3] seed, number of the environment and number of the episode.
-    """
-
-    world: BaseWorld
-    entries: Mapping[str, NDArray]
-    counts: NDArray[np.integer]
-    markings: NDArray[np.integer]
-    steps: NDArray[np.integer]
-    episodes: NDArray[np.integer]
-
-    def __len__(self) -> int:
-        return len(self.counts)
-
-    def as_dict(self) -> dict[str, NDArray]:
-        """Return the observation's entries by name, in fresh arrays."""
-        return {name: array.copy() for name, array in self.entries.items()}
-
-    def merged(self, other: BaseView, where: NDArray[np.bool_]) -> BaseView:
-        """Return this view, with that of other moments of the same environments in its place ``where`` [M]."""
-
-        def chosen(ours: NDArray, theirs: NDArray) -> NDArray:
-            return np.where(where.reshape(-1, *(1,) * (ours.ndim - 1)), theirs, ours).astype(ours.dtype, copy=False)
-
-        entries = {name: chosen(array, other.entries[name]) for name, array in self.entries.items()}
-        names = ("counts", "markings", "steps", "episodes")
-        return BaseView(self.world, entries, *(chosen(getattr(self, name), getattr(other, name)) for name in names))
-
-    def uniforms(self, turns: NDArray[np.integer], n: int) -> NDArray[np.float64]:
-        """Return [M, n] random numbers in [0, 1), fixed by seed, environment, episode and turn [M]."""
-        drawn = np.empty((len(self), n))
-        for row, episode, turn in zip(drawn, self.episodes.tolist(), turns.tolist(), strict=True):
-            row[:] = self.world.random(episode, 1, turn, n)
-        return drawn
-
-    def level(self, m: int, legal: NDArray[np.bool_]) -> Situated:
-        """Return the m-th environment in words."""
-        names, counts = self.world.goals.names, self.counts[m].tolist()
-        goals = [GoalInWords(g, name, bool(legal[g]), counts[g]) for g, name in enumerate(names)]
-        rules = self.world.marking_rules
-        facts = {} if rules is None else dict(zip(rules.facts, self.markings[m].tolist(), strict=True))
-        return Situated(tuple(goals), int(self.steps[m]), facts)
-
-    @cached_property
-    def existing(self) -> NDArray[np.bool_]:
-        """[M, G] goals that are left to achieve: not achieved yet in this episode, or one that can be again."""
-        return (self.counts == 0) | self.world.is_repeatable
-
-    @cached_property
-    def reachable(self) -> NDArray[np.bool_]:
-        """[M, G] goals whose rule applies and changes something; without rules those left to achieve."""
-        rules = self.world.marking_rules
-        if rules is None:
-            return self.existing
-        after, applies = rules.apply_all(self.markings)
-        changes = (after != self.markings[:, None, :]).any(axis=-1)
-        return (applies & changes)[:, self.world.rule_of_goal]
-
-    @property
-    def seen(self) -> NDArray[np.bool_]:
-        """[M, G] goals that are likely to be reached: those within reach."""
-        return self.reachable
-
-    @cached_property
-    def depth_first_ranks(self) -> NDArray[np.integer]:
-        """[M, G] 1 for the goal that comes next on a random depth-first way to the target, else 0."""
-        ranks = np.zeros(self.counts.shape, np.int64)
-        search, goal_of_rule = self.world.depth_first, self.world.goal_of_rule
-        for m, episode in enumerate(self.episodes.tolist() if search is not None else ()):
-            rule = search.next_rule(self.markings[m], self.world.random(episode, 2, 0, search.n_random))
-            if rule is not None:
-                ranks[m, goal_of_rule[rule]] = 1
-        return ranks
-
-
-def goal_status(n_goals: int) -> Feature:
-    """Return the feature that says of each goal whether it is within reach (1) and was achieved (2), or both (3)."""
-    return Feature(lambda _: (4,) * n_goals, lambda o: o.view.reachable + 2 * (o.view.counts > 0), is_by_goal=True)
 
 
 class BaseWorld:
@@ -210,7 +75,8 @@ class BaseWorld:
         self.seeds, self.numbers, self.lengths = (np.zeros(num_envs, np.int64) for _ in range(3))
         self.indices = config.env_index + np.arange(num_envs)
         self.counts = np.zeros((num_envs, len(self.goals)), np.int64)
-        start = np.zeros(0, np.int64) if self.marking_rules is None else self.marking_rules.start_marking
+        self.dependencies = Dependencies.of(self.rules, self.goals)
+        start = np.zeros(0, np.int64) if self.dependencies is None else self.dependencies.rules.start_marking
         self.markings = np.tile(start, (num_envs, 1))
         self.has_ended = np.zeros(num_envs, bool)
         self.has_begun = False
@@ -221,8 +87,6 @@ class BaseWorld:
 
     def __len__(self) -> int:
         return len(self.everywhere)
-
-    # What a subclass does.
 
     def begin(self, envs: NDArray[np.integer]) -> None:
         """Begin the episodes of environments [M], whose ``seeds``, ``indices`` and ``numbers`` say which."""
@@ -236,28 +100,9 @@ class BaseWorld:
         """Act once in every environment, `record` what that did, and return the outcomes."""
         raise NotImplementedError
 
-    # What it gets.
-
-    @cached_property
-    def marking_rules(self) -> Rules | None:
-        """Return the rules by which markings change: those of the world, if they are `Rules`."""
-        return self.rules if isinstance(self.rules, Rules) else None
-
-    @cached_property
-    def goal_of_rule(self) -> list[int]:
-        """Return [R] the goal of each rule."""
-        return [self.goals.names.index(name) for name in self.marking_rules.names] if self.marking_rules else []
-
-    @cached_property
-    def rule_of_goal(self) -> NDArray[np.integer]:
-        """Return [G] the rule of each goal."""
-        assert self.marking_rules is not None
-        return np.array([self.marking_rules.names.index(name) for name in self.goals.names])
-
-    @cached_property
-    def depth_first(self) -> DepthFirst | None:
-        """Return what finds ways to the target over the rules."""
-        return None if self.marking_rules is None else DepthFirst(self.marking_rules)
+    def get_state(self, envs: Any = slice(None)) -> Any:
+        """Return the state of one environment, which the replayer plays on from and draws."""
+        raise NotImplementedError
 
     @property
     def complexity(self) -> Any:
@@ -268,7 +113,7 @@ class BaseWorld:
 
         return analyze(self.rules)
 
-    def random(self, episode: Sequence[int], purpose: int, turn: int, n: int) -> NDArray[np.float64]:
+    def random(self, episode: Sequence[int], purpose: int, turn: int, n: int) -> NDArray[np.floating]:
         """Return n numbers in [0, 1) fixed by an episode (seed, environment and number), purpose and turn."""
         entropy = [*episode, _SPLITS.index(self.config.levels), purpose, turn]
         return (np.random.SeedSequence(entropy).generate_state(n, np.uint64) >> np.uint64(11)) * 2.0**-53
@@ -322,7 +167,8 @@ class BaseWorld:
             outcomes["n_first"] = (achieved & (self.counts == 0)).sum(axis=1)
             terminated = terminated | achieved[:, self.goals.target]
             self.counts += times
-            self._apply_rules(times)
+            if self.dependencies is not None:
+                self.dependencies.apply(self.markings, times.astype(np.int64))
         truncated = (truncated | (self.lengths >= self.max_steps)) & ~terminated
         outcomes["reward"], outcomes["length"] = rewards, self.lengths
         outcomes["terminated"], outcomes["truncated"] = terminated, truncated
@@ -335,19 +181,6 @@ class BaseWorld:
             self.reset(None, ended)
             outcomes[ended] = kept
         return outcomes
-
-    def _apply_rules(self, times: NDArray[np.integer]) -> None:
-        rules = self.marking_rules
-        if rules is None:
-            return
-        for env, goal in np.argwhere(times).tolist():
-            rule = self.rule_of_goal[goal]
-            for _ in range(int(times[env, goal])):
-                before = self.markings[env]
-                after, applies = rules.apply_all(before)
-                # What was seen to happen counts, whatever the rules say that it needs.
-                forced = np.minimum(before + rules.given[rule, 0], rules.limits)
-                self.markings[env] = after[rule] if applies[rule] else forced
 
     def observe(self, envs: NDArray[np.integer]) -> Any:
         """Return what environments [M] show now."""
@@ -434,13 +267,10 @@ class BaseWorld:
 
     def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Refuse arrays that `get_arrays` of as many environments cannot have given; a subclass checks its own."""
-        n = len(self)
-        schema = {name: Array(np.int64, (n,), 0, _MOST) for name in ("seeds", "indices", "numbers")}
-        schema["seeds"] = Array(np.int64, (n,), 0)
-        schema["lengths"] = Array(np.int64, (n,), 0, self.max_steps)
-        schema["has_ended"] = Array(np.bool_, (n,))
-        schema["counts"] = Array(np.int64, self.counts.shape, 0, _MOST)
-        limits = None if self.marking_rules is None else self.marking_rules.limits
+        n, limits = len(self), None if self.dependencies is None else self.dependencies.rules.limits
+        schema = {name: Array(np.int64, (n,), 0, _MOST) for name in ("indices", "numbers")}
+        schema |= {"seeds": Array(np.int64, (n,), 0), "lengths": Array(np.int64, (n,), 0, self.max_steps)}
+        schema |= {"has_ended": Array(np.bool_, (n,)), "counts": Array(np.int64, self.counts.shape, 0, _MOST)}
         schema["markings"] = Array(np.int64, self.markings.shape, 0, limits)
         Table(schema, is_open=True).check(arrays, "world")
 

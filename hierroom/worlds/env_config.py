@@ -147,7 +147,7 @@ class EnvConfig:
 
 
 def is_task(thing: object) -> bool:
-    """Return whether it is a task itself, from which worlds are made: see `make.Task`."""
+    """Return whether it is a task itself, from which worlds are made: see `make.WorldMaker`."""
     return hasattr(thing, "make_world")
 
 

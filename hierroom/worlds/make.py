@@ -23,8 +23,8 @@ SHIPPED: Mapping[str, str] = {"workshop": "hierroom.worlds.workshop.task:worksho
 """
 
 
-class Task(Protocol):
-    """What a world is, before N environments of it are made: what `EnvConfig.task` may be, or may name.
+class WorldMaker(Protocol):
+    """Makes worlds of a task: what `EnvConfig.task` may be, or may name.
 
     Attributes:
         name: in titles, tables and errors.
@@ -49,7 +49,7 @@ class Task(Protocol):
         ...  # pyright: ignore[reportReturnType]
 
 
-def find_task(spec: Any) -> Task | None:
+def find_task(spec: Any) -> WorldMaker | None:
     """Return the task that `EnvConfig.task` is or names; None where it is None: the EscapeRoom."""
     if spec is None or is_task(spec):
         return spec
@@ -69,7 +69,7 @@ def ships(spec: Any) -> bool:
     return isinstance(spec, str) and spec.partition(":")[0] in SHIPPED
 
 
-def name_in_module(task: Task) -> str:
+def name_in_module(task: WorldMaker) -> str:
     """Return ``package.module:name`` of a task, by which a run finds it again."""
     for module, loaded in sorted(sys.modules.items()):
         for name, value in [*vars(loaded).items()] if isinstance(loaded, ModuleType) else ():

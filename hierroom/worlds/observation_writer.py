@@ -1,8 +1,8 @@
-"""Observations of any world in the arrays that users get: of one environment, of all, and as rows of numbers."""
+"""Observations of a `BaseWorld` in the arrays that users get: of one environment, of all, and as rows of numbers."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
@@ -10,13 +10,10 @@ from numpy.typing import DTypeLike, NDArray
 
 from hierroom.controller import observation_spaces
 
-if TYPE_CHECKING:
-    from hierroom.worlds.base import BaseWorld
-
 _ONLY = np.zeros(1, np.int64)
 
 
-def observe_alone(world: BaseWorld, goal: int) -> dict[str, Any]:
+def observe_alone(world: Any, goal: int) -> dict[str, Any]:
     """Return what the only environment of a world shows, and the vector of a goal or -1, in fresh arrays."""
     shown = {name: array[0] for name, array in world.shown(_ONLY).items()}
     return {**shown, "goal": world.goals.vectors[goal].copy()}
@@ -28,7 +25,7 @@ class ObservationWriter:
     A flat observation is one row of float32, in the order of `gymnasium.spaces.flatten`.
     """
 
-    def __init__(self, world: BaseWorld, *, flat: bool) -> None:
+    def __init__(self, world: Any, *, flat: bool) -> None:
         self._world, self._flat = world, flat
         self._space = spaces.Dict(observation_spaces(world.observation_spaces, world.goals, world.n_actions))
         if flat:

@@ -263,15 +263,13 @@ class World(Protocol):
     def shortest_actions(self, env: int) -> NDArray[np.integer]:
         """Return the actions of a shortest way to the target in one environment."""
 
-    # Optional: the nodes of the augmented graph, for a chain that is measured from play.
+    # Optional: the nodes of the augmented graph, for a chain that is measured from play; the global state, for critics.
 
     def node_map(self, augmented: Any) -> Any:
         """Return what `nodes` needs to find the nodes of an `AugmentedGraph`."""
 
     def nodes(self, node_map: Any, *, terminated: NDArray[np.bool_], ended: NDArray[np.bool_]) -> NDArray[np.integer]:
         """Return each environment's node [N] after a step, or at the end of the episode that it ended."""
-
-    # Optional: the global state, for learners with a central critic.
 
     @property
     def global_state_space(self) -> spaces.Box:

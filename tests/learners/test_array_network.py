@@ -45,7 +45,10 @@ def test_categories_alone_keep_the_network_that_kernels_train():
 
 
 def test_numbers_come_out_of_their_bytes_as_they_went_in():
-    space, numbers = space_of(ARRAYS["bounded numbers"], ARRAYS["ids"]), np.array([[0.5, -2.0, 2.0, 0.0]] * 2, np.float32)
+    space, numbers = (
+        space_of(ARRAYS["bounded numbers"], ARRAYS["ids"]),
+        np.array([[0.5, -2.0, 2.0, 0.0]] * 2, np.float32),
+    )
     ids = np.array([[3, 499], [0, 7]])
     rows = [ARRAYS["bounded numbers"].to_bytes(numbers), ARRAYS["ids"].to_bytes(ids)]
     features = torch.from_numpy(np.concatenate([[[4], [1]], *rows, [[2], [0]]], axis=1).astype(np.uint8))

@@ -49,6 +49,7 @@ def runs(tmp_path_factory):
         ["--meta", "random", "--goal-mask", "existing", "--subgoal-horizon", "5"],
         ["--meta", "none"],
         ["--reward", "bonus", "--max-steps", "12"],
+        ["--reward", "chest_task:hurry"],
     ],
     ids=" ".join,
 )
@@ -152,15 +153,17 @@ def test_a_network_reads_each_entry_of_the_observation_and_the_goal():
         ({"task": "chest_task:gold"}, "the task 'chest_task:gold' cannot be loaded: AttributeError: "),
         ({"task": "chest_task:chest", "features": ("view",)}, "features are "),
         ({"task": "chest_task:chest", "method": "ppo-rnd"}, "the curiosity of ppo-rnd reads categories"),
-        ({"task": "chest_task:chest", "method": "ppo-novelty"}, "does not remember what a feature or a reward asks for"),
+        (
+            {"task": "chest_task:chest", "method": "ppo-novelty"},
+            "does not remember what a feature or a reward",
+        ),
         ({"task": "chest_task:chest", "size": 31}, "size is for EscapeRooms; chest_task:chest has no such entry"),
         ({"task": "chest_task:chest", "goal_mask": "seen"}, "goal_mask of chest_task:chest is one of reachable"),
     ],
 )
 def test_what_cannot_be_trained_is_refused_in_one_line(entries, said):
     with pytest.raises(InputError) as refused:
-        trainer = Trainer(find_preset("default").changed(num_envs=4, **entries))
-        trainer.turns.meta_masks()
+        Trainer(find_preset("default").changed(num_envs=4, **entries)).turns.meta_masks()
     assert said in str(refused.value)
 
 

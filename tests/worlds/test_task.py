@@ -29,6 +29,11 @@ def cells(turns):
     return turns.world.shown(turns.world.everywhere)["place"].tolist()
 
 
+def noise(turns):
+    """A number that is drawn anew for each episode."""
+    return turns.world.shown(turns.world.everywhere)["observation_goal"].tolist()
+
+
 def play(turns, actions):
     """Let all environments take the same actions; return the steps."""
     return [turns.step([action] * len(turns)) for action in actions]
@@ -64,7 +69,7 @@ def test_an_action_that_is_none_only_costs_the_step():
 
 def legal(turns):
     turns.ledger.is_meta_turn[:] = True
-    return ["coin key chest".split()[goal] for goal in np.flatnonzero(turns.meta_masks()[0, :-1])]
+    return [["coin", "key", "chest"][goal] for goal in np.flatnonzero(turns.meta_masks()[0, :-1])]
 
 
 def test_with_rules_the_goals_are_legal_whose_rule_applies_and_changes_something():
@@ -104,10 +109,12 @@ def test_episodes_of_an_environment_do_not_depend_on_how_many_there_are():
     many, alone = make(n=5, seed=3), make(seed=3, env_index=2)
     for action in [RIGHT, USE, RIGHT, RIGHT, USE] * 15:
         step, one = play(many, [action])[0], play(alone, [action])[0]
-        assert many.world.shown(np.array([2]))["observation_goal"] == alone.world.shown(np.array([0]))["observation_goal"]
+        assert (
+            many.world.shown(np.array([2]))["observation_goal"] == alone.world.shown(np.array([0]))["observation_goal"]
+        )
         assert step.episode_ended[2] == one.episode_ended[0]
-    assert len({*many.world.shown(many.world.everywhere)["observation_goal"].tolist()}) > 1
-    assert make(seed=3, levels="evaluation").world.shown(np.array([0])) != make(seed=3).world.shown(np.array([0]))
+    assert len({*noise(many)}) > 1
+    assert noise(make(seed=3, levels="evaluation")) != noise(make(seed=3))
 
 
 def test_a_state_is_gone_back_to_by_playing_it_again():
@@ -127,7 +134,9 @@ def test_an_episode_that_does_not_repeat_itself_is_cut_off_and_said():
     play(turns, [RIGHT, USE, RIGHT])
     state = turns.get_state()
     turns.set_state(state)
-    assert turns.world.notes[-1].endswith("begin anew: its episodes do not repeat themselves, or are too long to be saved")
+    assert turns.world.notes[-1].endswith(
+        "begin anew: its episodes do not repeat themselves, or are too long to be saved"
+    )
     (step,) = play(turns, [USE])
     assert 0 < step.truncated.sum() < 20
     assert (step.lengths == 4).all()
@@ -227,7 +236,9 @@ def test_memories_that_only_escape_rooms_have_are_refused():
 
 
 def test_rules_of_a_task_may_be_rules_and_are_named_after_its_goals():
-    rules = Rules({"coin": {"gives": "coin"}, "key": {"gives": "iron"}, "chest": {"needs": "iron", "gives": "gold"}}, "gold")
+    rules = Rules(
+        {"coin": {"gives": "coin"}, "key": {"gives": "iron"}, "chest": {"needs": "iron", "gives": "gold"}}, "gold"
+    )
     task = replace(chest, rules=rules, capacity=None)
     assert task.rules.names == ("coin", "key", "chest")
     turns = from_cell(0, task)

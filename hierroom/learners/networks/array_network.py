@@ -43,13 +43,15 @@ class ArrayEncoder(nn.Module):
     - ids: a learned row for each value, summed.
     """
 
+    columns: Tensor
+
     def __init__(self, space: AgentSpace, hidden_size: int, feature_vectors: Vectors = None) -> None:
         super().__init__()
         self._places = [(start, start + array.n_bytes) for start, array in space.arrays]
         self._types = [_TORCH_TYPES[array.dtype.name] for _, array in space.arrays]
         in_arrays = {column for start, stop in self._places for column in range(start, stop)}
         columns = [column for column in range(space.n_features) if column not in in_arrays]
-        self.register_buffer("_columns", torch.tensor(columns, dtype=torch.int64), persistent=False)
+        self.register_buffer("columns", torch.tensor(columns, dtype=torch.int64), persistent=False)
         self.categories = None
         if columns:
             vectors = None if feature_vectors is None else [feature_vectors[column] for column in columns]
@@ -61,7 +63,7 @@ class ArrayEncoder(nn.Module):
         flat = features.reshape(-1, features.shape[-1])
         total = torch.zeros((), device=features.device)
         if self.categories is not None:
-            total = total + self.categories.linear(flat[:, self._columns])
+            total = total + self.categories.linear(flat[:, self.columns])
         for (start, stop), kind, encode in zip(self._places, self._types, self.arrays, strict=True):
             row = flat[:, start:stop].clone(memory_format=torch.contiguous_format)  # numbers begin at whole addresses
             total = total + encode(row.view(kind))
@@ -78,6 +80,8 @@ def _encoder_of(array: ByteArray, hidden_size: int) -> nn.Module:
 
 class _Ids(nn.Module):
     """A learned row for each value of each number, summed."""
+
+    offsets: Tensor
 
     def __init__(self, array: ByteArray, hidden_size: int) -> None:
         super().__init__()
@@ -111,6 +115,8 @@ class _Numbers(nn.Module):
 
 class _Image(nn.Module):
     """Convolutions, and a layer on all that they give."""
+
+    offsets: Tensor
 
     def __init__(self, array: ByteArray, hidden_size: int) -> None:
         super().__init__()

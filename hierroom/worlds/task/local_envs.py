@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from hierroom.support.errors import raise_told
 from hierroom.worlds.task.goal_values import goal_values
-
-if TYPE_CHECKING:
-    from hierroom.worlds.task.task import Task
+from hierroom.worlds.task.parts import TaskParts
 
 
 class Taken(NamedTuple):
@@ -25,7 +23,7 @@ class Taken(NamedTuple):
 class LocalEnvs:
     """N environments that are stepped one after the other."""
 
-    def __init__(self, task: Task, num_envs: int) -> None:
+    def __init__(self, task: TaskParts, num_envs: int) -> None:
         self._name, self._goals = task.name, task.goals
         self._envs = [task.new_env() for _ in range(num_envs)]
 
@@ -45,7 +43,8 @@ class LocalEnvs:
     def step(self, envs: Sequence[int], actions: Sequence[int]) -> Taken:
         """Act in some environments."""
         taken = Taken([], [], [], [], [])
-        observations, rewards, terminated, truncated, totals = (part.append for part in taken)
+        observations, rewards, terminated = taken.observations.append, taken.rewards.append, taken.terminated.append
+        truncated, totals = taken.truncated.append, taken.totals.append
         all_envs, goals, name = self._envs, self._goals, self._name
         for number, action in zip(envs, actions, strict=True):
             env = all_envs[number]

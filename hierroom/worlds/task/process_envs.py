@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -13,10 +13,8 @@ from gymnasium.vector import AsyncVectorEnv, AutoresetMode
 from numpy.typing import NDArray
 
 from hierroom.worlds.task.local_envs import LocalEnvs, Taken
+from hierroom.worlds.task.parts import TaskParts
 from hierroom.worlds.task.spaces import entry_of
-
-if TYPE_CHECKING:
-    from hierroom.worlds.task.task import Task
 
 _WAIT, _RESET, _STEP = range(3)
 _SHOWN, _RESULTS = "shown_", ("rewards", "ends", "cuts", "totals")
@@ -29,7 +27,7 @@ class Block(gymnasium.Env):
     observation holds what each environment shows, by name, and what its last step did.
     """
 
-    def __init__(self, task: Task, n_envs: int, n_places: int) -> None:
+    def __init__(self, task: TaskParts, n_envs: int, n_places: int) -> None:
         self._task, self._envs = task, LocalEnvs(task, n_envs)
         shape = (n_places,)
         entries = {f"{_SHOWN}{name}": space for name, (_, space) in task.trial.entries.items()}
@@ -70,7 +68,7 @@ class Block(gymnasium.Env):
 class ProcessEnvs:
     """N environments in as many processes as the task says: the interface of `LocalEnvs`."""
 
-    def __init__(self, task: Task, num_envs: int) -> None:
+    def __init__(self, task: TaskParts, num_envs: int) -> None:
         self._paths = {name: path for name, (path, _) in task.trial.entries.items()}
         n_blocks = min(task.processes, num_envs)
         self._n_places = -(-num_envs // n_blocks)
@@ -115,8 +113,8 @@ class ProcessEnvs:
 def _batch(space: spaces.Space, n: int) -> spaces.Box:
     dtype: Any = space.dtype
     kinds = {"f": (-np.inf, np.inf), "b": (0, 1)}
-    ends = kinds[dtype.kind] if dtype.kind in kinds else (np.iinfo(dtype).min, np.iinfo(dtype).max)
-    return spaces.Box(*ends, (n, *(space.shape or ())), dtype)
+    low, high = kinds[dtype.kind] if dtype.kind in kinds else (np.iinfo(dtype).min, np.iinfo(dtype).max)
+    return spaces.Box(low, high, (n, *(space.shape or ())), dtype)
 
 
 def _nested(parts: dict[tuple[Any, ...], NDArray]) -> Any:

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,7 @@ from numpy.typing import NDArray
 from hierroom.goals import NO_GOAL
 from hierroom.support.errors import InputError, in_one_line
 from hierroom.worlds.task.goal_values import goal_values
-
-if TYPE_CHECKING:
-    from hierroom.worlds.task.task import Task
+from hierroom.worlds.task.parts import TaskParts
 
 SPLITS = (None, "training", "evaluation")
 PAPER, INK, FADED, DONE = (255, 255, 255), (20, 20, 20), (150, 150, 150), (0, 120, 60)
@@ -47,7 +45,7 @@ class Moment:
 class TaskReplayer:
     """See `Replayer`; a state is a `Moment`."""
 
-    def __init__(self, task: Task) -> None:
+    def __init__(self, task: TaskParts) -> None:
         self._task = task
 
     def seed_of(self, identity: tuple[int, int, int, str | None]) -> int:

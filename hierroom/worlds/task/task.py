@@ -6,25 +6,22 @@ import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
-from gymnasium import spaces
-from numpy.typing import NDArray
 
 from hierroom.goals.goal_set import GoalSet
 from hierroom.goals.rules import Rules
 from hierroom.support.errors import InputError, in_one_line, require_number, shown
-from hierroom.worlds.base import goal_status
+from hierroom.worlds.base_view import goal_status
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 from hierroom.worlds.task.goal_values import GoalFunction
-from hierroom.worlds.task.local_envs import LocalEnvs
-from hierroom.worlds.task.spaces import features_of, flat_entries
+from hierroom.worlds.task.parts import TaskParts, Trial
+from hierroom.worlds.task.spaces import features_of
+from hierroom.worlds.task.trial import try_out
+from hierroom.worlds.task.world import TaskWorld
 from hierroom.worlds.world import Feature
-
-N_TRIED = 20
-"""Random steps in which a task's functions are tried before anything else is done."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +155,7 @@ class Task:
     @cached_property
     def trial(self) -> Trial:
         """What was found out by a few random steps in one environment; what is wrong with the task is raised here."""
-        return Trial.of(self)
+        return try_out(cast(TaskParts, self))
 
     @property
     def n_actions(self) -> int:
@@ -183,50 +180,10 @@ class Task:
 
     def make_world(self, config: EnvConfig, num_envs: int, **settings: Any) -> Any:
         """Return N environments of the task; ``settings`` as for `worlds.make.make_world`."""
-        from hierroom.worlds.task.world import TaskWorld
-
-        return TaskWorld(self, config, num_envs, **settings)
+        return TaskWorld(cast(TaskParts, self), config, num_envs, **settings)
 
 
 def _giving_itself(name: str, rule: Any) -> Any:
     if isinstance(rule, (list, tuple)):
         return [_giving_itself(name, way) for way in rule]
     return {**rule, "gives": rule.get("gives", name)} if isinstance(rule, Mapping) else rule
-
-
-@dataclass(frozen=True)
-class Trial:
-    """What a few random steps in one environment of a task showed.
-
-    Args:
-        entries: of its observations, by flat names: the keys that lead to each, and its space.
-        left_out: names of what no network reads, such as texts.
-        n_actions: its number of actions.
-        first_action: the number of its first action.
-        are_counts: [G] whether each goal is a count, which can be achieved again.
-    """
-
-    entries: Mapping[str, tuple[tuple[Any, ...], spaces.Space]]
-    left_out: Sequence[str]
-    n_actions: int
-    first_action: int
-    are_counts: NDArray[np.bool_]
-
-    @classmethod
-    def of(cls, task: Task) -> Trial:
-        """Take random steps in a new environment of a task; what is wrong with the task is raised as one line."""
-        env = task.new_env()
-        actions = env.action_space
-        if not isinstance(actions, spaces.Discrete):
-            raise InputError(f"the actions of {task.name} must be Discrete, not {actions}; wrap its environment")
-        entries, left_out = flat_entries(env.observation_space)
-        envs, random = LocalEnvs(task, 1), np.random.default_rng(0)
-        _, (values,) = envs.reset([0], [0])
-        for _ in range(N_TRIED):
-            taken = envs.step([0], [int(actions.start + random.integers(actions.n))])
-            if taken.terminated[0] or taken.truncated[0]:
-                envs.reset([0], [0])
-        envs.close()
-        env.close()
-        are_counts = np.array([not isinstance(value, bool) for value in values])
-        return cls(entries, left_out, int(actions.n), int(actions.start), are_counts)

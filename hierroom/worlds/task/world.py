@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
@@ -15,12 +15,10 @@ from hierroom.support.schema import Array, Table
 from hierroom.worlds.base import BaseWorld
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.task.local_envs import LocalEnvs, Taken
+from hierroom.worlds.task.parts import TaskParts
 from hierroom.worlds.task.process_envs import ProcessEnvs
 from hierroom.worlds.task.replayer import Moment, TaskReplayer
 from hierroom.worlds.task.spaces import entry_of
-
-if TYPE_CHECKING:
-    from hierroom.worlds.task.task import Task
 
 MAX_REMEMBERED = 20_000
 """Actions of an episode that a checkpoint holds, so that a resumed run can go on in its midst."""
@@ -38,7 +36,7 @@ class TaskWorld(BaseWorld):
     cut off in its next step and another one begins.
     """
 
-    def __init__(self, task: Task, config: EnvConfig, num_envs: int, **settings: Any) -> None:
+    def __init__(self, task: TaskParts, config: EnvConfig, num_envs: int, **settings: Any) -> None:
         self.task, self._trial = task, task.trial
         self.goals, self.n_actions, self.features, self.rules = task.goal_set, task.n_actions, task.features, task.rules
         self.is_repeatable = self._trial.are_counts

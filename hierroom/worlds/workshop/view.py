@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.support.compile.kernel import compiled
-from hierroom.worlds.base import GoalInWords, Situated
+from hierroom.worlds.base_view import GoalInWords, Situated
 from hierroom.worlds.random_kernels import turn_uniforms
 from hierroom.worlds.workshop.goal_kernels import GOAL_MASKS, write_masks, write_ranks
 from hierroom.worlds.workshop.kernels import write_observations

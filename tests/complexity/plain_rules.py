@@ -1,0 +1,106 @@
+"""Rules in plain Python, by the letter of their definition: what the marking chain is compared with."""
+
+import itertools
+from collections import Counter
+
+import numpy as np
+
+from hierroom import Rules
+
+
+def relevant(rules):
+    """Return the goals that give the target or what a goal of these needs or uses."""
+    wanted, goals = {rules.target}, set()
+    for _ in rules.names:
+        for goal, ways in rules.rules.items():
+            if any(fact in wanted for way in ways for fact in way.gives):
+                goals.add(goal)
+                wanted |= {fact for way in ways for fact in (*way.needs, *way.uses)}
+    return [goal for goal in rules.names if goal in goals]
+
+
+def after(rules, goal, marking):
+    """Return the marking after a rule, as a Counter, or None where it does not apply or changes nothing."""
+    for way in rules.rules[goal]:
+        if all(marking[f] >= n for f, n in way.needs.items()) and all(marking[f] >= n for f, n in way.uses.items()):
+            changed = Counter(marking)
+            changed.subtract(way.uses)
+            changed.update(way.gives)
+            changed = Counter({fact: min(n, rules.capacity[fact]) for fact, n in changed.items() if n})
+            return None if changed == +Counter(marking) else changed
+    return None
+
+
+def unroll(rules):
+    """Return for each node, a frozenset of counted facts or the target's name, its moves, the start first."""
+    begin = Counter({fact: n for fact, n in rules.start.items() if n})
+    goals = relevant(rules)
+    named = {fact for goal in goals for way in rules.rules[goal] for facts in way for fact in facts}
+    begin = Counter({fact: n for fact, n in begin.items() if fact in named})
+    moves, waiting = {}, [begin]
+    for marking in waiting:
+        node = frozenset(marking.items())
+        if node in moves:
+            continue
+        moves[node] = []
+        for goal in goals:
+            changed = after(rules, goal, marking)
+            if changed is not None and changed[rules.target]:
+                moves[node].append(rules.target)
+            elif changed is not None:
+                moves[node].append(frozenset(changed.items()))
+                waiting.append(changed)
+    moves[rules.target] = []
+    return moves
+
+
+def matrix(moves):
+    """Return W [n, n], with the nodes in the order of ``moves``."""
+    index = {node: i for i, node in enumerate(moves)}
+    weights = np.zeros((len(moves), len(moves)))
+    for node, successors in moves.items():
+        for successor in successors:
+            weights[index[node], index[successor]] += 0.19 / len(successors)
+        if index[node]:
+            weights[index[node], 0] += 0.01
+    return weights
+
+
+def random_rules(seed):
+    """Return a few rules over a few facts, with alternatives, counts, capacities and a start."""
+    rng = np.random.default_rng(seed)
+    facts = list("abcd")[: rng.integers(2, 5)]
+
+    def counts(least, most):
+        chosen = rng.choice(facts, min(int(rng.integers(least, most + 1)), len(facts)), replace=False)
+        return {str(fact): int(rng.integers(1, 3)) for fact in chosen}
+
+    def ways(number):
+        return [{"needs": counts(0, 1), "uses": counts(0, 1), "gives": counts(1, 2)} for _ in range(number)]
+
+    rules = {f"rule {n}": ways(rng.integers(1, 3)) for n in range(rng.integers(2, 6))}
+    rules |= {"first": [{"gives": facts[0]}], "last": [{"needs": counts(1, 2), "gives": "t"}]}
+    every = {fact for ways in rules.values() for way in ways for named in way.values() for fact in named}
+    capacity = {fact: int(rng.integers(1, 4)) for fact in facts if fact in every}
+    start = {fact: int(rng.integers(0, n + 1)) for fact, n in capacity.items() if rng.random() < 0.5}
+    return Rules(rules, "t", capacity, start)
+
+
+def play(moves, n_walks, seed):
+    """Return after how many steps each of many walks reaches the target; a wait is drawn at once."""
+    rng, nodes = np.random.default_rng(seed), list(moves)
+    index = {node: i for i, node in enumerate(nodes)}
+    most = max(map(len, moves.values()))
+    table = np.array([[index[to] for to in itertools.islice(itertools.cycle(moves[node] or [nodes[0]]), most)]
+                      for node in nodes])  # fmt: skip
+    degree = np.array([len(moves[node]) for node in nodes])
+    leave = np.where(degree > 0, 0.19, 0.0) + np.where(np.arange(len(nodes)) > 0, 0.01, 0.0)
+    at, clock, walking = np.zeros(n_walks, int), np.zeros(n_walks, int), np.arange(n_walks)
+    while walking.size:
+        here = at[walking]
+        clock[walking] += rng.geometric(leave[here])
+        choice = (rng.random(walking.size) * np.maximum(degree[here], 1)).astype(int)
+        restarts = (here > 0) & (rng.random(walking.size) < 0.01 / leave[here])
+        at[walking] = np.where(restarts, 0, table[here, choice])
+        walking = walking[at[walking] != index[nodes[-1]]]
+    return clock
