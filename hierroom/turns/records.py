@@ -102,7 +102,7 @@ class Step:
     Args:
         records: [N] records of `STEP`.
         n_goals: number of goals G.
-        before: the state that the step began in, where the controller's reward needs it and the world has it, else None.
+        before: the state that the step began in, where the controller's reward needs it and the world has it; or None.
     after: the state that it led to, before any environment was reset; None where ``before`` is.
 
     Attributes:
