@@ -119,7 +119,7 @@ def test_the_command_prints_and_writes_the_rules_that_play_showed(tmp_path, monk
     assert plain(Rules.from_toml("found.toml"))["chest"] == {frozenset({("key", 1)})}
     with pytest.raises(InputError, match="the chain of a task is not measured from play"):
         graph_of(Turns(EnvConfig(task="chest_task:free"), 1))
-    with pytest.raises(InputError, match="rules from play allow only --task, .* not --csv"):
+    with pytest.raises(InputError, match=r"rules from play allow only --task, .* not --csv"):
         complexity(["--task", "chest_task:free", "--from-play", "random", "--csv"])
     with pytest.raises(InputError, match="--out writes the rules that play showed, and goes with --from-play"):
         complexity(["--task", "chest_task:free", "--out", "found.toml"])
