@@ -68,7 +68,7 @@ def test_an_action_that_is_none_only_costs_the_step():
 
 
 def legal(turns):
-    turns.ledger.is_meta_turn[:] = True
+    turns.ledger.written["is_meta_turn"] = True
     return [["coin", "key", "chest"][goal] for goal in np.flatnonzero(turns.meta_masks()[0, :-1])]
 
 
