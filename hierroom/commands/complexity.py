@@ -58,6 +58,8 @@ class ComplexityArguments:
             leads (accessible, key room, start).
         from_play: measure the chain from play instead of assuming the random walk: of a run's trained agents (give its
             folder), of random actions (random), or of shortest solutions (oracle); by default on the run's graph, or c.
+            With --task or --out: estimate what must be achieved before what, an upper bound of what is needed.
+        out: with --from-play, write the rules that play showed into this .toml file.
         measures: list measures such as the effective horizon and the covering length, on the augmented graph's MDP.
         levels: with --measures, measure so many levels of each graph by their exact states instead.
         horizon: with --measures, steps of an episode: by default 20 on goal graphs and 1000 in levels.
@@ -83,6 +85,7 @@ class ComplexityArguments:
     walk: Annotated[tuple[float, float, float], tyro.conf.arg(metavar="STAY MOVE RESTART")] = astuple(PAPER_WALK)
     reading: Annotated[tuple[str, str, str], tyro.conf.arg(metavar="KEYS ROOMS DROP")] = astuple(TABLE_READING)
     from_play: str | None = None
+    out: Path | None = None
     measures: Flag = False
     levels: int = 0
     horizon: int | None = None
@@ -103,6 +106,11 @@ def show(options: ComplexityArguments) -> None:
         from hierroom.complexity.drawing.draw import picture_file  # matplotlib loads slowly, and few commands draw
 
         picture_file(options.draw)  # before long play or computation
+    if options.out is not None and options.from_play is None:
+        raise InputError("--out writes the rules that play showed, and goes with --from-play, which is missing")
+    if options.from_play is not None and (options.task is not None or options.out is not None):
+        _show_played_rules(options, options.from_play, walk)
+        return
     if options.rules or options.task is not None:
         for entry in fields(options):
             if entry.name not in WITH_RULES and getattr(options, entry.name) != entry.default:
@@ -200,6 +208,34 @@ def _show_play(options: ComplexityArguments, player: str, walk: Walk, reading: R
 
         save_reach(report, options.draw)
     print(to_json(report.to_dict()) if options.json else report)
+
+
+def _show_played_rules(options: ComplexityArguments, player: str, walk: Walk) -> None:
+    allowed = ("task", "graph", "drop", "walk", "from_play", "out", "json", "draw", *OF_PLAY, "seed")
+    for entry in fields(options):
+        if entry.name not in allowed and getattr(options, entry.name) != entry.default:
+            named = ", ".join(f"--{name.replace('_', '-')}" for name in allowed)
+            raise InputError(f"rules from play allow only {named}, not --{entry.name.replace('_', '-')}")
+    if options.out is not None and (options.out.suffix != ".toml" or not options.out.parent.is_dir()):
+        raise InputError(f"rules are written to a .toml file in a folder that is there, not to {options.out}")
+    from hierroom.lab.measure import play_rules_named  # it loads the world and the learners
+
+    specs = graph_specs(options.graph)
+    if len(specs) > 1:
+        raise InputError(f"rules are estimated from play in one goal graph, not in {len(specs)}")
+    entries = given(options, "task", "size", "max_steps") | ({"graph": specs[0]} if specs else {})
+    found = play_rules_named(player, entries, options.drop, options.episodes, options.seed, options.trust_run)
+    if options.json:
+        print(to_json({"episodes": found.episodes, "seen": dict(found.seen), **found.rules.to_dict()}))
+    else:
+        print(found)
+        report = analyze(found.rules, walk=walk)
+        print(f"\n{report}")
+        if options.draw is not None:
+            report.draw(options.draw)
+    if options.out is not None:
+        found.rules.to_toml(options.out)
+        print(options.out, file=sys.stderr if options.json else sys.stdout)
 
 
 def _show_measures(options: ComplexityArguments, graphs: tuple[GoalGraph, ...], walk: Walk, reading: Reading) -> None:

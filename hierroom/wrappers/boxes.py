@@ -50,8 +50,10 @@ def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
     | which agent | 1 | 1 for ``meta_0``, 0 for ``controller_0`` |
     | ``features``, one-hot | as many as they have values | all zero for an agent without; see `add_features` |
 
-    Both agents have 14 actions. Those that ``controller_0`` does not have only cost the step, whatever wrappers are
-    inside: wrappers belong outside this view.
+    Of a task the parts are its own entries, flat, and both agents have as many actions as the one with more.
+
+    Both agents of an EscapeRoom have 14 actions. Those that ``controller_0`` does not have only cost the step,
+    whatever wrappers are inside: wrappers belong outside this view.
 
     Args:
         env: a `hierroom.parallel_env` or a `hierroom.env`, which may have features.
@@ -71,6 +73,8 @@ def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
 
 class Boxes:
     """Turns the observations of both agents into boxes of one size."""
+
+    n_actions = N_META_ACTIONS
 
     def __init__(self, given: Mapping[str, Any]) -> None:
         self._n_values = {
@@ -107,6 +111,38 @@ class Boxes:
         return vector
 
 
+class TaskBoxes:
+    """Turns the observations of both agents of a task into boxes of one size: every entry flat, one after the other."""
+
+    def __init__(self, given: Mapping[str, Any], n_actions: int) -> None:
+        self.n_actions = n_actions
+        parts = {name: space for of_agent in given.values() for name, space in of_agent.spaces.items()}
+        self._parts = {name: space for name, space in parts.items() if name != "action_mask"}
+        size = sum(map(spaces.flatdim, self._parts.values())) + n_actions + 1
+        self.space = spaces.Box(-np.inf, np.inf, (size,), np.float32)
+
+    def mask(self, observation: Mapping[str, Any]) -> NDArray[np.int8]:
+        """Return the legal actions, [A] int8."""
+        mask = np.zeros(self.n_actions, np.int8)
+        mask[: len(observation["action_mask"])] = observation["action_mask"]
+        return mask
+
+    def vector(self, agent: str, observation: Mapping[str, Any]) -> NDArray[np.float32]:
+        """Return one observation as numbers; zeros for what the agent has no entry of."""
+        parts = [
+            spaces.flatten(space, observation[name]) if name in observation else np.zeros(spaces.flatdim(space))
+            for name, space in self._parts.items()
+        ]
+        return np.concatenate([*parts, self.mask(observation), [agent == META]], dtype=np.float32, casting="unsafe")
+
+
+def _boxes(env: Any, agents: Sequence[str]) -> Boxes | TaskBoxes:
+    given = {agent: env.observation_space(agent) for agent in agents}
+    if env.unwrapped.single.turns.config.task is None:
+        return Boxes(given)
+    return TaskBoxes(given, max(env.action_space(agent).n for agent in agents))
+
+
 class _OwnSpaces:
     observation_spaces: dict[str, spaces.Space]
     action_spaces: dict[str, spaces.Space]
@@ -124,8 +160,8 @@ class ParallelBoxes(_OwnSpaces, BaseParallelWrapper):
     def __init__(self, env: ParallelEnv) -> None:
         super().__init__(env)
         self.possible_agents = env.possible_agents
-        self._boxes = Boxes({agent: env.observation_space(agent) for agent in env.possible_agents})
-        self.action_spaces = {agent: spaces.Discrete(N_META_ACTIONS) for agent in env.possible_agents}
+        self._boxes = _boxes(env, env.possible_agents)
+        self.action_spaces = {agent: spaces.Discrete(self._boxes.n_actions) for agent in env.possible_agents}
         self.observation_spaces = dict.fromkeys(env.possible_agents, self._boxes.space)
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None):
@@ -152,9 +188,9 @@ class AECBoxes(_OwnSpaces, BaseWrapper):
     def __init__(self, env: AECEnv) -> None:
         super().__init__(env)
         agents = env.unwrapped.possible_agents
-        self._boxes = Boxes({agent: env.observation_space(agent) for agent in agents})
-        self.action_spaces = {agent: spaces.Discrete(N_META_ACTIONS) for agent in agents}
-        mask = spaces.Box(0, 1, (N_META_ACTIONS,), np.int8)
+        self._boxes = _boxes(env, agents)
+        self.action_spaces = {agent: spaces.Discrete(self._boxes.n_actions) for agent in agents}
+        mask = spaces.Box(0, 1, (self._boxes.n_actions,), np.int8)
         self.observation_spaces = {
             agent: spaces.Dict({"observation": self._boxes.space, "action_mask": mask}) for agent in agents
         }

@@ -66,6 +66,8 @@ class minigrid_view(MiniGridEnv):
             raise InputError(f"minigrid_view takes a Gymnasium environment of hierroom, not {env!r}")
         if not isinstance(env.observation_space, spaces.Dict) or "goal" not in env.observation_space.spaces:
             raise InputError("minigrid_view takes the environment without wrappers that change its observations")
+        if single.turns.config.task is not None:
+            raise InputError(f"minigrid_view shows levels of EscapeRooms; {single.turns.config.names[0]} has none")
         self.escape_room = env
         self._single = single
         config = single.turns.config

@@ -10,6 +10,7 @@ from pettingzoo.test import api_test, parallel_api_test, seed_test
 
 import hierroom
 from hierroom.gym_env import EscapeRoom
+from hierroom.support.errors import InputError
 from hierroom.vector_env import EscapeRooms
 from hierroom.worlds.env_config import EnvConfig
 
@@ -101,3 +102,17 @@ def test_the_state_and_the_complexity_of_a_task_are_those_of_its_rules():
 def test_episodes_of_a_task_can_be_played_at_random_from_a_config():
     episodes = list(hierroom.rollout("random", EnvConfig(task=unlock), 2, num_envs=2))
     assert [len(episode) for episode in episodes] == [60, 60]
+
+
+def test_views_for_other_libraries_take_a_task_or_say_that_they_cannot():
+    parallel, aec = (hierroom.box_view(make(chest_task.taxi)) for make in (hierroom.parallel_env, hierroom.env))
+    parallel_api_test(parallel, num_cycles=30)
+    api_test(aec, num_cycles=30)
+    observations, _ = parallel.reset(seed=0)
+    assert observations["meta_0"].shape == observations["controller_0"].shape == (500 + 2 + 4 + 6 + 1,)
+    sb3 = hierroom.sb3_view(EscapeRooms(2, chest_task.chest))
+    assert sb3.reset()["picture"].shape == (2, 5, 7, 3)
+    featured = hierroom.add_features(EscapeRoom(chest_task.chest), ["goal-status", "previous-action"])
+    assert featured.reset(seed=0)[0]["features"].shape == (4,)
+    with pytest.raises(InputError, match="minigrid_view shows levels of EscapeRooms; task has none"):
+        hierroom.minigrid_view(EscapeRoom(chest_task.chest))

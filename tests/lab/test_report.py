@@ -250,9 +250,7 @@ def test_a_replay_has_what_the_agents_computed(runs, greedy):
 
 
 def test_an_escape_and_a_failure_of_each_graph_are_shown_first():
-    played = [
-        SimpleNamespace(success=letter.isupper(), graph=SimpleNamespace(name=letter.lower())) for letter in "aaAbABBa"
-    ]
+    played = [SimpleNamespace(success=letter.isupper(), variant=letter.lower()) for letter in "aaAbABBa"]
     assert _chosen(played, 8) == [2, 0, 5, 3, 1, 4, 6, 7]
     assert _chosen(played, 3) == [2, 0, 5]
     assert _chosen(played[:2], 3) == [0, 1]

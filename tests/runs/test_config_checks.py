@@ -64,7 +64,7 @@ def test_what_may_change_may(run, name, value):
         ("ppo", "learning_rate", float("inf"), "learning_rate must be finite, not inf"),
         ("env", "drop_key", 1, "Expected `bool`, got `int` - at `$.env.drop_key`"),
         ("env", "graph", ["mine.toml"], "goal graphs stand in it by their content, or by a letter, not as 'mine.toml'"),
-        ("agents", "features", "view", "Expected `array`, got `str` - at `$.agents.features`"),
+        ("agents", "features", "view", "Expected `array | null`, got `str` - at `$.agents.features`"),
         (None, "seed", -1, "seed must be at least 0, not -1"),
         (None, "num_envs", 2**40, "num_envs must be at most 1048576, not 1099511627776"),
         (None, "ppo", 3, "Expected `object`, got `int` - at `$.ppo`"),
@@ -111,7 +111,7 @@ def test_a_device_that_cannot_compute_is_one_line(device):
     [
         ("stagger_clocks", 0, "stagger_clocks must be True or False, not 0"),
         ("meta_features", ("goal_status", "goal-outcome"), "meta_features are .*; not goal_status"),
-        ("features", None, "features are given as a list of names, not as None"),
+        ("features", 3, "features are given as a list of names, not as 3"),
         ("features", [["view"]], r"features are .*; not \['view'\]"),
         ("features", ("view", "goal", "view"), "features has view twice; name each once"),
         ("novelty_bonus", True, "novelty_bonus must be a number from 0 to 1,000,000, not True"),

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from hierroom.complexity.augmented import AugmentedGraph
 from hierroom.complexity.measures import horizon_kernels as kernels
-from hierroom.support.errors import InputError, require_number
+from hierroom.support.errors import InputError, require_number, shown
 
 Values = NDArray[np.float64]
 MAX_VALUES = 100_000_000
@@ -131,11 +131,11 @@ class DeterministicMDP:
 
 def check_horizon(mdp: DeterministicMDP, horizon: int) -> None:
     """Check the length of an episode."""
-    require_number("the horizon of an MDP", horizon, 1, MAX_VALUES, is_whole=True)
+    require_number("the horizon of an MDP", horizon, 1, is_whole=True)
     if (horizon + 1) * mdp.n_states > MAX_VALUES:
         raise InputError(
-            f"{mdp.n_states:,} states over a horizon of {horizon:,} have more than the {MAX_VALUES:,} values that can "
-            "be held; choose a shorter horizon"
+            f"{mdp.n_states:,} states over a horizon of {shown(horizon)} have more than the {MAX_VALUES:,} values that "
+            "can be held; choose a shorter horizon"
         )
 
 

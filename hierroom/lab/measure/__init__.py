@@ -15,6 +15,7 @@ from hierroom.agents.player import Play, Player, make_player, quotas
 from hierroom.complexity.augmented import AugmentedGraph
 from hierroom.complexity.played.measured import MeasuredReport
 from hierroom.complexity.played.observed import EpisodeCounts, counts_of
+from hierroom.complexity.played.play_rules import PlayedRules
 from hierroom.complexity.report import analyze
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.goals import GoalGraph
@@ -78,6 +79,20 @@ def measure(
     return MeasuredReport(assumed, counts, seed=seed)
 
 
+def play_rules(
+    turns: Turns, player: Player, episodes: int = 1000, progress: Callable[[int], object] = lambda done: None
+) -> PlayedRules:
+    """Play in fresh environments, and estimate what must be achieved before what: see `PlayedRules`."""
+    facts, play, sequences = EpisodeFacts(len(turns)), Play(turns, player, episodes, progress), []
+    names, world, variants = turns.world.goals.milestones, turns.world, set()
+    for step in play:
+        ended = facts.add(step, play.turns, play.envs, play.counted)
+        sequences += [[names[milestone] for _, milestone in one] for one in ended.milestones]
+        variants.update(ended.variants)
+    goals = [names[milestone] for milestone in world.possible_milestones(sorted(variants))]
+    return PlayedRules.of(sequences, goals, names[world.goals.target])
+
+
 def measure_named(
     name: str,
     entries: Mapping[str, Any],
@@ -96,26 +111,45 @@ def measure_named(
         drop_key: whether keys can be dropped; always true for a run that trained so.
         trust: whether to run the code that the run's config names, as for `load`.
     """
-    require_number("episodes", episodes, 1, 10**9, is_whole=True)
-    num_envs = min(MAX_ENVS, episodes)
-    if name in ("random", "oracle"):
-        turns = Turns(EnvConfig(drop_key=drop_key, levels="evaluation", **entries), num_envs, seed=seed)
-        player: Player = make_player(name, seed)
-    else:
-        agent = load(name, trust=trust)
-        turns, player = agent.turns(num_envs, seed=seed, env=agent.env(**entries)), agent.pair(num_envs, seed=seed)
-        if drop_key and not turns.config.drop_key:
-            raise InputError(f"the agent of {name} was trained without drop, so it cannot play with --drop")
-        if (n_graphs := len(turns.world.variants)) > 1:
-            raise InputError(f"the agent of {name} was trained on {n_graphs} goal graphs; name one by --graph")
+    turns, player = named_play(name, entries, drop_key, episodes, seed, trust)
     with progress_bar() as bar:
         task = bar.add_task("playing", total=episodes)
         return measure(turns, player, episodes, lambda done: bar.update(task, completed=done), seed, walk, reading)
 
 
+def play_rules_named(
+    name: str, entries: Mapping[str, Any], drop_key: bool, episodes: int, seed: int, trust: bool = False
+) -> PlayedRules:
+    """Estimate rules from the play of the player that the command line names; arguments as for `measure_named`."""
+    turns, player = named_play(name, entries, drop_key, episodes, seed, trust)
+    with progress_bar() as bar:
+        task = bar.add_task("playing", total=episodes)
+        return play_rules(turns, player, episodes, lambda done: bar.update(task, completed=done))
+
+
+def named_play(
+    name: str, entries: Mapping[str, Any], drop_key: bool, episodes: int, seed: int, trust: bool
+) -> tuple[Turns, Player]:
+    """Return the environments and the player that the command line names: see `measure_named`."""
+    require_number("episodes", episodes, 1, 10**9, is_whole=True)
+    num_envs = min(MAX_ENVS, episodes)
+    if name in ("random", "oracle"):
+        turns = Turns(EnvConfig(drop_key=drop_key, levels="evaluation", **entries), num_envs, seed=seed)
+        return turns, make_player(name, seed)
+    agent = load(name, trust=trust)
+    turns, player = agent.turns(num_envs, seed=seed, env=agent.env(**entries)), agent.pair(num_envs, seed=seed)
+    if drop_key and not turns.config.drop_key:
+        raise InputError(f"the agent of {name} was trained without drop, so it cannot play with --drop")
+    if (n_graphs := len(turns.world.variants)) > 1:
+        raise InputError(f"the agent of {name} was trained on {n_graphs} goal graphs; name one by --graph")
+    return turns, player
+
+
 def graph_of(turns: Turns) -> GoalGraph:
     """Return the goal graph that all levels have."""
     n_graphs, graph = len(turns.world.variants), turns.world.rules
+    if turns.config.task is not None:
+        raise InputError("the chain of a task is not measured from play; its rules are: --task TASK --from-play PLAYER")
     if n_graphs > 1 or graph is None:
         raise InputError(f"a chain is measured in environments of one goal graph, not of {n_graphs}")
     return graph

@@ -1,0 +1,125 @@
+"""Rules estimated from play, against those that were declared."""
+
+import numpy as np
+import pytest
+
+import hierroom
+from hierroom.commands.complexity import main as complexity
+from hierroom.complexity.played.play_rules import PlayedRules
+from hierroom.goals import GoalGraph
+from hierroom.goals.rules import Rules
+from hierroom.lab.measure import graph_of, play_rules
+from hierroom.support.errors import InputError
+from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.make import find_task
+
+
+def played(rules, n_episodes, seed=0, most=60):
+    """The goals of episodes in which any rule that applies is taken at random until the target is there."""
+    rng, target = np.random.default_rng(seed), rules.facts.index(rules.target)
+    for _ in range(n_episodes):
+        marking, achieved = rules.start_marking, []
+        while not marking[target] and len(achieved) < most:
+            after, applies = rules.apply_all(marking)
+            changes = np.flatnonzero(applies & (after != marking).any(axis=1))
+            rule = int(rng.choice(changes))
+            marking = after[rule]
+            achieved.append(rules.names[rule])
+        yield achieved
+
+
+def plain(rules):
+    """The goals that each rule needs or uses, as sets of (goal, count)."""
+    return {
+        name: {
+            frozenset((fact, n) for fact, n in {**way.uses, **way.needs}.items() if fact in rules.rules) for way in ways
+        }
+        for name, ways in rules.rules.items()
+    }
+
+
+@pytest.mark.parametrize("letter", "abcdefg")
+def test_the_rules_of_a_goal_graph_are_found_from_two_hundred_random_walks(letter):
+    declared = GoalGraph.named(letter).rules()
+    found = PlayedRules.of(played(declared, 200), declared.names, "exit")
+    assert found.never == ()
+    assert plain(found.rules) == plain(declared)
+
+
+def test_alternatives_and_counts_are_found():
+    declared = Rules(
+        {
+            "wood": {"gives": "wood"},
+            "rope": {"gives": "rope"},
+            "raft": [{"needs": {"wood": 3}, "gives": "raft"}, {"needs": ["wood", "rope"], "gives": "raft"}],
+            "flower": {"gives": "flower"},
+        },
+        target="raft",
+        capacity={"wood": 3},
+    )
+    found = PlayedRules.of(played(declared, 400), declared.names, "raft")
+    assert plain(found.rules) == plain(declared)
+    assert found.rules.capacity["wood"] == 3
+
+
+def all_needs(needs, goal):
+    """Everything that must have been achieved before a goal, by sets of what each needs."""
+    direct = {name for way in needs[goal] for name, _ in way}
+    return direct.union(*(all_needs(needs, name) for name in direct))
+
+
+@pytest.mark.parametrize("spec", ["workshop:4", "workshop:6", "workshop:8"])
+def test_what_a_workshop_needs_is_found_from_five_hundred_random_walks(spec):
+    workshop = find_task(spec)
+    found = PlayedRules.of(played(workshop.rules, 500, most=200), workshop.rules.names, workshop.goal_set.names[-1])
+    ours, theirs = plain(found.rules), plain(workshop.rules)
+    assert found.target == workshop.goal_set.names[workshop.goal_set.target]
+    for goal in workshop.goal_set.names:  # what a requirement needs itself is not told apart from what is needed twice
+        assert all_needs(ours, goal) == all_needs(theirs, goal)
+
+
+def test_what_was_always_there_by_chance_is_needed_until_it_was_missing_once():
+    first = PlayedRules.of([["coin", "key", "door"]], ("coin", "key", "door"), "door")
+    assert first.ways["door"] == ({"key": 1},)  # of which the coin was there before, too
+    assert first.ways["key"] == ({"coin": 1},)
+    second = PlayedRules.of([["coin", "key", "door"], ["key", "door"]], ("coin", "key", "door"), "door")
+    assert second.ways["key"] == ({},)
+    assert str(second).splitlines()[1:] == [
+        "  goal  seen  before it, always (an upper bound of what is needed)",
+        "  coin     1  nothing",
+        "  key      2  nothing",
+        "  door     2  key",
+    ]
+
+
+def test_a_target_that_was_never_achieved_is_refused_in_one_line():
+    found = PlayedRules.of([["key"]], ("key", "door"), "door")
+    assert found.never == ("door",)
+    with pytest.raises(InputError, match="the target 'door' was never achieved in 1 episodes of play"):
+        found.rules  # noqa: B018
+
+
+@pytest.mark.parametrize("letter", "abcdefg")
+def test_the_rules_of_real_levels_are_found_from_a_trained_agent_with_random_goals(letter):
+    agent = hierroom.load(letter, meta="random")
+    found = play_rules(agent.turns(100, seed=1), agent.pair(100, seed=1), 300)
+    assert plain(found.rules) == plain(GoalGraph.named(letter).rules())
+
+
+def test_the_command_prints_and_writes_the_rules_that_play_showed(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert (
+        complexity(["--task", "chest_task:free", "--from-play", "random", "--episodes", "200", "--out", "found.toml"])
+        == 0
+    )
+    shown = capsys.readouterr().out
+    assert "chest" in shown
+    assert "from play: 3 rules, target chest" in shown
+    assert plain(Rules.from_toml("found.toml"))["chest"] == {frozenset({("key", 1)})}
+    with pytest.raises(InputError, match="the chain of a task is not measured from play"):
+        graph_of(Turns(EnvConfig(task="chest_task:free"), 1))
+    with pytest.raises(InputError, match=r"rules from play allow only --task, .* not --csv"):
+        complexity(["--task", "chest_task:free", "--from-play", "random", "--csv"])
+    with pytest.raises(InputError, match="--out writes the rules that play showed, and goes with --from-play"):
+        complexity(["--task", "chest_task:free", "--out", "found.toml"])
