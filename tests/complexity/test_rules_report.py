@@ -263,7 +263,7 @@ def test_the_whole_report_in_every_form(tmp_path):
     for one in (report, analyze(LIFE), analyze(nx.path_graph(4), source=0, target=3)):
         one.draw(tmp_path / "picture.svg")
         assert (tmp_path / "picture.svg").read_text().count("</svg>") == one._repr_svg_().count("</svg>") == 1
-    with pytest.raises(InputError, match="at most 250 nodes; rules has 1,025"):
+    with pytest.raises(InputError, match="at most 250 nodes that differ; this chain has 1,025"):
         analyze(many(10)).draw(tmp_path / "picture.png")
 
 

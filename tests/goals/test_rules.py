@@ -79,7 +79,7 @@ def test_rules_are_values_and_survive_files(rules, tmp_path):
         (({"a": 3}, "x"), "rule 'a' must be an alternative or a list of them, not 3"),
         (({"a": []}, "x"), "rule 'a' must be an alternative or a list of them, not a list"),
         (({"a": [3]}, "x"), "rule 'a' takes needs, uses, gives and nothing else, not 3"),
-        (({"a": {"give": "x"}}, "x"), "rule 'a' takes needs, uses, gives and nothing else, not give"),
+        (({"a": {"give": "x"}}, "x"), "rule 'a' takes needs, uses, gives and nothing else, not 'give'"),
         (({"a": {"gives": 3}}, "x"), "'gives' of rule 'a' must be a fact, a list of facts or a mapping .*, not 3"),
         (({"a": {"gives": {"x": 0}}}, "x"), "'gives' of rule 'a' for 'x' must be at least 1, not 0"),
         (({"a": {"gives": {"x": True}}}, "x"), "'gives' of rule 'a' for 'x' must be a whole number, not True"),
