@@ -185,9 +185,12 @@ class Rules:
 
     def apply(self, goal: str, marking: ArrayLike) -> NDArray[np.int64] | None:
         """Return the marking [F] after the rule of a goal, or None where it does not apply."""
-        if goal not in self.rules:
+        if goal not in self.names:
             raise InputError(f"the rules are {first_names(self.rules)}; there is no {shown(goal)}")
-        after, applies = self.apply_all(marking)
+        counts = np.asarray(marking)
+        if counts.shape != (len(self.facts),) or counts.dtype.kind not in "iu":
+            raise InputError(f"a marking must be {len(self.facts)} whole numbers, one a fact, not {shown(marking)}")
+        after, applies = self.apply_all(counts)
         rule = self.names.index(goal)
         return after[rule] if applies[rule] else None
 
@@ -205,6 +208,8 @@ class Rules:
     @classmethod
     def from_dict(cls, table: Mapping[str, Any]) -> Rules:
         """Return the rules of a table with ``rules`` and ``target``, perhaps ``capacity``, ``start`` and ``name``."""
+        if not isinstance(table, Mapping):
+            raise InputError(f"rules must be given as a table, not {shown(table)}")
         if not {"rules", "target"} <= {*table} <= {"rules", "target", "capacity", "start", "name"}:
             raise InputError(
                 "rules must hold tables of rules and a target, perhaps capacity, start and name, and nothing else; "

@@ -282,6 +282,10 @@ def test_analyze_takes_chains_graphs_and_what_declares_rules():
     assert analyze(Task()).expected_steps == analyze(TUNNEL).expected_steps
     Task.rules = GoalGraph.named("c")
     assert analyze(Task()).hitting_time == analyze("c").hitting_time
+    with pytest.raises(InputError, match="analyze takes a goal graph, rules, a task, a graph or a chain, not 3"):
+        analyze(3)
+    with pytest.raises(InputError, match="a walk must be a Walk of three probabilities, not 3"):
+        analyze("c", walk=3)
     for subject in (TUNNEL, chain, graph):
         with pytest.raises(InputError, match="drop_key and reading are of goal graphs"):
             analyze(subject, drop_key=True)
