@@ -42,6 +42,8 @@ if TYPE_CHECKING:
     from hierroom.support.errors import InputError
     from hierroom.train import train
     from hierroom.worlds.env_config import EnvConfig
+    from hierroom.worlds.task.task import Task
+    from hierroom.worlds.workshop.task import workshop
     from hierroom.wrappers.boxes import box_view
     from hierroom.wrappers.features import add_features
     from hierroom.wrappers.minigrid import minigrid_view
@@ -52,6 +54,7 @@ __all__ = [
     "GoalGraph",
     "InputError",
     "Rules",
+    "Task",
     "TrainConfig",
     "TrainedAgent",
     "add_features",
@@ -68,6 +71,7 @@ __all__ = [
     "rollout",
     "sb3_view",
     "train",
+    "workshop",
 ]
 try:
     __version__ = version("hierroom")
@@ -80,6 +84,7 @@ _HOMES = {
     "GoalGraph": "goals",
     "InputError": "support.errors",
     "Rules": "goals",
+    "Task": "worlds.task.task",
     "TrainConfig": "runs.config.config",
     "TrainedAgent": "runs.trained_agent",
     "add_features": "wrappers.features",
@@ -94,6 +99,7 @@ _HOMES = {
     "rollout": "runs.rollout",
     "sb3_view": "wrappers.sb3",
     "train": "train",
+    "workshop": "worlds.workshop.task",
 }
 
 
@@ -170,5 +176,7 @@ def _register(env_id: str, kwargs: dict[str, Any]) -> None:
 
 
 _register("hierroom/EscapeRoom-v0", {})
+_register("hierroom/Task-v0", {})
 for _letter in _LETTERS:
     _register(f"hierroom/EscapeRoom-{_letter}-v0", {"graph": _letter})
+_register("hierroom/Workshop-v0", {"task": "workshop:6"})

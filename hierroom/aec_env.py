@@ -41,7 +41,7 @@ class raw_env(TwoAgentEnv, AECEnv):
         **entries: other entries of the `EnvConfig`, by name; the reward is ``"intrinsic"`` unless it is given.
 
     Attributes:
-        complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
+        complexity: the report of its goal graph, of the hardest one it may draw, or of its rules.
     """
 
     metadata = {**class_metadata(), "is_parallelizable": False}  # noqa: RUF012 - PettingZoo reads it from the class
@@ -51,7 +51,7 @@ class raw_env(TwoAgentEnv, AECEnv):
 
         Args:
             seed: 0 to 2**63 - 1.
-            options: ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
+            options: ``{"complexity": True}`` puts the complexity report into the infos; of other keys it warns.
         """
         self.infos = self.single.reset(seed, options)
         self.agents = list(AGENTS)

@@ -67,8 +67,9 @@ class Observation:
 
 def observation_spaces(world: dict[str, spaces.Space], goals: GoalSet, n_actions: int) -> dict[str, spaces.Space]:
     """Return the spaces of the entries of `Observation.as_dict`, where ``world`` has the world's own."""
+    low, high = float(goals.vectors.min()), float(goals.vectors.max())
     return {
         **world,
-        "goal": spaces.Box(0, 1, goals.vectors.shape[1:], np.float32),
+        "goal": spaces.Box(min(0, low), max(1, high), goals.vectors.shape[1:], np.float32),
         "action_mask": spaces.Box(0, 1, (n_actions,), np.int8),
     }

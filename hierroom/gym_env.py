@@ -32,7 +32,7 @@ class EscapeRoom(RegisteredEnv, gymnasium.Env):
         **entries: other entries of the `EnvConfig`, by name; the reward is ``"extrinsic"`` unless it is given.
 
     Attributes:
-        complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
+        complexity: the report of its goal graph, of the hardest one it may draw, or of its rules.
     """
 
     metadata = {"render_modes": list(RENDER_MODES), "render_fps": FRAMES_PER_SECOND}  # noqa: RUF012 - read from the class
@@ -51,16 +51,20 @@ class EscapeRoom(RegisteredEnv, gymnasium.Env):
         self.meta = make_meta(meta)
         self.config = self.single.turns.config
         self.render_mode = render_mode
-        self.complexity = self.single.complexity
         self.observation_space = self.single.observation_spaces[CONTROLLER]
         self.action_space = self.single.action_spaces[CONTROLLER]
+
+    @property
+    def complexity(self) -> Any:
+        """Return the `ComplexityReport` of its goal graph or rules; of several goal graphs, of the hardest."""
+        return self.single.complexity
 
     def reset(self, *, seed: int | None = None, options: dict | None = None):
         """Begin an episode: the first one of a seed, or without a seed the next one.
 
         Args:
             seed: 0 to 2**63 - 1.
-            options: ``{"complexity": True}`` puts the complexity report into the info; other keys are ignored.
+            options: ``{"complexity": True}`` puts the complexity report into the info; of other keys it warns.
         """
         infos = self.single.reset(seed, options)
         super().reset(seed=None if seed is None else int(seed))  # Gymnasium takes no number of NumPy's

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import tyro
 
@@ -16,17 +16,19 @@ from hierroom.runs.config.config_file import read_config
 from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.support.cli import Flag, read_arguments, run
 from hierroom.support.errors import InputError
+from hierroom.worlds.env_config import is_task
+from hierroom.worlds.make import WorldMaker, name_in_module
 
 if TYPE_CHECKING:
     from hierroom.runs.trained_agent import TrainedAgent
 
-_CODE = ("meta", "network", "reward")  # options that may name custom code
+_CODE = ("meta", "network", "reward", "task")  # options that may name custom code
 _ONLY_BESIDE_RESUME = "a resumed run keeps its config; only --steps, --threads and --device may be given"
 
 
 @dataclass(frozen=True)
 class TrainArguments:
-    """Train an agent in EscapeRooms and write a run folder.
+    """Train an agent in EscapeRooms or in a task and write a run folder.
 
     Args:
         config_file: a TOML file of options named as here, with underscores (num_envs = 32), or the config.json of a run
@@ -65,7 +67,7 @@ def parse(argv: Sequence[str]) -> TrainArguments:
     elif known.config:
         default = read_config(known.config, trust=trust, **named)
     else:
-        default = find_preset(known.preset or implied_preset(known.meta))
+        default = find_preset(known.preset or implied_preset(known.meta)).changed(task=known.task)
     arguments = read_arguments(TrainArguments, "train", argv, TrainArguments(config=default))
     kept = arguments.config.changed(steps=default.steps, threads=default.threads, device=default.device)
     if known.resume and kept != default:
@@ -86,10 +88,9 @@ def train(
         out: the run folder, new or empty; None: a new one in ``runs/``, named after what differs from the preset.
         log: ``"tensorboard"``, ``"wandb"``, ``"mlflow"``, several joined by commas, or ``"none"``.
         **entries: changed entries of the config, named as on the command line but with underscores: ``graph="f"``,
-            ``steps=2_000_000``, ``method="ppo"``.
+            ``steps=2_000_000``, ``method="ppo"``. The ``task`` may be a `hierroom.Task` that a module holds.
     """
-    import torch
-
+    from hierroom.learners.networks.initial_weights import plain_torch
     from hierroom.runs.logs.logs import logger_names
     from hierroom.runs.session import begin, run_session
     from hierroom.runs.trained_agent import load
@@ -98,15 +99,14 @@ def train(
         config = find_preset(entries.pop("preset", None) or implied_preset(entries.get("meta")))
     elif not isinstance(config, TrainConfig):
         raise InputError(f"train takes a TrainConfig and entries such as graph='c', not {config!r}")
+    if is_task(task := entries.get("task")):
+        entries["task"] = name_in_module(cast(WorldMaker, task))
     loggers, config = logger_names(log), config.changed(**entries)
-    trainer, folder = begin(config, None if out is None else Path(out))
-    _warn_of_what_does_nothing(config)
-    n_threads = torch.get_num_threads()
-    try:
+    with plain_torch():
+        trainer, folder = begin(config, None if out is None else Path(out))
+        _warn_of_what_does_nothing(config)
         if run_session(trainer, folder, loggers):
             raise KeyboardInterrupt
-    finally:
-        torch.set_num_threads(n_threads)  # a session sets it for the whole process
     return load(folder.path, trust=True)  # what it names was named in this call
 
 
@@ -134,7 +134,10 @@ def _warn_of_what_does_nothing(config: TrainConfig) -> None:
     from hierroom.runs.config.unread_entries import unread_note
     from hierroom.runs.logs.output import warn
 
-    for note in (*find_graphs(config.env.graph, config.env.exclude, config.env.drop_key).notes, unread_note(config)):
+    graphs = (
+        find_graphs(config.env.graph, config.env.exclude, config.env.drop_key).notes if config.env.task is None else ()
+    )
+    for note in (*graphs, unread_note(config)):
         if note:
             warn(note)
 

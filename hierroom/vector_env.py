@@ -27,9 +27,9 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
     """N environments on the batch engine.
 
     Observations and infos are laid out as Gymnasium's own ``SyncVectorEnv`` lays out those of N `EscapeRoom` with
-    ``env_index`` 0, 1, ..., in each of its modes: where an episode ended, the next one begins in the same step (then
-    ``final_obs`` and ``final_info`` tell of the last step, and everything else of the new episode), in the next step
-    (whose action is ignored there), or where the next ``reset`` says so.
+    ``env_index`` 0, 1, ..., in each of its modes: where an episode ended, the next one begins in the next step (whose
+    action is ignored there), in the same step (then ``final_obs`` and ``final_info`` tell of the last step, and
+    everything else of the new episode), or where the next ``reset`` says so.
 
     Args:
         num_envs: N.
@@ -37,20 +37,20 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         max_episode_steps: ``max_steps``, as Gymnasium's specs call it; the smaller one counts.
         meta: who picks the goals, as for `EscapeRoom`.
         threads: most threads to step with.
-        autoreset_mode: ``AutoresetMode.SAME_STEP``, ``NEXT_STEP`` or ``DISABLED``, or its value as text.
+        autoreset_mode: ``AutoresetMode.NEXT_STEP``, ``SAME_STEP`` or ``DISABLED``, or its value as text.
         flat: whether observations are rows of numbers, one [N, K] uint8 array: see `vector_arrays.flat_space`.
         copy: whether observations are new arrays; else each step overwrites those of the last one.
         render_mode: ``"ansi"``, ``"rgb_array"`` or None.
         **entries: other entries of the `EnvConfig`, by name; the reward is ``"extrinsic"`` unless it is given.
 
     Attributes:
-        complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
+        complexity: the report of its goal graph, of the hardest one it may draw, or of its rules.
         have_ended: [N] bool, whose episode has ended and whose next one has not begun yet.
         copies: whether observations are new arrays.
     """
 
     metadata = {  # noqa: RUF012 - Gymnasium reads it from the class
-        "autoreset_mode": AutoresetMode.SAME_STEP,
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
         "render_modes": list(VECTOR_RENDER_MODES),
         "render_fps": FRAMES_PER_SECOND,
     }
@@ -64,7 +64,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         max_episode_steps: int | None = None,
         meta: MetaSpec = "none",
         threads: int = 1,
-        autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         flat: bool = False,
         copy: bool = True,
         render_mode: str | None = None,
@@ -74,7 +74,8 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         config = EnvConfig.of_arguments({"graph": graph, "reward": "extrinsic", **entries}, besides)
         if max_episode_steps is not None:
             require_number("max_episode_steps", max_episode_steps, 1, is_whole=True)
-            config = replace(config, max_steps=int(min(config.max_steps, max_episode_steps)))
+            most = max_episode_steps if config.max_steps is None else min(config.max_steps, max_episode_steps)
+            config = replace(config, max_steps=int(most))
         modes = [mode.value for mode in AutoresetMode]
         mode = getattr(autoreset_mode, "value", autoreset_mode)
         require_name("autoreset_mode must be one of", mode, modes)
@@ -86,7 +87,6 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
         self._is_same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
         self.turns = Turns(config, num_envs, measure_shortest=True, threads=threads, autoreset=self._is_same_step)
-        self.complexity = self.turns.world.complexity
         self.meta = make_meta(meta)
         self.config, self.num_envs, self.render_mode = config, num_envs, render_mode
         self.copies = bool(copy)
@@ -97,7 +97,13 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._is_seeded = False
         self.have_ended = np.zeros(num_envs, bool)
+        self._has_ended = False  # whether any of them is True, as most steps ask only that
         self._screen = self.turns.world.screen(render_mode)
+
+    @property
+    def complexity(self) -> Any:
+        """Return the `ComplexityReport` of its goal graph or rules; of several goal graphs, of the hardest."""
+        return self.turns.world.complexity
 
     def reset(self, *, seed: Seeds = None, options: dict | None = None):
         """Begin an episode in every environment: the first one of a seed, or without a seed each one's next.
@@ -106,9 +112,9 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
             seed: 0 to 2**63 - 1; one for all environments, whose indices make their episodes differ, or a list with
                 one, or None, for each.
             options: ``{"reset_mask": mask}``, [N] bool, begins an episode in those environments only;
-                ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
+                ``{"complexity": True}`` puts the complexity report into the infos; of other keys it warns.
         """
-        options, seeds = checked_options(options), self._seeds(seed)
+        options, seeds = checked_options(options, "complexity", "reset_mask"), self._seeds(seed)
         where = self._reset_mask(options)
         if where.all():
             self.turns.reset(seeds)
@@ -119,6 +125,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
             some = [one for one, is_one in zip(seeds, where, strict=True) if is_one] if is_list(seeds) else seeds
             self.turns.reset(some, np.flatnonzero(where))
         self.have_ended &= ~where
+        self._has_ended = bool(self.have_ended.any())
         super().reset(seed=int(seed) if isinstance(seed, (int, np.integer)) else None)
         take_turn(self.meta, self.turns)
         observations, infos = self._arrays.at_reset(where)
@@ -131,21 +138,23 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
 
     def step(self, actions: NDArray[np.integer]):
         """Act once in every environment."""
-        have_ended = not self._is_same_step and self.have_ended.any()
-        if have_ended and self.autoreset_mode == AutoresetMode.DISABLED:
+        had_ended = self._has_ended
+        if had_ended and self.autoreset_mode == AutoresetMode.DISABLED:
             ended = ", ".join(map(str, np.flatnonzero(self.have_ended)))
             raise InputError(f"the episodes of environments {ended} have ended: reset them first, by their reset_mask")
         step = self.turns.step(actions)
-        if have_ended:
+        if had_ended:
             self.turns.reset_ended(np.flatnonzero(self.have_ended))
         show_step(self.meta, step, self.turns)
         take_turn(self.meta, self.turns)
         results = self._arrays.at_step(step, begins_anew=self._is_same_step)
-        if not self._is_same_step:
+        if self._is_same_step:
+            if self.turns.n_ended:
+                results[4].update(self._arrays.final(step))
+        elif had_ended or self.turns.n_ended:
             self.have_ended = results[2] | results[3]
+            self._has_ended = bool(self.have_ended.any())
             self._show_last_goals(results[0])
-        elif self.turns.n_ended:
-            results[4].update(self._arrays.final(step))
         return results
 
     def render(self) -> tuple[Any, ...] | None:
@@ -158,7 +167,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
 
     def _show_last_goals(self, observations: Any) -> None:
         """Show the goal pursued last where an episode has ended and none has begun yet."""
-        if (step := self.turns.last_step) is not None and self.have_ended.any():
+        if (step := self.turns.last_step) is not None and self._has_ended:
             self._arrays.observations.write_goals(observations, step.goals, np.flatnonzero(self.have_ended))
 
     def _seeds(self, seed: Seeds) -> Seeds:

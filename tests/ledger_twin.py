@@ -50,6 +50,7 @@ class LedgerTwin:
             "meta_elapsed": v["option_steps"].copy(),
             "achieved_instead": np.where(option_ended & ~reached, v["first_events"], NO_GOAL),
             "terminated": terminated,
+            "success": terminated & (outcomes["achieved"] >> EXIT_GOAL & 1 == 1),
             "truncated": truncated,
             "episode_ended": ended,
             "return_terminated": return_terminated,

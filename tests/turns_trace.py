@@ -9,6 +9,7 @@ from hierroom.gym_env import EscapeRoom
 from hierroom.vector_env import EscapeRooms
 
 SETTINGS = {"graph": "d", "size": 11, "max_steps": 25, "drop_key": True, "subgoal_horizon": 6}
+SHOP = {"task": "workshop:3", "max_steps": 25, "subgoal_horizon": 6}
 
 
 def trace() -> str:
@@ -27,16 +28,17 @@ def trace() -> str:
 
     rng = np.random.default_rng(0)
     for mask in ("reachable", "existing", "seen", "none"):
-        env = hierroom.raw_env(**SETTINGS, goal_mask=mask, reward="novelty")
-        env.reset(seed=1)
-        for _ in range(60):
-            told = env.last()
-            record(told)
-            env.step(None if told[2] or told[3] else int(rng.integers(-1, 15)))
-            if not env.agents:
-                env.reset()
+        for settings in (SETTINGS, SHOP):
+            env = hierroom.raw_env(**settings, goal_mask=mask, reward="novelty")
+            env.reset(seed=1)
+            for _ in range(60):
+                told = env.last()
+                record(told)
+                env.step(None if told[2] or told[3] else int(rng.integers(-1, 15)))
+                if not env.agents:
+                    env.reset()
     for settings in ({}, {"flat": True, "autoreset_mode": "NextStep"}, {"meta": "fixed-dfs", "copy": False}):
-        envs, one = EscapeRooms(4, **SETTINGS, reward="bonus", **settings), EscapeRoom(**SETTINGS)
+        envs, one = EscapeRooms(4, **SETTINGS, reward="bonus", **settings), EscapeRoom(**SHOP, meta="fixed-dfs")
         record([envs.reset(seed=2), one.reset(seed=2)])
         for _ in range(60):
             record(envs.step(rng.integers(7, size=4)))

@@ -5,7 +5,8 @@ import hashlib
 import numpy as np
 
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
-from hierroom.worlds.escape_room import random_kernels, tiles
+from hierroom.worlds import random_kernels
+from hierroom.worlds.escape_room import tiles
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.frontier import nearest_frontiers
 from hierroom.worlds.escape_room.layout import MEMORIES

@@ -21,10 +21,11 @@ from hierroom.complexity.drawing.draw import draw_graph
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.support.files import write_atomically
 from hierroom.worlds.escape_room.render import draw_level
+from hierroom.worlds.make import make_world
 
 DOCS = Path(__file__).parents[1]
 PICTURES = DOCS / "pictures"
-TILE_SIZE, N_COLOURS, SEED = 12, 32, 0
+TILE_SIZE, N_COLOURS, SEED, WORKSHOP_STEPS = 12, 32, 0, 10
 MARKS = ("<!-- table: python docs/scripts/environments.py -->\n", "<!-- end of table -->")
 
 
@@ -54,6 +55,16 @@ def level(letter: str) -> NDArray[np.uint8]:
     return draw_level(env.single.turns.world.state, tile_size=TILE_SIZE)
 
 
+def workshop() -> NDArray[np.uint8]:
+    """[H, W, 3] uint8, a workshop with two things on its bench and a goal."""
+    world = make_world(hierroom.EnvConfig(task="workshop:6"), 1, seed=SEED)
+    for action in world.shortest_actions(0)[:WORKSHOP_STEPS]:
+        world.step(np.array([action]))
+    (goal,) = world.observe(world.everywhere).oracle_goals
+    state = world.get_state()
+    return world.replayer.picture(state, int(goal), world.replayer.tile_size(state), "")
+
+
 def as_png(picture: NDArray[np.uint8]) -> bytes:
     """A picture as a PNG of few colours."""
     stream = io.BytesIO()
@@ -66,6 +77,7 @@ def main() -> None:
     PICTURES.mkdir(exist_ok=True)
     for letter in NAMED_GRAPHS:
         write_atomically(PICTURES / f"level-{letter}.png", as_png(level(letter)))
+    write_atomically(PICTURES / "workshop.png", as_png(workshop()))
     os.environ["SOURCE_DATE_EPOCH"] = "0"  # the same file whenever it is drawn
     with matplotlib.rc_context({"svg.hashsalt": "hierroom"}):
         draw_graph(analyze("f").augmented, PICTURES / "graph-f.svg")

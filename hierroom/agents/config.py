@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 from hierroom.support.errors import InputError, require_number, shown, use_python_numbers
 
-FeatureName = Literal[
+ESCAPE_ROOM_FEATURES = (
     "view",
     "view-ids",
     "goal",
@@ -26,8 +26,8 @@ FeatureName = Literal[
     "previous-action",
     "goal-status",
     "goal-outcome",
-]
-"""What `worlds.escape_room.features.FEATURES` has."""
+)
+"""What `agents.features.offered` has in EscapeRooms; of other worlds their spec says."""
 
 
 @dataclass(frozen=True)
@@ -59,13 +59,14 @@ METHODS: Mapping[str, Method] = {
 }
 
 
-def require_features(name: str, given: object, known: Collection[str] = get_args(FeatureName)) -> None:
-    """Refuse what is not a list of ``known`` features; ``name`` is for the message."""
+def require_features(name: str, given: object, known: Collection[str] | None = None) -> None:
+    """Refuse what is not a list of features, or of ``known`` ones; ``name`` is for the message."""
     if not isinstance(given, (list, tuple)):
         raise InputError(f"{name} are given as a list of names, not as {shown(given)}")
-    unknown = [str(one) for one in given if one not in known]
+    unknown = [str(one) for one in given if not isinstance(one, str) or one not in (given if known is None else known)]
     if unknown or not given:
-        raise InputError(f"{name} are {', '.join(known)}; not {', '.join(unknown) or 'none at all'}")
+        allowed = "names" if known is None else ", ".join(known)
+        raise InputError(f"{name} are {allowed}; not {', '.join(unknown) or 'none at all'}")
     if twice := [one for n, one in enumerate(given) if one in given[:n]]:
         raise InputError(f"{name} has {twice[0]} twice; name each once")
 
@@ -78,15 +79,19 @@ class AgentsConfig:
         method: a pair of agents; the other entries replace what they have.
         meta: who picks the goals: fixed-dfs, random, oracle, learned, none, an entry point, package.module:Class or
             package.module:function. None: the method's own.
-        network: the controller's network: recurrent, an entry point or package.module:Class.
-        features: what the controller's network reads of an observation; methods without goals leave out goal,
-            goal-in-view, goal-place and symbol.
+        network: the controller's network: recurrent (an encoder, which for a task is chosen from its observation
+            space: convolutions for images, layers for vectors, embeddings for discrete numbers, side by side for dicts;
+            then an LSTM), an entry point or package.module:Class.
+        features: what the controller's network reads of an observation, in EscapeRooms any of view, view-ids, goal,
+            goal-in-view, goal-place, object-places, doorway-places, frontier-places, symbol, direction, keys,
+            previous-action and goal-status; methods without goals leave out goal, goal-in-view, goal-place and symbol.
+            None: what the task says.
         curiosity_weight: the weight of curiosity in the reward of ppo-rnd, its returns scaled to deviation 1; the exit
             gives 1. On graph a (one seed, 1.5M steps, a discount of 0.98) 0.05 ended at 100% success, 0.2 at 82%, 0.5,
             as in Burda et al. 2018, at 92%.
         meta_features: what the network of a learned meta-controller reads. Where these are goal-status and goal-outcome
-            alone, one network is shared by all colours (`agents.goal_network`); else it is the recurrent one that
-            ships.
+            alone, in EscapeRooms one network is shared by all colours (`agents.goal_network`); else it is the recurrent
+            one that ships. None: what the task says.
         meta_start_success: a learned meta-controller chooses goals at random until this share of 100 episodes reaches
             the exit; then it learns.
     """
@@ -94,12 +99,12 @@ class AgentsConfig:
     method: MethodName = "hippo"
     meta: str | None = None
     network: str = "recurrent"
-    features: tuple[FeatureName, ...] = (
+    features: tuple[str, ...] | None = (
         *("view", "goal", "goal-in-view", "goal-place", "direction", "keys", "previous-action"),
         *("doorway-places", "frontier-places"),
     )
     curiosity_weight: float = 0.05
-    meta_features: tuple[FeatureName, ...] = ("goal-status", "goal-outcome")
+    meta_features: tuple[str, ...] | None = ("goal-status", "goal-outcome")
     meta_start_success: float = 0.03
 
     def __post_init__(self) -> None:
@@ -107,7 +112,8 @@ class AgentsConfig:
         if self.method not in METHODS:
             raise InputError(f"the methods are {', '.join(METHODS)}; there is no {self.method!r}")
         for name in ("features", "meta_features"):
-            require_features(name, getattr(self, name))
+            if getattr(self, name) is not None:
+                require_features(name, getattr(self, name))
         for name in ("meta", "network"):
             if getattr(self, name) == "":
                 raise InputError(f"{name} must be a name, not an empty text")

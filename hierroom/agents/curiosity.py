@@ -32,6 +32,8 @@ class Curiosity:
         if not names:
             raise InputError(f"curiosity is about the level, of which {', '.join(features.names)} shows nothing")
         self.features = Features(features.world, names)
+        if self.features.arrays:
+            raise InputError("the curiosity of ppo-rnd reads categories; the task's observations hold arrays")
         self._weight = weight
         self._distillation = RandomNetworkDistillation(
             self.features.cardinalities, num_envs, gamma=gamma, seed=seed, device=device

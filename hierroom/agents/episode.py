@@ -61,7 +61,8 @@ class Episode:
     Args:
         start: the state of its one environment before the first step, as its world gives it.
         replayer: plays it again.
-        graph: the goal graph of the level.
+        graph: the goal graph of the level; of a task its rules, or None.
+        variant: the name of the goal graph or of the task.
         actions: [L] int, the controller's actions; the number of actions where it was none of them.
         rewards: [L] float64, the controller's rewards.
         extrinsic: [L] float64, the environment's own rewards.
@@ -69,14 +70,16 @@ class Episode:
         achieved: [L] int, the goal ids that each step achieved, or -1.
         outcomes: [L] int, how the option ended that a step ended: ``REACHED``, ``TIMED_OUT`` or ``OTHER``; elsewhere
             ``NO_OUTCOME``.
-        terminated: whether it ended at the exit.
+        terminated: whether the world ended it: at the exit or another target, or where that is out of reach for good.
         truncated: whether it was cut off by the limit of steps.
+        success: whether it reached its target.
         shortest: the shortest possible length, or -1 if that was not measured.
     """
 
     start: Any
     replayer: Replayer
-    graph: GoalGraph
+    graph: Any
+    variant: str
     actions: NDArray[np.integer]
     rewards: NDArray[np.float64]
     extrinsic: NDArray[np.float64]
@@ -85,6 +88,7 @@ class Episode:
     outcomes: NDArray[np.integer]
     terminated: bool
     truncated: bool
+    success: bool
     shortest: int
 
     def __len__(self) -> int:
@@ -96,10 +100,17 @@ class Episode:
     @property
     def title(self) -> str:
         """Return a description of the episode in a line."""
-        end = "escaped" if self.success else "did not escape"
-        where = f"graph {self.graph.name}, seed {self.seed}, environment {self.env}, episode {self.number}"
+        what = "graph" if isinstance(self.graph, GoalGraph) else "task"
+        where = f"{what} {self.variant}, seed {self.seed}, environment {self.env}, episode {self.number}"
         shortest = f" (shortest {self.shortest})" if self.shortest >= 0 else ""
-        return f"{where}: {end}, {len(self)} steps{shortest}"
+        return f"{where}: {self.end}, {len(self)} steps{shortest}"
+
+    @property
+    def end(self) -> str:
+        """Return in words whether it reached its target."""
+        if isinstance(self.graph, GoalGraph):
+            return "escaped" if self.success else "did not escape"
+        return "reached its target" if self.success else "did not reach its target"
 
     @property
     def seed(self) -> int:
@@ -115,11 +126,6 @@ class Episode:
     def number(self) -> int:
         """Return the number of episodes that the environment had begun before it with that seed."""
         return self.replayer.identity(self.start)[2]
-
-    @property
-    def success(self) -> bool:
-        """Return whether the episode ended at the exit."""
-        return self.terminated
 
     @property
     def subgoals(self) -> tuple[Subgoal, ...]:
@@ -158,7 +164,7 @@ class Episode:
             "seed": self.seed,
             "env": self.env,
             "episode": self.number,
-            "graph": self.graph.name,
+            "graph": self.variant,
             "success": self.success,
             "terminated": self.terminated,
             "truncated": self.truncated,

@@ -123,7 +123,7 @@ class EpisodeFacts:
             rows,
             envs,
             turns.world.variants_of(rows),
-            step.terminated[rows],
+            step.success[rows],
             step.lengths[rows],
             step.shortest[rows],
             self.returns[envs],

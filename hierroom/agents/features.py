@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hierroom.agents.config import require_features
 from hierroom.controller import Observation
+from hierroom.support.byte_array import ByteArray
 from hierroom.support.errors import InputError
 from hierroom.turns.kernels import NO_OUTCOME
 from hierroom.turns.records import CONTROLLER, N_OUTCOMES
@@ -22,20 +23,22 @@ from hierroom.worlds.world import Feature
 def offered(world: WorldSpec) -> dict[str, Feature]:
     """Return all features that networks can read in a world, by name.
 
-    Every world has symbol, the goal as one of G + 1, no goal the last; previous-action, the controller's last action;
-    and goal-outcome, for the last goal how its option ended, for the others 0, which is for meta-controllers.
+    Every world has symbol, the goal as one of G + 1, no goal the last; goal, the same by the goal's vector;
+    previous-action, the controller's last action; and goal-outcome, for the last goal how its option ended, for the
+    others 0, which is for meta-controllers.
     """
     n, ids = len(world.goals), np.arange(len(world.goals))
+
+    def goal(vectors: NDArray | None) -> Feature:
+        return Feature((n + 1,), lambda o: (o.goals % (n + 1))[:, None], vectors, is_of_goal=True, is_of_world=False)
+
     return {
+        "goal": goal(world.goals.vectors),
         **world.features,
-        "symbol": Feature(
-            lambda _: (n + 1,), lambda o: (o.goals % (n + 1))[:, None], is_of_goal=True, is_of_world=False
-        ),
-        "previous-action": Feature(
-            lambda n_actions: (n_actions + 1,), lambda o: o.previous_actions[:, None], is_of_world=False
-        ),
+        "symbol": goal(None),
+        "previous-action": Feature((world.n_actions + 1,), lambda o: o.previous_actions[:, None], is_of_world=False),
         "goal-outcome": Feature(
-            lambda _: (N_OUTCOMES,) * n,
+            (N_OUTCOMES,) * n,
             lambda o: np.where(o.goals[:, None] == ids, o.outcomes[:, None], NO_OUTCOME),
             is_by_goal=True,
         ),
@@ -81,13 +84,22 @@ class Features:
     @property
     def cardinalities(self) -> tuple[int, ...]:
         """Return the number of values of each of the K numbers."""
-        return tuple(c for feature in self._chosen for c in feature.cardinalities(self.world.n_actions))
+        return tuple(c for feature in self._chosen for c in feature.cardinalities)
+
+    @property
+    def arrays(self) -> tuple[tuple[int, ByteArray], ...]:
+        """Return where among the K numbers there are bytes of arrays, and how these are read."""
+        arrays, start = [], 0
+        for feature in self._chosen:
+            if feature.array is not None:
+                arrays.append((start, feature.array))
+            start += len(feature.cardinalities)
+        return tuple(arrays)
 
     @property
     def vectors(self) -> list[NDArray | None] | None:
         """For each of the K numbers the fixed numbers that stand for its values, if any; None where none has any."""
-        n_actions = self.world.n_actions
-        vectors = [feature.vectors for feature in self._chosen for _ in feature.cardinalities(n_actions)]
+        vectors = [feature.vectors for feature in self._chosen for _ in feature.cardinalities]
         return None if all(of_number is None for of_number in vectors) else vectors
 
     @property

@@ -1,24 +1,20 @@
-"""The learned meta-controller's network: one recurrent core that all colours share."""
+"""The learned meta-controller's network where goals are of things that are alike: one core that all colours share."""
 
 from __future__ import annotations
 
 import torch
 from torch import Tensor, nn
 
-from hierroom.goals import N_COLOURS, N_GOALS
 from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.learners.networks.encoder import FeatureEncoder
 from hierroom.learners.networks.recurrent import ResetLSTM
-
-_PARTS = N_COLOURS + 1
-"""A colour has a key and a door, and the exit stands for itself."""
 
 
 class GoalNetwork(nn.Module):
     r"""An actor-critic over goals that treats all colours alike.
 
-    Colours are drawn anew for each episode, so what is learned of one holds for all. Each of the P = 7 parts of a
-    level, six colours and the exit, has a recurrent state of its own under shared weights, and sees itself and the
+    Colours are drawn anew for each episode, so what is learned of one holds for all. Each of the P parts of a level,
+    such as six colours and the exit, has a recurrent state of its own under shared weights, and sees itself and the
     mean of all (deep sets: Zaheer et al. 2017). With encoder E (one for colours, one for the exit) and features x:
 
     .. math::
@@ -31,55 +27,58 @@ class GoalNetwork(nn.Module):
     Keeps the protocol `PolicyNetwork`; a state is [N, P * 2 H], the parts side by side.
 
     Args:
-        space: features with one number for each of the 13 goal ids, one feature after the other, and 14 actions.
+        space: features with one number for each of G goals, one feature after the other, and G + 1 actions.
         hidden_size: units H of encoders and core.
+        n_alike: number of colours; there is a goal of each kind for each, kind after kind, and one more: the exit.
     """
 
-    def __init__(self, space: AgentSpace, hidden_size: int) -> None:
+    def __init__(self, space: AgentSpace, hidden_size: int, n_alike: int) -> None:
         super().__init__()
-        cardinalities = space.cardinalities
-        by_feature = [cardinalities[i : i + N_GOALS] for i in range(0, space.n_features, N_GOALS)]
-        self._n_features = len(by_feature)
+        cardinalities, n_goals = space.cardinalities, space.n_actions - 1
+        by_feature = [cardinalities[i : i + n_goals] for i in range(0, space.n_features, n_goals)]
+        self._n_features, self._n_goals, self._n_alike = len(by_feature), n_goals, n_alike
+        self._n_parts, n_kinds = n_alike + 1, (n_goals - 1) // n_alike
         self._hidden_size = hidden_size
-        of_colour = [(row[0], row[N_COLOURS]) for row in by_feature]
+        of_colour = [row[: n_kinds * n_alike : n_alike] for row in by_feature]
         self.colour_encoder = FeatureEncoder([c for pair in zip(*of_colour, strict=True) for c in pair], hidden_size)
         self.exit_encoder = FeatureEncoder([row[-1] for row in by_feature], hidden_size)
         self.core = ResetLSTM(2 * hidden_size, hidden_size)
-        self.colour_head = nn.Linear(2 * hidden_size, 2)
-        self.exit_head = nn.Linear(hidden_size, 2)
-        self.value_head = nn.Linear(hidden_size, 1)
+        self.colour_head = nn.Linear(2 * hidden_size, n_kinds, dtype=torch.float32)
+        self.exit_head = nn.Linear(hidden_size, 2, dtype=torch.float32)
+        self.value_head = nn.Linear(hidden_size, 1, dtype=torch.float32)
         for head, gain in ((self.colour_head, 0.01), (self.exit_head, 0.01), (self.value_head, 1.0)):
             nn.init.orthogonal_(head.weight, gain)  # as in `RecurrentActorCritic`
             nn.init.zeros_(head.bias)
 
     def initial_state(self, n: int) -> Tensor:
         """Zeros [n, P * 2 H]."""
-        return self.core.weight.new_zeros(n, _PARTS * 2 * self._hidden_size)
+        return self.core.weight.new_zeros(n, self._n_parts * 2 * self._hidden_size)
 
     def step(self, features: Tensor, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """One turn; see `PolicyNetwork.step`. Each part is a row of its own to the core."""
         n = len(features)
-        hidden, state = self.core.step(self._encode(features).flatten(0, 1), state.reshape(n * _PARTS, -1))
-        return *self._heads(hidden.reshape(n, _PARTS, -1)), state.reshape(n, -1)
+        hidden, state = self.core.step(self._encode(features).flatten(0, 1), state.reshape(n * self._n_parts, -1))
+        return *self._heads(hidden.reshape(n, self._n_parts, -1)), state.reshape(n, -1)
 
     def sequence(self, features: Tensor, state: Tensor, resets: Tensor) -> tuple[Tensor, Tensor]:
         """T turns in a row; see `PolicyNetwork.sequence`."""
         length, n = resets.shape
-        states, resets = state.reshape(n * _PARTS, -1), resets.repeat_interleave(_PARTS, dim=1)
+        n_parts = self._n_parts
+        states, resets = state.reshape(n * n_parts, -1), resets.repeat_interleave(n_parts, dim=1)
         hidden = self.core.sequence(self._encode(features).flatten(1, 2), states, resets)
-        return self._heads(hidden.reshape(length, n, _PARTS, -1))
+        return self._heads(hidden.reshape(length, n, n_parts, -1))
 
     def _encode(self, features: Tensor) -> Tensor:
         """[..., K] features to [..., P, 2 H]: each part and the mean of all."""
-        by_feature = features.unflatten(-1, (self._n_features, N_GOALS))  # [..., I, 13]
-        keys, doors, exits = by_feature.split((N_COLOURS, N_COLOURS, 1), dim=-1)
-        colours = self.colour_encoder(torch.cat([keys, doors], dim=-2).transpose(-1, -2))  # [..., 6, H]
+        by_feature = features.unflatten(-1, (self._n_features, self._n_goals))  # [..., I, G]
+        *kinds, exits = by_feature.split((*(self._n_alike,) * self.colour_head.out_features, 1), dim=-1)
+        colours = self.colour_encoder(torch.cat(kinds, dim=-2).transpose(-1, -2))  # [..., P - 1, H]
         parts = torch.cat([colours, self.exit_encoder(exits.transpose(-1, -2))], dim=-2)  # [..., P, H]
         return torch.cat([parts, parts.mean(-2, keepdim=True).expand_as(parts)], dim=-1)
 
     def _heads(self, hidden: Tensor) -> tuple[Tensor, Tensor]:
-        """[..., P, H] to logits [..., 14] of keys, doors, exit and no goal, and values [...]."""
-        mean, colours = hidden.mean(-2), hidden[..., :N_COLOURS, :]
+        """[..., P, H] to logits [..., G + 1] of the kinds, the exit and no goal, and values [...]."""
+        mean, colours = hidden.mean(-2), hidden[..., :-1, :]
         means = mean.unsqueeze(-2).expand_as(colours)
-        keys, doors = self.colour_head(torch.cat([colours, means], dim=-1)).unbind(-1)  # [..., 6] each
-        return torch.cat([keys, doors, self.exit_head(hidden[..., -1, :])], dim=-1), self.value_head(mean).squeeze(-1)
+        kinds = self.colour_head(torch.cat([colours, means], dim=-1)).unbind(-1)  # [..., P - 1] each
+        return torch.cat([*kinds, self.exit_head(hidden[..., -1, :])], dim=-1), self.value_head(mean).squeeze(-1)

@@ -13,7 +13,7 @@ from hierroom.turns.kernels import NO_OUTCOME
 from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 
-_PARTS = {"actions": "i1", "rewards": "f8", "extrinsic": "f8", "goals": "i1", "achieved": "i1", "outcomes": "i1"}
+_PARTS = {"actions": "i4", "rewards": "f8", "extrinsic": "f8", "goals": "i1", "achieved": "i1", "outcomes": "i1"}
 """What is recorded of each step, by the names that it has in `Episode`."""
 
 
@@ -53,14 +53,16 @@ class _Tape:
         for name, values in noted.items():
             self._parts[name][at, envs] = values
         episodes = []
-        for n, env in enumerate(ended.envs.tolist()):
+        for n, (row, env) in enumerate(zip(ended.rows.tolist(), ended.envs.tolist(), strict=True)):
             length, start = int(ended.lengths[n]), self._starts[env]
             episode = Episode(
                 start=start,
                 replayer=world.replayer,
                 graph=world.graph_of(start),
-                terminated=bool(ended.successes[n]),
-                truncated=not ended.successes[n],
+                variant=ended.variants[n],
+                terminated=bool(step.terminated[row]),
+                truncated=not step.terminated[row],
+                success=bool(ended.successes[n]),
                 shortest=int(ended.shortest[n]),
                 **{name: np.ascontiguousarray(part[:length, env]) for name, part in self._parts.items()},
             )

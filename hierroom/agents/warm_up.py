@@ -37,7 +37,7 @@ class WarmUp:
 
     def add(self, step: Step) -> None:
         """Count the episodes that a step ended."""
-        self._successes.extend(step.terminated[step.episode_ended].tolist())
+        self._successes.extend(step.success[step.episode_ended].tolist())
         rate = sum(self._successes) / WINDOW
         self.has_ended = len(self._successes) == WINDOW and rate >= self._start_success
 

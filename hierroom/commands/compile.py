@@ -18,6 +18,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 from hierroom.support.cli import read_arguments
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
+from hierroom.support.reading import read_json
 
 PACKAGE = Path(__file__).parents[1]
 STAMP = "hierroom-compiled.json"
@@ -49,7 +50,7 @@ def main(argv: Sequence[str]) -> int:
     if not _is_complete(stamp):
         n_compiled = compile_all(Console(stderr=True))
         files = [str(path) for path in sorted(stamp.parent.rglob("*.nb[ci]"))]
-        write_atomically(stamp, json.dumps({"made_of": _made_of(), "files": files}).encode())
+        write_atomically(stamp, json.dumps({"made_of": _made_of(), "files": files}))
     seconds = f"{time.perf_counter() - started:.1f} s"
     done = f"{n_compiled} kernels compiled in {seconds}"
     print(done if n_compiled else f"all kernels are compiled already ({seconds})")
@@ -105,6 +106,7 @@ def _plays() -> Iterator[Callable[[], object]]:
     from hierroom.worlds.escape_room.features import FEATURES
     from hierroom.worlds.escape_room.measured_levels import measure_levels
     from hierroom.worlds.escape_room.sampled_level import SampledLevel
+    from hierroom.worlds.workshop.task import workshop_of
 
     small: Mapping[str, Any] = {"graph": "d", "size": 11, "max_steps": 30}
     graph_a = hierroom.GoalGraph.named("a")
@@ -113,7 +115,8 @@ def _plays() -> Iterator[Callable[[], object]]:
         config = hierroom.find_preset(entries.pop("preset", "default"))
         short = {"num_envs": 4, "sequence_length": 8, "evaluation_episodes": 4, "meta_start_success": 0.0}
         meta_ppo = PPOConfig(sequence_length=2, minibatches=2, sequences_per_update=4)
-        trainer = Trainer(config.changed(**{**small, **short, "meta_ppo": meta_ppo, **entries}))
+        base = {} if "task" in entries else small
+        trainer = Trainer(config.changed(**{**base, **short, "meta_ppo": meta_ppo, **entries}))
         for _ in range(12 if entries.get("meta") == "learned" else 2):
             trainer.advance()
         trainer.evaluate()
@@ -152,8 +155,13 @@ def _plays() -> Iterator[Callable[[], object]]:
     yield lambda: list(hierroom.rollout("oracle", hierroom.EnvConfig(**small), episodes=4))
     for mask, reward in zip(("reachable", "existing", "seen", "none"), REWARDS, strict=True):
         yield partial(play, hierroom.env(**small, goal_mask=mask, reward=reward, render_mode="rgb_array"))
+    shop: Mapping[str, Any] = {"task": "workshop:2", "max_steps": 30}
+    yield partial(train, **shop, method="ppo-novelty")
+    yield partial(train, **shop, preset="learned", meta="learned", features=(*workshop_of("2").features,))
+    yield partial(step, EscapeRoom(**shop, meta="fixed-dfs"), None)
+    yield partial(step, EscapeRooms(4, **shop, meta="oracle", flat=True), 4)
     yield partial(step, EscapeRoom(**small, meta="random"), None)
-    yield partial(step, EscapeRooms(4, **small), 4)
+    yield partial(step, EscapeRooms(4, **small, autoreset_mode="SameStep"), 4)
     yield partial(step, EscapeRooms(4, **small, flat=True), 4)
     yield partial(step, EscapeRooms(4, **small, autoreset_mode="NextStep", copy=False), 4)
 
@@ -161,10 +169,10 @@ def _plays() -> Iterator[Callable[[], object]]:
 def _is_complete(stamp: Path) -> bool:
     """Return whether the command has compiled all of this source, and every file that it left is still there."""
     try:
-        written = json.loads(stamp.read_text())
+        written = read_json(stamp)
         files = [Path(file) for file in written["files"]]
         return written["made_of"] == _made_of() and bool(files) and all(file.exists() for file in files)
-    except (OSError, ValueError, TypeError, KeyError):
+    except (InputError, TypeError, KeyError):
         return False
 
 

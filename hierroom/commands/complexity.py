@@ -22,12 +22,13 @@ from hierroom.support.files import to_json
 from hierroom.support.slow import said_when_slow
 from hierroom.support.tables import named_table, print_table
 from hierroom.worlds.env_config import GRAPHS
+from hierroom.worlds.make import find_task
 
 MAX_LISTED_ROOMS = 8  # with 612 goal graphs; the 1,747 of 9 rooms would take most of a minute
 FORMATS = ("json", "csv", "latex", "markdown")
 OF_PLAY = ("episodes", "size", "max_steps", "trust_run")  # options of --from-play alone
 LARGE = 2000  # number of nodes from which on a line says what takes long
-WITH_RULES = ("rules", "sort", *FORMATS, "draw", "walk")  # options that --rules allows
+WITH_RULES = ("rules", "task", "sort", *FORMATS, "draw", "walk")  # options that --rules allows
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class ComplexityArguments:
 
     Args:
         rules: TOML files of rules, dependencies of any kind, instead of goal graphs; see hierroom.Rules.
+        task: a task instead, by its rules: package.module:name of a hierroom.Task, or a world that ships.
         graph: letters from a to g, names such as keys-0-1-exit-2 (the room of each key, and of the exit), TOML files,
             rooms:N for every graph of N rooms, 2 to 8, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH.
         exclude: goal graphs to leave out, given in the same way and found however their rooms are numbered.
@@ -67,6 +69,7 @@ class ComplexityArguments:
     """
 
     rules: tuple[Path, ...] = ()
+    task: str | None = None
     graph: Annotated[GraphSpecs, GRAPHS] = ()
     exclude: Annotated[GraphSpecs, GRAPHS] = ()
     all: Flag = False
@@ -100,13 +103,15 @@ def show(options: ComplexityArguments) -> None:
         from hierroom.complexity.drawing.draw import picture_file  # matplotlib loads slowly, and few commands draw
 
         picture_file(options.draw)  # before long play or computation
-    if options.rules:
+    if options.rules or options.task is not None:
         for entry in fields(options):
             if entry.name not in WITH_RULES and getattr(options, entry.name) != entry.default:
-                allowed = ", ".join(f"--{name}" for name in WITH_RULES[1:])
-                raise InputError(f"--rules allows only {allowed}, not --{entry.name.replace('_', '-')}")
+                allowed = ", ".join(f"--{name}" for name in WITH_RULES[2:])
+                what = "rules" if options.rules else "task"
+                raise InputError(f"--{what} allows only {allowed}, not --{entry.name.replace('_', '-')}")
         with said_when_slow(lambda: "unrolling the rules into markings"):
-            reports = [analyze(Rules.from_toml(path), walk=walk) for path in options.rules]
+            rules = [*map(Rules.from_toml, options.rules), *([] if options.task is None else [_rules_of(options.task)])]
+            reports = [analyze(one, walk=walk) for one in rules]
         _show_reports(options, reports, len(reports) > 1)
         return
     if options.from_play is not None:
@@ -130,6 +135,14 @@ def show(options: ComplexityArguments) -> None:
         return
     reports = [analyze(graph, options.drop, walk, reading) for graph in chosen.graphs]
     _show_reports(options, reports, len(specs) > 1 or any(map(is_graph_set, specs)))
+
+
+def _rules_of(task: str) -> Rules | GoalGraph:
+    """Return what a task declares."""
+    rules = getattr(find_task(task), "rules", None)
+    if rules is None:
+        raise InputError(f"the task {task!r} declares no rules, from which its complexity would follow")
+    return rules
 
 
 def _show_reports(options: ComplexityArguments, reports: Sequence[WalkReport], is_list: bool) -> None:

@@ -70,7 +70,8 @@ def main(argv: Sequence[str]) -> int:
         print(to_json({name: asdict(result) for name, result in results.items()}))
         return 0
     graphs, n_known = results["sampled"].graphs, len(turns["sampled"].world.variants)
-    where = f"graph {next(iter(graphs))}" if n_known == 1 else f"{len(graphs)} graphs"
+    what = "graph" if agent.config.env.task is None else "task"
+    where = f"{what} {next(iter(graphs))}" if n_known == 1 else f"{len(graphs)} graphs"
     if n_known > len(graphs):
         where = f"{len(graphs)} of {n_known} graphs (the others had no episode)"
     print(f"{arguments.run} on {where}, {results['sampled'].episodes} episodes")

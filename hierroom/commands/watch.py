@@ -114,15 +114,15 @@ def _print(episodes: Sequence[Episode]) -> None:
 
 def _show(episodes: Sequence[Episode]) -> None:
     from hierroom.agents.playback import film
-    from hierroom.worlds.escape_room.render import default_tile_size
-    from hierroom.worlds.escape_room.window import Window
+    from hierroom.worlds.window import Window
 
     window = Window()
     try:
         for episode in episodes:
             print(episode.title)
             window.title = episode.title
-            if window.play(film([episode], tile_size=default_tile_size(episode.start.size))) == "closed":
+            tile_size = episode.replayer.window_tile_size(episode.start)
+            if window.play(film([episode], tile_size=tile_size)) == "closed":
                 break
     except InputError as error:  # no screen after all
         print(f"{str(error).partition(';')[0]}; as text:\n", file=sys.stderr)

@@ -20,15 +20,15 @@ from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig, fresh_seed
 from hierroom.worlds.world import whole_numbers
 
-_ONLY = np.zeros(1, np.int64)
+_ONLY, _TRUE = np.zeros(1, np.int64), np.ones(1, bool)
 _OUTCOMES = tuple(np.int64(outcome) for outcome in range(N_OUTCOMES))
-_AT_RESET = (NO_GOAL, 0, 0, -1, 0.0, 0.0, False, False, False, NO_GOAL)
+_AT_RESET = (NO_GOAL, 0, 0, -1, 0.0, 0.0, False, False, False, NO_GOAL, False)
 _reported = itemgetter(
     *map(
         STEP.names.index,  # pyright: ignore[reportOptionalMemberAccess] - it is a record
         (
             *("events", "meta_elapsed", "lengths", "shortest", "rewards", "extrinsic"),
-            *("terminated", "truncated", "episode_ended", "goals"),
+            *("terminated", "truncated", "episode_ended", "goals", "success"),
         ),
     )
 )
@@ -40,7 +40,6 @@ class SingleEnv:
 
     def __init__(self, config: EnvConfig, render_mode: str | None):
         self.turns = Turns(config, autoreset=False, measure_shortest=True)
-        self.complexity = self.turns.world.complexity
         turns, self._has_window = self.turns, render_mode == "human"
         self.observation_spaces: dict[str, spaces.Space] = {agent: turns.observation_space(agent) for agent in AGENTS}
         self.action_spaces: dict[str, spaces.Space] = {agent: turns.action_space(agent) for agent in AGENTS}
@@ -56,7 +55,7 @@ class SingleEnv:
         """Begin an episode, the first one of a seed or the next one, and return its first infos."""
         if seed is not None:
             Whole(0, 2**63 - 1).check(seed, "a seed")  # a batch of one would take a list of one
-        asks_complexity = checked_options(options).get("complexity")
+        asks_complexity = checked_options(options, "complexity").get("complexity")
         self.turns.reset(fresh_seed() if seed is None and not self.has_begun else seed)
         self.has_begun = True
         self._show()
@@ -67,6 +66,11 @@ class SingleEnv:
         return infos
 
     @property
+    def complexity(self) -> Any:
+        """Return the `ComplexityReport` of what is played: of several goal graphs, of the hardest."""
+        return self.turns.world.complexity
+
+    @property
     def is_meta_turn(self) -> bool:
         """Return whether the meta-controller acts next."""
         return bool(self.turns.ledger.is_meta_turn[0])
@@ -74,7 +78,7 @@ class SingleEnv:
     @property
     def goal(self) -> int:
         """The id of the goal that is pursued, or -1; after the episode's end that of the last one."""
-        *_, has_ended, last_goal = self._last()
+        *_, has_ended, last_goal, _ = self._last()
         return last_goal if has_ended else int(self.turns.ledger.goals[0])
 
     def observation(self, agent: str) -> Observation:
@@ -105,7 +109,7 @@ class SingleEnv:
             self.turns.choose_everywhere(self._action)
             self._show()
         elif self._action[0] not in self._waits:
-            self.turns.ledger.illegal_goals[0] += 1
+            self.turns.ledger.count_illegal_goals(_ONLY, _TRUE)
 
     def ask(self, meta: MetaController) -> None:
         """Let a meta-controller choose, if it is its turn."""
@@ -126,7 +130,7 @@ class SingleEnv:
         self.turns.take_step(self._action)
         if self._has_window:
             self._show()
-        _, _, _, _, reward, extrinsic, terminated, truncated, _, _ = self._last()
+        _, _, _, _, reward, extrinsic, terminated, truncated, *_ = self._last()
         return (
             {META: extrinsic, CONTROLLER: reward},
             {META: terminated, CONTROLLER: terminated},
@@ -145,13 +149,13 @@ class SingleEnv:
 
     def info(self, agent: str) -> dict[str, Any]:
         """Return the info of one agent: see `infos`."""
-        event, meta_elapsed, length, shortest, _, _, terminated, _, _, _ = self._last()
+        event, meta_elapsed, length, shortest, *_, success = self._last()
         ledger, is_meta = self.turns.ledger, agent == META
         return {
             "goal_event": event,
             "elapsed": meta_elapsed if is_meta else int(meta_elapsed > 0),
             "illegal_actions": int((ledger.illegal_goals if is_meta else ledger.illegal_actions)[0]),
-            "success": terminated,
+            "success": success,
             "length": length,
             "shortest_length": shortest,
         }

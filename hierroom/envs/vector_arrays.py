@@ -16,6 +16,7 @@ from hierroom.support.compile.kernel import compiled
 from hierroom.turns.kernels import write_results
 from hierroom.turns.records import CONTROLLER, LEDGER, STEP, Step
 from hierroom.turns.turns import Turns
+from hierroom.worlds.observation_writer import flat_rows
 
 INFOS = ("success", "goal_event", "elapsed", "illegal_actions", "length", "shortest_length")
 _BOOL, _INT64 = np.dtype(np.bool_), np.dtype(np.int64)
@@ -78,24 +79,21 @@ class VectorArrays:
         """Return the last observations and infos of the episodes that a step ended."""
         ended = step.episode_ended.copy()
         numbers = (step.events, step.meta_elapsed > 0, step.illegal_actions, step.lengths, step.shortest)
-        infos = _by_name((step.terminated & ended, *(values * ended.astype(_INT64) for values in numbers)), ended)
+        infos = _by_name((step.success & ended, *(values * ended.astype(_INT64) for values in numbers)), ended)
         observations, envs = np.full(self._n, None, object), np.flatnonzero(ended)
         last = self._turns.final_observation(CONTROLLER, step, envs)
-        for env, observation in zip(envs, rows(last, self._parts if self._flat else None), strict=True):
+        one_by_one = rows(last, self._parts if self._flat else None, self.space.dtype)
+        for env, observation in zip(envs, one_by_one, strict=True):
             observations[env] = observation
         return {"final_obs": observations, "final_info": infos, "_final_obs": ended, "_final_info": ended.copy()}
 
 
-def rows(observation: Observation, space: spaces.Dict | None) -> Iterable[Any]:
+def rows(observation: Observation, space: spaces.Dict | None, dtype: Any = np.float32) -> Iterable[Any]:
     """Return the observations of M environments one by one, in new arrays; flat where their space is given."""
     parts = observation.as_dict()
     if space is None:
         return (dict(zip(parts, of_one, strict=True)) for of_one in zip(*parts.values(), strict=True))
-    numbers = [
-        np.eye(part.n)[values] if isinstance(part := space[name], spaces.Discrete) else values.reshape(len(values), -1)
-        for name, values in sorted(parts.items())
-    ]
-    return np.concatenate(numbers, axis=1, dtype=np.uint8, casting="unsafe")
+    return flat_rows(parts, space, dtype)
 
 
 def _by_name(infos: Iterable[NDArray], has_info: NDArray[np.bool_]) -> dict[str, NDArray]:

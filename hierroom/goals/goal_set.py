@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.support.errors import InputError, shown
+from hierroom.support.read_only import freeze
 
 MAX_GOALS = 63
 """A signed 64-bit integer has a bit for each goal that a step achieved."""
@@ -25,6 +26,8 @@ class GoalSet:
         kinds: names of the kinds of goals, by which training reports how many options reach their goal.
         kind_of: [G], the kind of each goal.
         milestones: evaluations report the first step of each; a world says which one a goal is in an episode.
+        n_alike: of how many things that mean the same in all episodes there is a goal of each kind but the last, such
+            as six colours: goals 0 to 5 are of the first kind, 6 to 11 of the second, and 12 is the target. 0: of none.
     """
 
     names: tuple[str, ...]
@@ -33,10 +36,12 @@ class GoalSet:
     kinds: tuple[str, ...]
     kind_of: NDArray[np.integer]
     milestones: tuple[str, ...]
+    n_alike: int = 0
 
     def __post_init__(self) -> None:
         if len(self.names) > MAX_GOALS:
             raise InputError(f"a world has at most {MAX_GOALS} goals, not {len(self.names)}")
+        freeze(self)  # all environments of the process share it
 
     @classmethod
     def one_hot(cls, names: Sequence[str], target: str) -> GoalSet:

@@ -21,7 +21,8 @@ from hierroom.goals.alternatives import (
     toml_text,
 )
 from hierroom.support.errors import InputError, shown
-from hierroom.support.files import read_toml, write_atomically
+from hierroom.support.files import write_atomically
+from hierroom.support.reading import read_toml
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ def make_turns(
     stages = config.env.curriculum_stages if levels == "training" else 1
     memories = _controller_features(config).memories  # what levels remember for the features of the agents that learn
     if method.meta == LEARNED:
-        memories += Features(world_spec(config.env), config.agents.meta_features, META).memories
+        memories += _meta_features(config).memories
     return Turns(
         replace(config.env, reward=method.controller.reward, levels=levels, curriculum_stages=stages),
         num_envs,
@@ -65,7 +65,7 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
     def make_learner(
         features: Features, n_actions: int, ppo: PPOConfig, seed: int, network: Callable[[AgentSpace, int], nn.Module]
     ) -> Learner:
-        space = AgentSpace(features.cardinalities, n_actions)
+        space = AgentSpace(features.cardinalities, n_actions, features.arrays)
         return Learner(space, num_envs, ppo, seed=seed, device=device, threads=config.threads, network=network)
 
     features = _controller_features(config)
@@ -78,22 +78,30 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
     controller = PPOAgent(features, learner, network=agents.network, curiosity=curiosity)
     if pair.meta != LEARNED:
         return ScriptedAgent(make_meta(pair.meta, num_envs), is_training=True), controller
-    features = Features(world, agents.meta_features, META)
-    network = GoalNetwork if features.are_by_goal else partial(make_network, "recurrent", vectors=features.vectors)
+    features = _meta_features(config)
+    network = partial(make_network, "recurrent", vectors=features.vectors)
+    if features.are_by_goal and world.goals.n_alike:
+        network = partial(GoalNetwork, n_alike=world.goals.n_alike)
     learner = make_learner(features, world.goals.n_choices, config.meta_ppo, meta_seed(config.seed), network)
     warm_up = WarmUp(agents.meta_start_success)
     return PPOAgent(features, learner, network=LEARNED, warm_up=warm_up), controller
 
 
 def _controller_features(config: TrainConfig) -> Features:
-    features = Features(world_spec(config.env), config.agents.features)
+    world = world_spec(config.env)
+    features = Features(world, config.agents.features or world.controller_features)
     if config.resolved_method.controller.sees_goal:
         return features
     names = features.subset(of_goal=False)
     if not names:
-        named = ", ".join(config.agents.features)
+        named = ", ".join(features.names)
         raise InputError(f"method {config.agents.method} does not see goals, so features must name more than {named}")
     return Features(features.world, names)
+
+
+def _meta_features(config: TrainConfig) -> Features:
+    world = world_spec(config.env)
+    return Features(world, config.agents.meta_features or world.meta_features, META)
 
 
 def freeze(

@@ -69,13 +69,14 @@ def evaluate(
 def _score(episodes: EndedEpisodes, world: World) -> Score:
     success, length = episodes.successes, episodes.lengths
     success_rate, *interval = wilson_interval(float(success.mean()), len(success), level=0.95)
-    shortest = episodes.shortest[success].mean() if success.any() else float("nan")
+    is_known = success.any() and episodes.shortest[success].min() >= 0
+    shortest = episodes.shortest[success].mean() if is_known else float("nan")
     return Score(
         episodes=len(success),
         success_rate=success_rate,
         success_interval=SuccessInterval(*interval),
         length=float(length.mean()),
-        length_over_shortest=float(length[success].mean() / shortest) if success.any() else float("nan"),
+        length_over_shortest=float(length[success].mean() / shortest) if is_known else float("nan"),
         mean_return=float(episodes.returns.mean()),
         steps_to_goals=_steps_to_goals(episodes, world),
     )

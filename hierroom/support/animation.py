@@ -26,7 +26,7 @@ def animate(frames: Iterable[NDArray[np.uint8]], path: str | Path, seconds_per_f
     pictures = list(frames)
     if not pictures:
         raise InputError(f"an animation needs at least one picture, but there is none for {path}")
-    write_atomically(path, (_gif if kind == ".gif" else _mp4)(pictures, seconds_per_frame))
+    write_atomically(path, (gif if kind == ".gif" else _mp4)(pictures, seconds_per_frame))
 
 
 def require_format(path: str | Path) -> None:
@@ -38,7 +38,8 @@ def require_format(path: str | Path) -> None:
             raise InputError(f"writing {path} needs PyAV, which `pip install av` installs; a .gif needs none") from None
 
 
-def _gif(pictures: Sequence[NDArray[np.uint8]], seconds_per_frame: float) -> bytes:
+def gif(pictures: Sequence[NDArray[np.uint8]], seconds_per_frame: float = 0.1) -> bytes:
+    """Return pictures [H, W, 3] as a GIF that loops for ever and shows the last one for a second."""
     images = [Image.fromarray(picture) for picture in pictures]
     colours = {colour for image in images for _, colour in image.getcolors(image.width * image.height) or ()}
     # One palette for all: one for each picture takes several times as long to find, and makes the file larger.

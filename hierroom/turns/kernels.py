@@ -28,7 +28,7 @@ def begin_turns(ledger, n_actions):
 
 @njit(cache=True, nogil=True)
 def record_turns(
-    outcomes, actions, ledgers, steps, return_ends_with_option, horizon, n_actions, reward, bonus, autoreset
+    outcomes, actions, ledgers, steps, return_ends_with_option, horizon, n_actions, reward, bonus, autoreset, target
 ):
     """Take the controller's turn in every environment, and end the options that it ends.
 
@@ -43,6 +43,7 @@ def record_turns(
         reward: one of ``EXTRINSIC``, ``BONUS``, ``INTRINSIC``, ``NOVELTY``; or ``OWN_REWARD``, which writes 0.
         bonus: the size of the novelty bonus.
         autoreset: whether the next episode begins where one ended; else the meta-controller has no turn there.
+        target: the goal whose achievement makes an episode a success where it terminates.
 
     Returns:
         in how many environments the episode ended.
@@ -94,6 +95,7 @@ def record_turns(
         step.meta_elapsed = ledger.option_steps
         step.achieved_instead = ledger.first_events if option_ended and not reached else NO_GOAL
         step.terminated, step.truncated = terminated, truncated
+        step.success = terminated and achieved >> target & 1 == 1
         step.return_terminated = return_terminated
         step.return_truncated = return_truncated and not return_terminated
         step.lengths, step.shortest, step.illegal_actions = outcome.length, ledger.shortest, ledger.illegal_actions
@@ -111,6 +113,15 @@ def record_turns(
             else:
                 ledger.is_meta_turn = False
     return n_ended
+
+
+@njit(cache=True, nogil=True)
+def is_any_turn(ledgers):
+    """Return whether the meta-controller has a turn in any of N environments; NumPy's `any` of a field takes longer."""
+    is_any = False
+    for n in range(ledgers.shape[0]):
+        is_any |= ledgers[n].is_meta_turn
+    return is_any
 
 
 @njit(cache=True, nogil=True)
@@ -154,5 +165,5 @@ def write_results(
             success[n], events[n], elapsed[n], illegal[n], lengths[n] = False, NO_GOAL, 0, 0, 0
             shortest[n] = ledger.shortest
         else:
-            success[n], events[n], elapsed[n] = step.terminated, step.events, step.meta_elapsed > 0
+            success[n], events[n], elapsed[n] = step.success, step.events, step.meta_elapsed > 0
             illegal[n], lengths[n], shortest[n] = step.illegal_actions, step.lengths, step.shortest

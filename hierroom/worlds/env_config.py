@@ -31,14 +31,20 @@ GRAPHS = tyro.constructors.PrimitiveConstructorSpec(
 """How graphs are given on the command line: as texts, which `hierroom.complexity.GraphSet` reads."""
 
 
-_REWARD = tyro.constructors.PrimitiveConstructorSpec(
-    nargs=1,
-    metavar="REWARD",
-    instance_from_str=lambda words: None if words[0] == "None" else words[0],
-    is_instance=lambda _: True,
-    str_from_instance=lambda reward: [str(reward)],
-)
-"""How a reward is given on the command line: None, or as a text, which `rewards.make_reward` reads."""
+def _named(metavar: str) -> tyro.constructors.PrimitiveConstructorSpec:
+    """Return how something that has a name is given on the command line: None, or as a text."""
+    return tyro.constructors.PrimitiveConstructorSpec(
+        nargs=1,
+        metavar=metavar,
+        instance_from_str=lambda words: None if words[0] == "None" else words[0],
+        is_instance=lambda _: True,
+        str_from_instance=lambda thing: [str(thing)],
+    )
+
+
+DEFAULT_MAX_STEPS = 1000
+OF_ESCAPE_ROOMS = ("graph", "exclude", "curriculum_stages", "size", "drop_key")
+"""Entries that only an EscapeRoom has; the others are of every world."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +60,7 @@ class EnvConfig:
             escaping in 80% of at least 200 episodes, as many of each environment, and back below 20%. 1: all graphs at
             once.
         size: cells of the grid's side, 11 to 63, outer walls included.
-        max_steps: primitive steps after which an episode is truncated.
+        max_steps: primitive steps after which an episode is truncated. None: 1000, or as the task says.
         drop_key: give the controller a sixth action that drops a key.
         reward: the controller's reward: extrinsic (1 at the exit), bonus (1 for each key, door and the exit),
             intrinsic (1 where its goal is reached), novelty (1 at the exit, and the novelty bonus), an entry point,
@@ -62,8 +68,11 @@ class EnvConfig:
         novelty_bonus: the reward novelty gives for each state entered for the first time in an episode; the exit
             gives 1.
         subgoal_horizon: primitive steps after which an option ends without its goal; None: never.
-        goal_mask: goals the meta-controller may choose: reachable, existing, seen (or no goal: find something new)
-            or none (no mask: all 13 goals, existing or not).
+        goal_mask: goals the meta-controller may choose: reachable (by the goal graph or rules), existing (those left
+            to achieve), seen (in EscapeRooms; or no goal: find something new) or none (no mask: all goals of the
+            world, existing or not).
+        task: another world than EscapeRooms (which graph, exclude, curriculum_stages, size and drop_key describe):
+            package.module:name of a `hierroom.Task`, an entry point, or a world that ships, such as workshop:8.
         env_index: the index of the (first) environment; with the seed it fixes the episodes.
         levels: training or evaluation, which have no layout in common whatever the seeds; None: all levels, but in
             training and when a trained agent is evaluated or watched the one or the other.
@@ -73,12 +82,13 @@ class EnvConfig:
     exclude: Annotated[GraphSpecs, GRAPHS] = ()
     curriculum_stages: int = 1
     size: int = 19
-    max_steps: int = 1000
+    max_steps: int | None = None
     drop_key: bool = False
-    reward: Annotated[Any, _REWARD] = None
+    reward: Annotated[Any, _named("REWARD")] = None
     novelty_bonus: float = NOVELTY_BONUS
     subgoal_horizon: int | None = None
     goal_mask: GoalMaskName = "reachable"
+    task: Annotated[Any, _named("TASK")] = None
     env_index: Annotated[int, tyro.conf.Suppress] = 0
     levels: Annotated[LevelsName | None, tyro.conf.Suppress] = None
 
@@ -90,6 +100,11 @@ class EnvConfig:
         self._require("drop_key", isinstance(self.drop_key, bool), "True or False")
         for name, low in (("curriculum_stages", 1), ("env_index", 0)):
             self._require(name, _is_whole(getattr(self, name), low), f"a whole number of at least {low}")
+        if self.task is None:
+            if self.max_steps is None:
+                object.__setattr__(self, "max_steps", DEFAULT_MAX_STEPS)
+        else:
+            self._require_task()
         horizon = self.subgoal_horizon
         is_horizon = horizon is None or _is_whole(horizon, 1)
         self._require("subgoal_horizon", is_horizon, "a whole number of at least 1 or None")
@@ -104,18 +119,41 @@ class EnvConfig:
         if not is_right:
             raise InputError(f"{name} must be {allowed}, not {shown(getattr(self, name))}")
 
+    def _require_task(self) -> None:
+        self._require("max_steps", self.max_steps is None or _is_whole(self.max_steps, 1), "a whole number or None")
+        if self.task == "" or not (isinstance(self.task, str) or is_task(self.task)):
+            raise InputError(f"a task is a name, like package.module:name, or a hierroom.Task, not {shown(self.task)}")
+        for entry in fields(EnvConfig):
+            if entry.name in OF_ESCAPE_ROOMS and getattr(self, entry.name) != entry.default:
+                raise InputError(f"{entry.name} is for EscapeRooms; {self.names[0]} has no such entry")
+
     @classmethod
     def of_arguments(cls, entries: Mapping[str, Any], besides: Sequence[str] = ()) -> EnvConfig:
-        """Return the config that keyword arguments describe; ``besides`` names other arguments, for error messages."""
+        """Return the config that keyword arguments describe; ``besides`` names other arguments, for error messages.
+
+        Where a task stands in the place of the graph it is the task.
+        """
+        if is_task(entries.get("graph")):
+            entries = {"task": entries["graph"], **{name: one for name, one in entries.items() if name != "graph"}}
         known = [field.name for field in fields(cls)]
         if unknown := [name for name in entries if name not in known]:
             raise InputError(f"an environment takes {', '.join((*known, *besides))}; not {', '.join(unknown)}")
         return cls(**entries)
 
     @property
-    def n_actions(self) -> int:
-        """The controller's number of actions."""
-        return 6 if self.drop_key else 5
+    def names(self) -> tuple[str, ...]:
+        """The names of what is played: the task's, or those of the goal graphs."""
+        return tuple(spec_names(self.graph)) if self.task is None else (task_name(self.task),)
+
+
+def is_task(thing: object) -> bool:
+    """Return whether it is a task itself, from which worlds are made: see `make.WorldMaker`."""
+    return hasattr(thing, "make_world")
+
+
+def task_name(task: Any) -> str:
+    """Return the name of a task: what was typed, or its own."""
+    return task if isinstance(task, str) else task.name
 
 
 def _is_whole(value: object, low: int) -> bool:

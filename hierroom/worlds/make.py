@@ -1,24 +1,96 @@
-"""The world that a config describes; only the world that is asked for is imported."""
+"""The world of a config: the EscapeRoom, or that of a task. Only the world that is asked for is imported."""
 
 from __future__ import annotations
 
+import importlib
+import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from types import ModuleType
+from typing import Any, Protocol
 
 from hierroom.goals.goal_set import GoalSet
-from hierroom.worlds.env_config import EnvConfig
+from hierroom.support.errors import InputError, shown
+from hierroom.support.plugins import load_plugin
+from hierroom.worlds.env_config import EnvConfig, is_task
 from hierroom.worlds.world import Feature, World
+
+ENTRY_POINT_GROUP = "hierroom.tasks"
+SHIPPED: Mapping[str, str] = {"workshop": "hierroom.worlds.workshop.task:workshop_of"}
+"""Where the worlds that ship are made, by the word before the colon of their name.
+
+``workshop:8`` is what the function ``hierroom.worlds.workshop.X:f`` in this table returns for the text ``8``.
+"""
+
+
+class WorldMaker(Protocol):
+    """Makes worlds of a task: what `EnvConfig.task` may be, or may name.
+
+    Attributes:
+        name: in titles, tables and errors.
+        goal_set: the goals.
+        n_actions: the controller's number of actions.
+        features: what networks can read, by name, besides what every world has (`agents.features.offered`).
+        controller_features: names of those that the controller's network reads unless a config names others.
+        meta_features: names of those that a learned meta-controller's network reads.
+        max_steps: steps after which an episode is truncated unless a config says.
+    """
+
+    name: str
+    goal_set: GoalSet
+    n_actions: int
+    features: Mapping[str, Feature]
+    controller_features: tuple[str, ...]
+    meta_features: tuple[str, ...]
+    max_steps: int
+
+    def make_world(self, config: EnvConfig, num_envs: int, **settings: Any) -> World:
+        """Return a world of N environments: ``settings`` are those of `make_world`, and all are given."""
+        ...  # pyright: ignore[reportReturnType]
+
+
+def find_task(spec: Any) -> WorldMaker | None:
+    """Return the task that `EnvConfig.task` is or names; None where it is None: the EscapeRoom."""
+    if spec is None or is_task(spec):
+        return spec
+    word, _, rest = spec.partition(":")
+    if ships(spec):
+        module, _, name = SHIPPED[word].partition(":")
+        return getattr(importlib.import_module(module), name)(rest)
+    shipped = [f"{word}:..." for word in SHIPPED]
+    task = load_plugin(spec, "task", shipped, ENTRY_POINT_GROUP, "name")
+    if not is_task(task):
+        raise InputError(f"the task {spec!r} must be a hierroom.Task, not {shown(task)}")
+    return task
+
+
+def ships(spec: Any) -> bool:
+    """Return whether it is the name of a task that ships."""
+    return isinstance(spec, str) and spec.partition(":")[0] in SHIPPED
+
+
+def name_in_module(task: WorldMaker) -> str:
+    """Return ``package.module:name`` of a task, by which a run finds it again."""
+    for module, loaded in sorted(sys.modules.items()):
+        for name, value in [*vars(loaded).items()] if isinstance(loaded, ModuleType) else ():
+            if value is task:
+                return f"{module}:{name}"
+    raise InputError(f"a run names its task, like package.module:name; no module has {task.name} under a name")
 
 
 @dataclass(frozen=True, eq=False)
 class WorldSpec:
-    """The spec that agents are made for: the attributes of a `World` that are known before it is made."""
+    """The spec that agents are made for: the attributes of a `World` that are known before it is made.
+
+    The features at the end are those that agents read where their config names none, as it always does in EscapeRooms.
+    """
 
     config: EnvConfig
     goals: GoalSet
     n_actions: int
     features: Mapping[str, Feature]
+    controller_features: tuple[str, ...] = ()
+    meta_features: tuple[str, ...] = ()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copy and pickle the config alone: features are functions without a name."""
@@ -27,9 +99,12 @@ class WorldSpec:
 
 def world_spec(config: EnvConfig) -> WorldSpec:
     """Return what agents in the world of a config are made for."""
+    if (task := find_task(config.task)) is not None:
+        usual = task.controller_features, task.meta_features
+        return WorldSpec(config, task.goal_set, task.n_actions, task.features, *usual)
     from hierroom.worlds.escape_room.world import EscapeRoomWorld
 
-    return WorldSpec(config, EscapeRoomWorld.goals, config.n_actions, EscapeRoomWorld.features)
+    return WorldSpec(config, EscapeRoomWorld.goals, 6 if config.drop_key else 5, EscapeRoomWorld.features)
 
 
 def make_world(
@@ -48,6 +123,9 @@ def make_world(
         autoreset: whether an environment whose episode ends begins its next one in the same step.
         memories: what the world must remember of each episode.
     """
+    settings: dict[str, Any] = {"seed": seed, "autoreset": autoreset, "threads": threads, "memories": memories}
+    if (task := find_task(config.task)) is not None:
+        return task.make_world(config, num_envs, **settings)
     from hierroom.worlds.escape_room.world import EscapeRoomWorld
 
-    return EscapeRoomWorld(config, num_envs, seed=seed, autoreset=autoreset, threads=threads, memories=memories)
+    return EscapeRoomWorld(config, num_envs, **settings)

@@ -14,7 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from hierroom.goals import GoalGraph
 from hierroom.goals.goal_set import GoalSet
+from hierroom.support.byte_array import ByteArray
 from hierroom.support.errors import InputError
+from hierroom.support.read_only import freeze
 
 OUTCOME_FIELDS = (
     ("achieved", "i8"),  # bit g: this step achieved goal g
@@ -55,22 +57,27 @@ class Feature:
     """One thing that a network can read of an observation: one whole number or several.
 
     Args:
-        cardinalities: from the controller's number of actions to the number of values of each of its numbers.
+        cardinalities: the number of values of each of its numbers.
         encode: from an observation of M environments to [M, numbers] whole numbers below the cardinalities.
         vectors: [cardinality, d] fixed numbers that stand for each value; None: the network learns a row for each.
         memories: what the world must remember for it.
         is_by_goal: whether it has one number for each goal.
         is_of_goal: whether it shows the controller's goal; methods whose controller does not see the goal leave it out.
         is_of_world: whether it shows the world alone, without the goal and past actions; curiosity reads these.
+        array: how its numbers are the bytes of an array, where they are no categories.
     """
 
-    cardinalities: Callable[[int], tuple[int, ...]]
+    cardinalities: tuple[int, ...]
     encode: Callable[[Any], NDArray]
     vectors: NDArray | None = None
     memories: tuple[str, ...] = ()
     is_by_goal: bool = False
     is_of_goal: bool = False
     is_of_world: bool = True
+    array: ByteArray | None = None
+
+    def __post_init__(self) -> None:
+        freeze(self)  # all agents of the process share it
 
 
 class Replayer(Protocol):
@@ -99,6 +106,9 @@ class Replayer(Protocol):
 
     def tile_size(self, state: Any) -> int:
         """Return the tile size of a picture in which text can be read."""
+
+    def window_tile_size(self, state: Any) -> int:
+        """Return the tile size of a picture that fits on a screen."""
 
     def picture(self, state: Any, goal: int, tile_size: int, title: str) -> NDArray[np.uint8]:
         """Draw a state: [H, W, 3] uint8."""
@@ -153,6 +163,7 @@ class World(Protocol):
         outcomes: [N] records with the fields of `OUTCOME_FIELDS`, overwritten by each step.
         variants: names of the kinds of episodes that the world draws from, the easiest first.
         stage_titles: a line for each stage of a curriculum; empty without one.
+        notes: lines that a user should know before a run goes on.
         everywhere: [N] int, the numbers of all environments, read-only.
         has_begun: whether the first `reset` was made.
         can_split: whether each environment goes on as it would if it were copied into a world of fewer environments.
@@ -168,6 +179,7 @@ class World(Protocol):
     outcomes: np.ndarray
     variants: tuple[str, ...]
     stage_titles: Sequence[str]
+    notes: Sequence[str]
     everywhere: NDArray[np.integer]
     has_begun: bool
     can_split: bool
@@ -255,15 +267,13 @@ class World(Protocol):
     def shortest_actions(self, env: int) -> NDArray[np.integer]:
         """Return the actions of a shortest way to the target in one environment."""
 
-    # Optional: the nodes of the augmented graph, for a chain that is measured from play.
+    # Optional: the nodes of the augmented graph, for a chain that is measured from play; the global state, for critics.
 
     def node_map(self, augmented: Any) -> Any:
         """Return what `nodes` needs to find the nodes of an `AugmentedGraph`."""
 
     def nodes(self, node_map: Any, *, terminated: NDArray[np.bool_], ended: NDArray[np.bool_]) -> NDArray[np.integer]:
         """Return each environment's node [N] after a step, or at the end of the episode that it ended."""
-
-    # Optional: the global state, for learners with a central critic.
 
     @property
     def global_state_space(self) -> spaces.Box:

@@ -14,7 +14,7 @@ from hierroom.turns.records import META
 
 def test_permuting_colours_permutes_what_the_network_says():
     cardinalities = Features(WORLD, find_preset("learned").agents.meta_features, META).cardinalities
-    network = GoalNetwork(AgentSpace(cardinalities, 14), 8)
+    network = GoalNetwork(AgentSpace(cardinalities, 14), 8, N_COLOURS)
     with torch.no_grad():
         for head in (network.colour_head, network.exit_head):
             head.weight.normal_()

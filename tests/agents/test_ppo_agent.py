@@ -164,6 +164,7 @@ def test_goals_are_drawn_at_random_until_enough_episodes_escape():
         records = step.records.copy()
         records["option_ended"] = records["episode_ended"] = True
         records["terminated"], records["truncated"] = terminated, ~terminated
+        records["success"] = terminated
         return Step(records, step.n_goals)
 
     lost = all_ended(terminated=~ended)

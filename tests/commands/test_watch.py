@@ -18,7 +18,7 @@ from hierroom.support.animation import animate
 from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.render import draw_level, legible_tile_size
-from hierroom.worlds.escape_room.window import Window
+from hierroom.worlds.window import Window
 
 
 @pytest.fixture(scope="module")
@@ -128,7 +128,7 @@ def test_pictures_name_step_action_and_subgoal(run):
     assert len(shown) == len(episode) + 1
     for step, state in enumerate(episode.states()):
         goal = int(episode.goals[min(step, len(episode) - 1)])
-        end = "" if step < len(episode) else ", escaped" if episode.success else ", not escaped"
+        end = "" if step < len(episode) else ", escaped" if episode.success else ", did not escape"
         title = f"step {step} of 60" + (f": {episode.action_name(step)}" if step else "") + end
         np.testing.assert_array_equal(shown[step], draw_level(state, goal, tile_size, title))
 
@@ -191,7 +191,7 @@ def test_in_a_window(run, monkeypatch, capsys):
             super().show(frame)
 
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    monkeypatch.setattr("hierroom.worlds.escape_room.window.Window", Screen)
+    monkeypatch.setattr("hierroom.worlds.window.Window", Screen)
     assert watch.main([str(run), "--episodes", "2"]) == 0
     episodes = list(hierroom.rollout(hierroom.load(run), None, 2))
     assert len(shown) == sum(len(episode) + 1 + 9 for episode in episodes)

@@ -22,6 +22,7 @@ COMMANDS = sorted(
     }
 )
 SET = "runs/hippo-fixed-dfs-rooms-4-no-g-seed0"
+OF_TASK = "runs/hippo-fixed-dfs-taxi-seed0-steps300k"
 NAMES = {"RUNS": "runs", "[RUN": "runs/hippo-fixed-dfs-c-seed0", "...]": None}
 """What stands for names of one's own, and what it is here."""
 
@@ -31,6 +32,8 @@ def folder(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("docs")
     with pytest.MonkeyPatch.context() as patched:
         patched.chdir(folder)
+        patched.syspath_prepend(ROOT / "examples")
+        assert train_quietly(["--task", "my_tasks:taxi", *SMALL_OPTIONS[4:], "--out", OF_TASK]) == 0
         for name, options in (
             ("runs/hippo-fixed-dfs-c-seed0", ["--graph", "c"]),
             ("runs/hippo-random-c-seed0", ["--graph", "c", "--meta", "random"]),
@@ -57,8 +60,8 @@ def test_it_ends_well(command, folder, tmp_path, monkeypatch):
     monkeypatch.chdir(place)
     monkeypatch.syspath_prepend(ROOT)  # where the plans name benchmarks/variants.py
     monkeypatch.syspath_prepend(ROOT / "examples")
-    if SET not in words:  # which has no goal graph in common with the others
-        shutil.rmtree(SET)
+    for other in {SET, OF_TASK} - {*words}:  # which have no goal graph in common with the others
+        shutil.rmtree(other)
     words = [named for word in words if (named := NAMES.get(word, word)) is not None]
     words = [one for word in words for one in (sorted(map(str, Path().glob(word))) if "*" in word else [word])]
     if "--out" in words and name != "compare":  # which the page has made before, or will

@@ -4,6 +4,7 @@ import importlib.util
 import inspect
 import io
 import re
+from functools import partial
 from pathlib import Path
 
 import gymnasium
@@ -26,15 +27,18 @@ def test_the_table_of_environments_equals_the_script_s_output():
 
 
 def test_every_id_is_on_the_page():
-    ids = {name for name in gymnasium.registry if re.fullmatch(r"hierroom/EscapeRoom(-[a-g])?-v0", name)}
-    assert len(ids) == 8
-    assert set(re.findall(r"`(hierroom/EscapeRoom\S*-v0)`", PAGE)) == ids
+    ids = {name for name in gymnasium.registry if re.fullmatch(r"hierroom/(EscapeRoom(-[a-g])?|Workshop)-v0", name)}
+    assert len(ids) == 9
+    assert set(re.findall(r"`(hierroom/\w+\S*-v0)`", PAGE)) == ids
 
 
-@pytest.mark.parametrize("letter", "abcdefg")
-def test_the_pictures_are_of_the_levels(letter):
-    kept = np.asarray(Image.open(DOCS / "pictures" / f"level-{letter}.png").convert("RGB"))
-    drawn = np.asarray(Image.open(io.BytesIO(script.as_png(script.level(letter)))).convert("RGB"))
+DRAWN = {"workshop": script.workshop, **{f"level-{letter}": partial(script.level, letter) for letter in "abcdefg"}}
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_the_pictures_are_of_the_levels(name):
+    kept = np.asarray(Image.open(DOCS / "pictures" / f"{name}.png").convert("RGB"))
+    drawn = np.asarray(Image.open(io.BytesIO(script.as_png(DRAWN[name]()))).convert("RGB"))
     assert kept.shape == drawn.shape
     assert (abs(kept.astype(int) - drawn) > 40).mean() < 0.001  # versions of the library may pick other shades
 

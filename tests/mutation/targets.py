@@ -17,7 +17,7 @@ TARGETS: Mapping[str, tuple[str, str, int]] = {
     "view": ("worlds/escape_room/view_kernels.py", "world_keys world_minigrid world_batch frontier", 7),
     "memory": ("worlds/escape_room/memory_kernels.py", "features frontier novelty world_keys", 0),
     "generation": ("worlds/escape_room/generation_kernels.py", "world_levels", 28),
-    "random": ("worlds/escape_room/random_kernels.py", "world_random", 0),
+    "random": ("worlds/random_kernels.py", "world_random", 0),
     "batch": ("worlds/escape_room/batch_kernels.py", "world_batch", 0),
     "observations": ("worlds/escape_room/observations.py", "api_equal api_vector", 3),
     "state_check": ("worlds/escape_room/state_check.py", "state_check", 10),

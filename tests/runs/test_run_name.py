@@ -45,6 +45,8 @@ def named(arguments: str) -> str:
         (f"--features {' '.join(FEATURES[:-1])}", "hippo-fixed-dfs-c-seed0-features-without-frontier-places"),
         (f"--features {' '.join(FEATURES)} symbol", "hippo-fixed-dfs-c-seed0-features-with-symbol"),
         ("--features view goal", "hippo-fixed-dfs-c-seed0-features-view-goal"),
+        ("--method ppo --graph rooms:3", "ppo-rooms-3-seed0"),
+        ("--task workshop:8:3:deep --seed 2", "hippo-fixed-dfs-workshop-8-3-deep-seed2"),
     ],
 )
 def test_the_name_shows_what_differs_from_the_preset(arguments, name, tmp_path, monkeypatch):

@@ -24,9 +24,14 @@ for entries in (
     {"preset": "learned", "graph": ("b", "e"), "max_steps": 90},
     {"preset": "long", "method": "ppo-bonus", "drop_key": True},
     {"preset": "large", "size": 31, "method": "ppo-sketch", "goal_mask": "seen", "subgoal_horizon": 7, "threads": 1},
+    {"task": "workshop:4:1", "goal_mask": "existing"},
 ):
     trainer = hierroom.train(num_envs=5, steps=500, evaluations=1, evaluation_episodes=3, **entries)
     list(hierroom.rollout(trainer, episodes=2))
+env = hierroom.parallel_env(task="workshop:3", render_mode="rgb_array", reward="novelty")
+env.reset(seed=1)
+env.step({agent: 1 for agent in env.agents})
+env.render()
 env = hierroom.parallel_env(graph="g", render_mode="rgb_array", reward="bonus")
 env.reset(seed=1)
 env.step({agent: 1 for agent in env.agents})

@@ -20,7 +20,7 @@ PACKAGE = Path(hierroom.__file__).parent
 DIGEST = kernel_folder.digest_of_kernels(PACKAGE)[:16]
 PRINT_FOLDER = """
 import hierroom
-from hierroom.worlds.escape_room.random_kernels import mix
+from hierroom.worlds.random_kernels import mix
 hierroom.env(graph='a')
 print(mix.stats.cache_path)
 """

@@ -3,19 +3,17 @@
 import ast
 
 import architecture
-import corridor
 import numpy as np
 import pytest
-from corridor import AHEAD, BACK, END, LAMP, STONE
+from corridor import AHEAD, BACK, END, LAMP, STONE, CorridorTask
 
 from hierroom.agents.episode_facts import EpisodeFacts
 from hierroom.agents.features import Features
 from hierroom.meta import make_meta, take_turn
-from hierroom.turns import turns as turns_module
 from hierroom.turns.kernels import NO_GOAL, OTHER, REACHED
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
-from hierroom.worlds.make import WorldSpec
+from hierroom.worlds.make import world_spec
 
 CUT_OFF = ("turns", "agents", "learners", "runs", "envs", "lab")
 CUT_OFF_FILES = ("aec_env", "parallel_env", "gym_env", "vector_env", "meta")
@@ -39,12 +37,11 @@ def test_only_what_draws_or_plays_a_level_imports_the_escape_room():
 
 
 @pytest.fixture
-def make(monkeypatch):
+def make():
     """What makes turns in corridors: stone and lamp stand in cell 2, the end in cell 5."""
-    monkeypatch.setattr(turns_module, "make_world", corridor.Corridor)
 
     def make(n=1, **settings):
-        return Turns(EnvConfig(**settings), n, seed=0)
+        return Turns(EnvConfig(task=CorridorTask(), **settings), n, seed=0)
 
     return make
 
@@ -108,10 +105,8 @@ def test_agents_observe_what_the_world_shows(make):
         assert shown["goal"].tolist() == turns.world.goals.vectors[goals].tolist()
         space = turns.observation_space(agent)
         assert all(space.contains({name: array[n] for name, array in shown.items()}) for n in range(2))
-    assert turns.situation(np.arange(2)).level(0) == "cell 1, goals []"
-    features = Features(
-        WorldSpec(turns.config, turns.world.goals, 2, turns.world.features), ("cell", "symbol", "previous-action")
-    )
+    assert str(turns.situation(np.arange(2)).level(0)) == "step 1; achieved: nothing; legal goals: none"
+    features = Features(world_spec(turns.config), ("cell", "symbol", "previous-action"))
     assert features.cardinalities == (6, 4, 3)
     assert features.encode(turns.observe("controller_0", np.arange(2))).tolist() == [[1, LAMP, AHEAD], [0, 3, BACK]]
 

@@ -28,7 +28,7 @@ class Tasks:
         by_group = graphs_of(groups)
         if shared := set.intersection(*by_group):
             return cls(tuple(sorted(shared)))
-        if "graph" in groups[0].choices:
+        if not groups[0].choices.keys().isdisjoint({"graph", "task"}):
             return cls((OWN,))
         names = "; ".join(f"{g.label}: {', '.join(sorted(graphs))}" for g, graphs in zip(groups, by_group, strict=True))
         raise InputError(f"the groups have no goal graph in common ({names}); add graph to --by, or leave some out")

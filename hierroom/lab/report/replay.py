@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Sequence
 from itertools import pairwise, zip_longest
 from typing import Any
@@ -11,11 +12,13 @@ from numpy.typing import NDArray
 
 from hierroom.agents.decision_tape import DecisionTape, EpisodeDecisions
 from hierroom.agents.episode import Episode
+from hierroom.agents.playback import MOST_IN_GIF, pictures
 from hierroom.agents.recorder import record
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
 from hierroom.goals.drawing import tree_places
 from hierroom.lab.report.curves import rounded
 from hierroom.runs.trained_agent import TrainedAgent
+from hierroom.support.animation import gif
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.worlds.escape_room.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, UNSEEN, WALL
 from hierroom.worlds.escape_room.render import view_of
@@ -39,21 +42,33 @@ N_TRIED = 20  # episodes that are played, to show some of them
 
 
 def replays(agent: TrainedAgent, episodes: int, seed: int) -> list[dict[str, Any]]:
-    """Play episodes and return some as plain types: an escape and a failure, if there are, of each graph in turn."""
+    """Play episodes and return some as plain types: an escape and a failure, if there are, of each graph in turn.
+
+    The page draws levels from numbers; of a task it shows a film.
+    """
     n = max(N_TRIED, episodes)
     tape = DecisionTape(agent.pair(n, seed=seed))
     played = list(record(agent.turns(n, seed=seed), tape, n))
+    chosen = _chosen(played, episodes)
+    if agent.config.env.task is not None:
+        return [filmed(played[env]) for env in chosen]
     return [
         replay(played[env], *(tape.of_first_episode(name, env, len(played[env])) for name in (CONTROLLER, META)))
-        for env in _chosen(played, episodes)
+        for env in chosen
     ]
+
+
+def filmed(episode: Episode) -> dict[str, Any]:
+    """Return an episode as a film, a GIF in base64, and its subgoals."""
+    film = base64.b64encode(gif(list(pictures(episode, most=MOST_IN_GIF)))).decode()
+    return {"title": episode.title, "film": film, "subgoals": [vars(subgoal).copy() for subgoal in episode.subgoals]}
 
 
 def _chosen(played: Sequence[Episode], n: int) -> list[int]:
     """Choose the first escape and the first failure of each graph in turn, then the rest."""
     firsts: dict[tuple[bool, str], int] = {}
     for number, episode in enumerate(played):
-        firsts.setdefault((episode.success, episode.graph.name), number)
+        firsts.setdefault((episode.success, episode.variant), number)
     ends = [[number for (success, _), number in firsts.items() if success is wanted] for wanted in (True, False)]
     order = [number for pair in zip_longest(*ends) for number in pair if number is not None]
     return [*order, *(number for number in range(len(played)) if number not in order)][:n]
@@ -71,7 +86,7 @@ def replay(
     return {
         "title": episode.title,
         "graph": {
-            "name": episode.graph.name,
+            "name": episode.variant,
             "key_rooms": list(episode.graph.key_rooms),
             "exit_room": episode.graph.exit_room,
             "places": [list(place) for place in tree_places(episode.graph.key_rooms)],

@@ -37,8 +37,8 @@ class FeatureEncoder(nn.Module):
         inputs = None if feature_vectors is None else _input_matrix(cardinalities, feature_vectors)
         self.register_buffer("inputs", inputs, persistent=False)
         n_inputs = sum(cardinalities) if inputs is None else inputs.shape[1]
-        self.weight = nn.Parameter(torch.empty(n_inputs, hidden_size))
-        self.bias = nn.Parameter(torch.zeros(hidden_size))
+        self.weight = nn.Parameter(torch.empty(n_inputs, hidden_size, dtype=torch.float32))
+        self.bias = nn.Parameter(torch.zeros(hidden_size, dtype=torch.float32))
         # The initial rows are small. With rows about 4 times as large, so that the sparse sum had unit variance, the
         # same agent needed 50% more steps on graphs c and g.
         nn.init.orthogonal_(self.weight, math.sqrt(2.0))
@@ -49,10 +49,12 @@ class FeatureEncoder(nn.Module):
 
     def forward(self, features: Tensor) -> Tensor:
         """Encode observations [..., K] uint8, each below its cardinality, as [..., H] float, at least 0."""
-        rows = features.long() + self.offsets
-        flat = rows.reshape(-1, rows.shape[-1])  # [N, K]
-        total = functional.embedding_bag(flat, self.table(), mode="sum") + self.bias
-        return torch.relu(total).reshape(*features.shape[:-1], -1)
+        flat = features.reshape(-1, features.shape[-1])  # [N, K]
+        return torch.relu(self.linear(flat)).reshape(*features.shape[:-1], -1)
+
+    def linear(self, features: Tensor) -> Tensor:
+        """Encode observations [N, K] as [N, H], before the ReLU."""
+        return functional.embedding_bag(features.long() + self.offsets, self.table(), mode="sum") + self.bias
 
 
 def _input_matrix(cardinalities: Sequence[int], vectors: Sequence[ArrayLike | None]) -> Tensor:
@@ -62,4 +64,4 @@ def _input_matrix(cardinalities: Sequence[int], vectors: Sequence[ArrayLike | No
         if block.ndim != 2 or len(block) != n:
             shapes = f"shape [{n}, d], not {list(block.shape)}"
             raise InputError(f"feature {column} has {n} values, so its vectors must have {shapes}")
-    return torch.block_diag(*(torch.as_tensor(block, dtype=torch.float32) for block in blocks))
+    return torch.block_diag(*(torch.tensor(block, dtype=torch.float32) for block in blocks))

@@ -13,7 +13,7 @@ from typing import Any, Literal, get_args
 import msgspec
 import tyro
 
-from hierroom.agents.config import AgentsConfig, Method
+from hierroom.agents.config import ESCAPE_ROOM_FEATURES, AgentsConfig, Method, require_features
 from hierroom.goals import NAMED_GRAPHS, is_graph_set, plain_specs, spec_names
 from hierroom.learners.config import PPOConfig
 from hierroom.runs.config.typed_value import entry_types
@@ -22,6 +22,8 @@ from hierroom.worlds.env_config import EnvConfig
 
 PresetName = Literal["default", "long", "large", "learned", "paper", "algorithm1"]
 """What `presets.PRESETS` has."""
+OF_WORLD = ("features", "meta_features", "max_steps")
+"""Entries that a task says itself where they are None; for EscapeRooms the defaults say them."""
 
 META_PPO = PPOConfig(sequence_length=8, sequences_per_update=32, gamma=0.998, value_weight=0.5, min_advantage_std=0.05)
 """For learning to choose goals: an update after 256 decisions, as there are few of them; a discount that lets the exit
@@ -41,7 +43,7 @@ RANGES: Mapping[str, tuple[int, int]] = {
 
 @dataclass(frozen=True)
 class TrainConfig:
-    """Train an agent in EscapeRooms.
+    """Train an agent in EscapeRooms or in a task.
 
     Args:
         env: the environment.
@@ -99,6 +101,17 @@ class TrainConfig:
         for name, kind in PARTS.items():
             if not isinstance(part := getattr(self, name), kind):
                 raise InputError(f"{name} must be of type {kind.__name__}, not {shown(part)}")
+        object.__setattr__(self, "agents", self._agents_of_world())
+
+    def _agents_of_world(self) -> AgentsConfig:
+        """Return the agents with features of the world: those of EscapeRooms by name, those of a task as it says."""
+        usual, own = AgentsConfig(), {name: getattr(self.agents, name) for name in ("features", "meta_features")}
+        if self.env.task is not None:
+            return replace(self.agents, **{name: None for name, one in own.items() if one == getattr(usual, name)})
+        own = {name: getattr(usual, name) if one is None else one for name, one in own.items()}
+        for name, features in own.items():
+            require_features(name, features, ESCAPE_ROOM_FEATURES)
+        return replace(self.agents, **own)
 
     @property
     def resolved_method(self) -> Method:
@@ -109,8 +122,9 @@ class TrainConfig:
     def title(self) -> str:
         """Return what the run trains, in a sentence."""
         agents = f"{self.agents.method} with meta-controller {self.resolved_method.meta}"
-        graphs, excluded = (", ".join(spec_names(specs)) for specs in (self.env.graph, self.env.exclude))
-        where = f"graph {graphs}{f' without {excluded}' if excluded else ''}, seed {self.seed}"
+        played, excluded = ", ".join(self.env.names), ", ".join(spec_names(self.env.exclude))
+        what = "graph" if self.env.task is None else "task"
+        where = f"{what} {played}{f' without {excluded}' if excluded else ''}, seed {self.seed}"
         return f"{agents} on {where}, preset {self.preset}: {self.steps:,} steps in {self.num_envs} environments"
 
     @property
@@ -125,6 +139,8 @@ class TrainConfig:
                 f"a config begins with a preset: one that began with {self.preset} cannot be changed to "
                 f"{entries['preset']}; change the entries that are to be others"
             )
+        if "task" in entries and entries["task"] is not None and entries["task"] != self.env.task:
+            entries = {**dict.fromkeys(OF_WORLD), **entries}
         changes: dict[str, dict[str, Any]] = {"": {name: entries.pop(name) for name in PARTS.keys() & entries.keys()}}
         for name in sorted(entries.keys() - ENTRIES.keys()):
             near = get_close_matches(name, [*ENTRIES, *PARTS], n=1)
@@ -133,20 +149,27 @@ class TrainConfig:
         for name, value in entries.items():
             part, field = ENTRIES[name]
             changes.setdefault(part, {})[field] = value
-        config = replace(self, **changes.pop(""))
-        for part, within in changes.items():
+        whole = changes.pop("")
+        for part, within in changes.items():  # the parts belong together: features are those of the environment's world
+            if not isinstance(before := whole.get(part, getattr(self, part)), PARTS[part]):
+                break  # and be refused
             try:
-                config = replace(config, **{part: replace(getattr(config, part), **within)})
+                whole[part] = replace(before, **within)
             except InputError as error:
                 raise InputError(f"{OF_META if part == META_PART else ''}{error}") from error
-        return config
+        return replace(self, **whole)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain types for JSON; user-defined goal graphs by their content, whatever becomes of their files."""
-        named = {"reward": self.env.reward, "meta": self.agents.meta, "network": self.agents.network}
+        named = {
+            "reward": self.env.reward,
+            "task": self.env.task,
+            "meta": self.agents.meta,
+            "network": self.agents.network,
+        }
         for name, given in named.items():
             if not isinstance(given, str | None):
-                raise InputError(f"a run names its {name}, like package.module:Class; it cannot hold {given!r}")
+                raise InputError(f"a run names its {name}, like package.module:name; it cannot hold {given!r}")
         table = dataclasses.asdict(self)
         table["env"] |= {"graph": plain_specs(self.env.graph), "exclude": plain_specs(self.env.exclude)}
         return table
@@ -176,6 +199,8 @@ META_PART = "meta_ppo"
 PARTS: Mapping[str, type] = {"env": EnvConfig, "agents": AgentsConfig, "ppo": PPOConfig, META_PART: PPOConfig}
 OF_META = f"{META_PART}."
 """How the flat names of the entries of ``meta_ppo`` begin: they are those of ``ppo`` again."""
+LATER_ENTRIES: Mapping[str, Any] = {"task": None}
+"""Entries that files of earlier versions lack, and what they meant."""
 CHANGED_WHEN_RESUMED = frozenset({"steps", "threads", "device", "warm_start"})
 """Entries in which a resumed run may differ; the weights of a warm start are in its checkpoints."""
 
@@ -199,7 +224,9 @@ def _file_type() -> type[msgspec.Struct]:
     """Return the type of config.json: every entry, as defaults may be those of another version, and no other."""
 
     def record(part: type, types: Mapping[str, Any]) -> type[msgspec.Struct]:
-        return msgspec.defstruct(part.__name__, [*types.items()], forbid_unknown_fields=True)
+        later = {name: (kind, LATER_ENTRIES[name]) for name, kind in types.items() if name in LATER_ENTRIES}
+        fields = [(name, *later.get(name, (kind,))) for name, kind in types.items()]
+        return msgspec.defstruct(part.__name__, sorted(fields, key=len), forbid_unknown_fields=True)
 
     parts = {name: record(part, entry_types(part)) for name, part in PARTS.items()}
     return record(TrainConfig, {**entry_types(TrainConfig), **parts})

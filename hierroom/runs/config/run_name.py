@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from hierroom.goals import GraphSpecs, spec_names
-from hierroom.runs.config.config import TrainConfig
+from hierroom.goals import spec_names
+from hierroom.runs.config.config import OF_WORLD, TrainConfig
 from hierroom.runs.config.presets import find_preset, implied_preset
+from hierroom.worlds.make import ships
 
 MAX_LENGTH = 97
 """Characters of a name: with -2, -3, ... added it stays within 100."""
 MAX_NAMED_GRAPHS = 4
 """How many graphs or sets of them a name lists; it counts the rest."""
 _META_LENGTH, _GRAPH_LENGTH, _SEED_LENGTH = 20, 24, 18
-_SEPARATE = frozenset({"method", "meta", "graph", "exclude", "seed", "preset"})
+_SEPARATE = frozenset({"method", "meta", "graph", "exclude", "task", "seed", "preset"})
 _NEVER_NAMED = frozenset({"threads", "device"})
 
 
@@ -26,7 +28,9 @@ def run_name(config: TrainConfig) -> str:
     room; a digest stands for the rest. Threads and device, in which a resumed run may differ, are left out.
     """
     method, meta = config.agents.method, config.resolved_method.meta
-    graphs = [*_few(config.env.graph), *(f"no-{name}" for name in _few(config.env.exclude))]
+    task = config.env.task
+    played = config.env.names if task is None or ships(task) else map(_name_of, config.env.names)
+    graphs = [*_few(played), *(f"no-{name}" for name in _few(spec_names(config.env.exclude)))]
     parts = (
         method,
         "" if meta == "none" else _shortened(_name_of(meta), _META_LENGTH),
@@ -36,6 +40,8 @@ def run_name(config: TrainConfig) -> str:
     )
     head = "-".join(_plain(part) for part in parts if part)
     usual, omitted = find_preset(config.preset).entries, _SEPARATE | _NEVER_NAMED
+    if task is not None:
+        usual = {**usual, **dict.fromkeys(OF_WORLD)}
     changed = {name: one for name, one in config.entries.items() if name not in omitted and one != usual[name]}
     differences = [_plain(_text(name, one, usual[name])) for name, one in changed.items()]
     whole = "-".join([head, *differences])
@@ -49,8 +55,8 @@ def run_name(config: TrainConfig) -> str:
     return f"{name}-and{n_left_out}-{digest}"
 
 
-def _few(specs: GraphSpecs) -> list[str]:
-    names = [*spec_names(specs)]
+def _few(names: Iterable[str]) -> list[str]:
+    names = [*names]
     n_more = len(names) - MAX_NAMED_GRAPHS
     return [*names[:MAX_NAMED_GRAPHS], f"and-{n_more}-more"] if n_more > 0 else names
 

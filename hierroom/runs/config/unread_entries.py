@@ -30,7 +30,7 @@ def entries_without_effect(config: TrainConfig) -> tuple[str, ...]:
 def unread_entries(config: TrainConfig) -> tuple[str, ...]:
     """Return the entries without effect that are not as in the config's preset."""
     own, usual = config.entries, find_preset(config.preset).entries
-    return tuple(name for name in entries_without_effect(config) if own[name] != usual[name])
+    return tuple(name for name in entries_without_effect(config) if own[name] not in (usual[name], None))
 
 
 def unread_note(config: TrainConfig) -> str | None:

@@ -18,7 +18,7 @@ from hierroom.worlds.escape_room.constants import (
     WALL,
 )
 from hierroom.worlds.escape_room.memory_kernels import visit
-from hierroom.worlds.escape_room.random_kernels import random_below, shuffle, stream_key
+from hierroom.worlds.random_kernels import random_below, shuffle, stream_key
 
 
 @njit(cache=True)

@@ -12,7 +12,7 @@ from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, OPEN, PIC
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.layout import State
 from hierroom.worlds.escape_room.level import goal_name, uncoloured
-from hierroom.worlds.escape_room.render import draw_level, legible_tile_size, text
+from hierroom.worlds.escape_room.render import default_tile_size, draw_level, legible_tile_size, text
 
 ACTION_NAMES = {FORWARD: "forward", LEFT: "left", RIGHT: "right", PICKUP: "pick up", OPEN: "open", DROP: "drop"}
 
@@ -57,3 +57,7 @@ class LevelReplayer:
     def tile_size(self, state: State) -> int:
         """Return the side length of a cell in pixels at which a line of text fits into the grid."""
         return legible_tile_size(state.size)
+
+    def window_tile_size(self, state: State) -> int:
+        """Return MiniGrid's side length of a cell in pixels, or less so that a large grid fits on a screen."""
+        return default_tile_size(state.size)

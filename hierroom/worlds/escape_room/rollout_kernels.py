@@ -9,8 +9,8 @@ import math
 import numpy as np
 
 from hierroom.support.compile.kernel import njit
-from hierroom.worlds.escape_room.random_kernels import GOLDEN, mix, random_below
 from hierroom.worlds.escape_room.step_kernels import advance
+from hierroom.worlds.random_kernels import GOLDEN, mix, random_below
 
 UNIT = 2.0**-53
 

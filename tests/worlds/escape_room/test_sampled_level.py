@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import softmax
 from scipy.stats import kstest
+from splitmix import BITS, GOLDEN, mixed
 
 from hierroom.complexity.measures import Gorp, mdp_policy_information
 from hierroom.complexity.measures.policy_information import policy_information
@@ -26,17 +27,10 @@ from hierroom.worlds.escape_room.rollout_kernels import (
 from hierroom.worlds.escape_room.sampled_level import SampledLevel
 
 A = GoalGraph.named("a")
-MASK, GOLDEN = 2**64 - 1, 0x9E3779B97F4A7C15
 
 
 def sampled(horizon: int, graph: GoalGraph = A, seed: int = 0) -> SampledLevel:
     return SampledLevel(Engine([graph], size=11, seed=0).state, horizon, seed)
-
-
-def mixed(bits: int) -> int:
-    bits = ((bits ^ (bits >> 30)) * 0xBF58476D1CE4E5B9) & MASK
-    bits = ((bits ^ (bits >> 27)) * 0x94D049BB133111EB) & MASK
-    return bits ^ (bits >> 31)
 
 
 def normal_of(bits: int) -> float:
@@ -50,7 +44,7 @@ def bits_of(level: np.record) -> int:
     if level.can_drop:
         places = level.keys_at.tolist()
         for row, col in (places[branch] for branch in range(level.n_rooms - 1) if not keys >> branch & 1):
-            bits = mixed(bits ^ ((row << 8 | col) + GOLDEN & MASK))
+            bits = mixed(bits ^ ((row << 8 | col) + GOLDEN & BITS))
         for branch in level.bag[: level.bag_size].tolist():
             bits = bits if doors >> branch & 1 else mixed(bits ^ branch + 1)
     return bits
@@ -78,7 +72,7 @@ def test_rollouts_are_those_of_plain_python():
             key, one, outcome, drawn = mixed(seed ^ mixed(n * m + rollout)), start[[n]], np.zeros(1, OUTCOME), 0
             while not one.levels["has_ended"][0]:
                 drawn += 1
-                action = ((mixed((key + drawn * GOLDEN) & MASK) >> 32) * 5) >> 32
+                action = ((mixed((key + drawn * GOLDEN) & BITS) >> 32) * 5) >> 32
                 batch_kernels.step_levels(one.levels, one.grids, np.array([action]), outcome)
             steps += drawn
             expected[n] += int(outcome["terminated"][0])
@@ -114,12 +108,12 @@ def test_actions_have_the_probabilities_of_a_softmax():
     level = sampled(60).state.levels[0]
     policy, n = np.uint64(5), 40_000
     bits = mixed(int(policy) ^ int(state_bits(level)))
-    preferences = [normal(np.uint64(mixed((bits + (a + 1) * GOLDEN) & MASK))) for a in range(5)]
+    preferences = [normal(np.uint64(mixed((bits + (a + 1) * GOLDEN) & BITS))) for a in range(5)]
     level.key, level.n_drawn = 9, 0
     actions = [drawn_action(level, policy, 5) for _ in range(n)]
     assert np.bincount(actions, minlength=5) / n == pytest.approx(softmax(preferences), abs=0.01)
     for t in range(20):
-        uniform = [((mixed((9 + (5 * t + a + 1) * GOLDEN) & MASK) >> 11) + 0.5) / 2**53 for a in range(5)]
+        uniform = [((mixed((9 + (5 * t + a + 1) * GOLDEN) & BITS) >> 11) + 0.5) / 2**53 for a in range(5)]
         assert actions[t] == np.argmax(np.array(preferences) - np.log(-np.log(uniform)))
 
 

@@ -2,31 +2,20 @@
 
 import numpy as np
 import pytest
+from splitmix import BITS, GOLDEN, below, key_of, mixed, shuffled
 
 from hierroom.worlds.escape_room.layout import LEVEL
-from hierroom.worlds.escape_room.random_kernels import mix, random_below, shuffle, stream_key, turn_uniforms
+from hierroom.worlds.random_kernels import mix, random_below, shuffle, stream_key, turn_uniforms
 
-GOLDEN = 0x9E3779B97F4A7C15
-BITS = 2**64 - 1
 KEYS = (0, 1, 2**63, BITS, 0x0123456789ABCDEF)
 
 pytestmark = pytest.mark.filterwarnings("ignore:overflow encountered")  # as plain Python the kernels tell of it
-
-
-def mixed(bits):
-    bits = (bits ^ (bits >> 30)) * 0xBF58476D1CE4E5B9 & BITS
-    bits = (bits ^ (bits >> 27)) * 0x94D049BB133111EB & BITS
-    return bits ^ (bits >> 31)
 
 
 def level(key, n_drawn=0):
     records = np.zeros(1, LEVEL).view(np.recarray)
     records.key, records.n_drawn = key, n_drawn
     return records[0]
-
-
-def below(key, n, bound):
-    return (mixed((key + n * GOLDEN) & BITS) >> 32) * bound >> 32
 
 
 def test_it_is_splitmix64():
@@ -38,10 +27,7 @@ def test_it_is_splitmix64():
 
 @pytest.mark.parametrize("numbers", [(0, 0, 0), (7, 3, 2), (2**62, 127, 2**31), (1, 0, 0), (0, 1, 0), (0, 0, 1)])
 def test_the_key_of_an_episode(numbers):
-    key = 0
-    for number in numbers:
-        key = mixed(key ^ ((number + GOLDEN) & BITS))
-    assert int(stream_key(*numbers)) == key
+    assert int(stream_key(*numbers)) == key_of(*numbers)
 
 
 @pytest.mark.parametrize("key", KEYS)
@@ -55,14 +41,9 @@ def test_whole_numbers(key):
 
 @pytest.mark.parametrize("key", KEYS)
 def test_an_array_is_shuffled_from_its_end(key):
-    expected = [*range(7)]
-    for n, last in enumerate(range(6, 0, -1), start=1):
-        other = below(key, n, last + 1)
-        expected[last], expected[other] = expected[other], expected[last]
     items, own = np.arange(7), level(key)
     shuffle(own, items)
-    assert items.tolist() == expected
-    assert own.n_drawn == 6
+    assert (items.tolist(), own.n_drawn) == shuffled(key, 0, range(7))
 
 
 def test_uniforms_of_turns():

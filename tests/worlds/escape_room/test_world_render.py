@@ -13,12 +13,17 @@ from hierroom.worlds.escape_room import constants
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.oracle import shortest_actions
 from hierroom.worlds.escape_room.render import OUTLINE, draw_level, text
-from hierroom.worlds.escape_room.window import LevelScreen, Window
+from hierroom.worlds.escape_room.replayer import LevelReplayer
+from hierroom.worlds.window import StateScreen, Window
 
 
 @pytest.fixture
 def world():
     return Engine([NAMED_GRAPHS["c"]], seed=1)
+
+
+def screen(world, render_mode):
+    return StateScreen(world.get_state, LevelReplayer(), render_mode)
 
 
 def where(state, tile):
@@ -165,19 +170,19 @@ def test_a_window_without_a_screen(world, monkeypatch):
 
 def test_screens(world, monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    assert LevelScreen(world, "ansi").render(0, 3) == text(world.state, 3)
-    np.testing.assert_array_equal(LevelScreen(world, "rgb_array").render(0, 3), draw_level(world.state, 3))
-    assert LevelScreen(world, None).render(0, -1) is None
-    screen = LevelScreen(world, "human")
-    screen.show(0, 3)
-    assert screen.render(0, 3) is None
-    screen.close()
+    assert screen(world, "ansi").render(0, 3) == text(world.state, 3)
+    np.testing.assert_array_equal(screen(world, "rgb_array").render(0, 3), draw_level(world.state, 3))
+    assert screen(world, None).render(0, -1) is None
+    window = screen(world, "human")
+    window.show(0, 3)
+    assert window.render(0, 3) is None
+    window.close()
     with pytest.raises(InputError, match="render_mode must be one of ansi, rgb_array, human or None, not 'rgb'"):
-        LevelScreen(world, "rgb")
+        screen(world, "rgb")
 
 
 def test_large_grids_fit_a_screen():
-    frame = LevelScreen(Engine([NAMED_GRAPHS["c"]], size=63), "rgb_array").render(0, -1)
+    frame = screen(Engine([NAMED_GRAPHS["c"]], size=63), "rgb_array").render(0, -1)
     assert isinstance(frame, np.ndarray)
     assert frame.shape == (756, 756, 3)
 

@@ -1,17 +1,15 @@
-"""A window on the screen that shows pictures, and what shows a level in the render mode of an environment."""
+"""A window on the screen that shows pictures, and what shows a state in the render mode of an environment."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.support.errors import InputError, require_name
-from hierroom.worlds.escape_room.engine import Engine
-from hierroom.worlds.escape_room.render import default_tile_size, draw_level, text
-from hierroom.worlds.world import RENDER_MODES
+from hierroom.worlds.world import RENDER_MODES, Replayer
 
 
 class Window:
@@ -91,13 +89,19 @@ class Window:
             self._screen = self._clock = None
 
 
-class LevelScreen:
-    """Shows levels in one of `RENDER_MODES`, or nowhere for None: see `Screen`."""
+class StateScreen:
+    """Shows states in one of `RENDER_MODES`, or nowhere for None: see `Screen`.
 
-    def __init__(self, engine: Engine, render_mode: str | None) -> None:
+    Args:
+        state_of: from the number of an environment to its state.
+        replayer: draws states.
+        render_mode: the mode.
+    """
+
+    def __init__(self, state_of: Callable[[int], Any], replayer: Replayer, render_mode: str | None) -> None:
         require_name("render_mode must be one of", render_mode, (*RENDER_MODES, None))
         self.render_mode = render_mode
-        self._engine = engine
+        self._state_of, self._replayer = state_of, replayer
         self._window = Window() if render_mode == "human" else None
 
     def show(self, env: int, goal: int) -> None:
@@ -108,14 +112,15 @@ class LevelScreen:
     def render(self, env: int, goal: int) -> str | NDArray[np.uint8] | None:
         """Return text, a picture [H, W, 3] uint8 or None, as the mode asks."""
         if self.render_mode == "ansi":
-            return text(self._engine.state[env], goal)
+            return self._replayer.text(self._state_of(env), goal)
         if self.render_mode == "rgb_array":
             return self._picture(env, goal)
         self.show(env, goal)
         return None
 
     def _picture(self, env: int, goal: int) -> NDArray[np.uint8]:
-        return draw_level(self._engine.state[env], goal, default_tile_size(self._engine.state.size))
+        state = self._state_of(env)
+        return self._replayer.picture(state, goal, self._replayer.window_tile_size(state), "")
 
     def close(self) -> None:
         """Close the window if it is open."""

@@ -1,0 +1,22 @@
+"""Tasks of your own environments: ``python -m hierroom.train --task my_tasks:taxi --meta fixed-dfs``."""
+
+import hierroom
+
+
+def has_passenger(env, info):
+    """Return whether the passenger is in the taxi."""
+    return env.unwrapped.s // 4 % 5 == 4
+
+
+def is_home(env, info):
+    """Return whether the passenger is at the destination."""
+    return env.unwrapped.s // 4 % 5 == env.unwrapped.s % 4
+
+
+taxi = hierroom.Task(
+    make="Taxi-v4",
+    goals={"passenger": has_passenger, "home": is_home},
+    rules={"passenger": {}, "home": {"needs": "passenger"}},
+    target="home",
+    max_steps=200,
+)

@@ -1,0 +1,63 @@
+"""Depth-first ways to the target of rules: which goal comes next, at random among alternatives."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hierroom.goals.rules import Rules
+
+
+class DepthFirst:
+    """Finds the next goal on a random depth-first way to the target.
+
+    Random numbers order the alternatives and the facts. With the same numbers throughout an episode the way is the
+    same one, as far as what happens allows: of the alternatives only those are kept without which, in this order, the
+    target could not be reached; then the first requirement that is not there yet is pursued, and its own first, and so
+    on down to a rule that applies. What rules take away is not foreseen: where it is missing later it is fetched again.
+
+    Args:
+        rules: the rules.
+    """
+
+    def __init__(self, rules: Rules) -> None:
+        self._rules = rules
+        counts = rules.n_alternatives.tolist()
+        self._ways = [(rule, way) for rule, n in enumerate(counts) for way in range(n)]
+        rows = tuple(np.array(self._ways).T)
+        self._required, self._given = rules.required[rows], rules.given[rows] > 0  # [W, F]
+        self._target = rules.facts.index(rules.target)
+        self.n_random = len(self._ways) + len(rules.facts)
+        """How many random numbers an episode takes."""
+
+    def next_rule(self, marking: ArrayLike, random: NDArray[np.floating]) -> int | None:
+        """Return the rule that is to be applied next, or None where no way leads to the target.
+
+        Args:
+            marking: [F] how many there are of each fact.
+            random: `n_random` numbers that are the same throughout an episode.
+        """
+        have = np.asarray(marking)
+        kept = np.ones(len(self._ways), bool)
+        if have[self._target] or self._makers(kept, have)[self._target] < 0:
+            return None
+        for way in np.argsort(random[: len(kept)]).tolist():
+            kept[way] = False
+            kept[way] = self._makers(kept, have)[self._target] < 0
+        makers, order, fact = self._makers(kept, have), np.argsort(random[len(kept) :]).tolist(), self._target
+        while True:  # what a maker requires was made before, so this ends
+            way = int(makers[fact])
+            missing = have < self._required[way]
+            if not missing.any():
+                return self._ways[way][0]
+            fact = next(one for one in order if missing[one])
+
+    def _makers(self, kept: NDArray[np.bool_], have: NDArray[np.integer]) -> NDArray[np.integer]:
+        """Return [F] the kept way that first gives each fact, or -1, were nothing taken away and all repeatable."""
+        makers = np.full(len(have), -1)
+        while True:
+            can_be_taken = kept & ((have >= self._required) | (makers >= 0)).all(axis=1)
+            new = (self._given & can_be_taken[:, None]).any(axis=0) & (makers < 0)
+            if not new.any():
+                return makers
+            makers[new] = (self._given & can_be_taken[:, None]).argmax(axis=0)[new]

@@ -1,0 +1,57 @@
+"""Arrays of any shape and type as rows of bytes, so that they travel with categories of one byte each."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class ByteArray:
+    """How a row of bytes is read as an array.
+
+    Args:
+        shape: of the array.
+        kind: ``pixels`` (uint8 or float32, of shape height, width, channels), ``symbols`` (uint8, likewise),
+            ``numbers`` (float32) or ``ids`` (int32, each below ``n_values``).
+        low: the smallest value, where it is known; else -inf.
+        high: the largest value, where it is known; else inf.
+        n_values: how many values ids have.
+    """
+
+    shape: tuple[int, ...]
+    kind: Literal["pixels", "symbols", "numbers", "ids"]
+    low: float = -math.inf
+    high: float = math.inf
+    n_values: int = 0
+
+    @property
+    def dtype(self) -> np.dtype:
+        """The type of the array's numbers."""
+        is_byte = self.kind == "symbols" or (self.kind == "pixels" and (self.low, self.high) == (0, 255))
+        return np.dtype(np.uint8 if is_byte else np.int32 if self.kind == "ids" else np.float32)
+
+    @property
+    def n_numbers(self) -> int:
+        """How many numbers the array holds."""
+        return math.prod(self.shape)
+
+    @property
+    def n_bytes(self) -> int:
+        """How many bytes a row has."""
+        return self.n_numbers * self.dtype.itemsize
+
+    def to_bytes(self, values: NDArray) -> NDArray[np.uint8]:
+        """Return arrays [M, ...] as rows of bytes [M, B]."""
+        numbers = np.ascontiguousarray(values.reshape(len(values), -1), self.dtype)
+        return numbers.view(np.uint8).reshape(len(values), -1)
+
+    def examples(self, n: int) -> NDArray[np.uint8]:
+        """Return n rows of bytes [n, B] of values from the smallest to the largest, to try a network with."""
+        high = self.n_values - 1 if self.kind == "ids" else min(self.high, 255.0)
+        ends = (max(self.low, -1.0), high) if self.kind == "numbers" else (0, high)
+        return self.to_bytes(np.linspace(*ends, n).repeat(self.n_numbers).reshape(n, -1))

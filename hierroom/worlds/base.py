@@ -1,0 +1,297 @@
+"""Defaults of a world: what the `World` protocol asks and a simple world need not say itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from hierroom.goals.goal_set import GoalSet
+from hierroom.support.errors import InputError
+from hierroom.support.schema import Array, Table, Whole
+from hierroom.worlds.base_view import BaseView
+from hierroom.worlds.dependencies import Dependencies
+from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
+from hierroom.worlds.observation_writer import ObservationWriter, observe_alone
+from hierroom.worlds.seeds import chosen_envs, write_seeds
+from hierroom.worlds.window import StateScreen
+from hierroom.worlds.world import OUTCOME_FIELDS, BatchWriter, Feature, Screen, Seeds
+
+OUTCOME = np.dtype((np.record, np.dtype([*OUTCOME_FIELDS], align=True)))
+GOAL_MASKS = ("reachable", "existing", "none")
+_ARRAYS = ("seeds", "indices", "numbers", "counts", "markings", "lengths", "has_ended")
+_SPLITS = (None, "training", "evaluation")
+_MOST = 2**62
+
+
+class BaseWorld:
+    """N environments that are stepped one after the other or together, by a subclass.
+
+    A subclass has the attributes ``goals``, ``n_actions``, ``features`` and ``observation_spaces``, begins episodes in
+    `begin`, shows them in `shown`, and steps: it finds out what was achieved and calls `record`. All else can stay.
+
+    Attributes:
+        seeds, indices, numbers: [N] int, which with the split fix each environment's episode: see `random`.
+        counts: [N, G] int, how often each goal was achieved in the episode under way.
+        markings: [N, F] int, what the rules say there is by now, of each fact.
+        lengths: [N] int, steps of the episode under way.
+    """
+
+    goals: GoalSet
+    n_actions: int
+    features: Mapping[str, Feature]
+    observation_spaces: dict[str, spaces.Space]
+    rules: Any = None
+    replayer: Any = None
+    is_repeatable: Any = True
+    """[G] bool or one for all: whether a goal may be chosen again once it is achieved, where no rules are known."""
+    keys_to_action: Mapping[str, int] = {}
+    stage_titles: Sequence[str] = ()
+    notes: Sequence[str] = ()
+    stage = 0
+    can_split = False
+    default_max_steps = DEFAULT_MAX_STEPS
+
+    def __init__(
+        self,
+        config: EnvConfig,
+        num_envs: int,
+        *,
+        seed: int | None = None,
+        autoreset: bool = True,
+        threads: int = 1,
+        memories: Iterable[str] = (),
+    ) -> None:
+        Whole(1, 2**31 - 1).check(num_envs, "num_envs")
+        self.config, self.autoreset = config, autoreset
+        self.max_steps = config.max_steps or self.default_max_steps
+        self.variants: tuple[str, ...] = config.names
+        self.everywhere: NDArray[np.integer] = np.arange(num_envs)
+        self.everywhere.setflags(write=False)
+        self.outcomes = np.zeros(num_envs, OUTCOME)
+        self.seeds, self.numbers, self.lengths = (np.zeros(num_envs, np.int64) for _ in range(3))
+        self.indices = config.env_index + np.arange(num_envs)
+        self.counts = np.zeros((num_envs, len(self.goals)), np.int64)
+        self.dependencies = Dependencies.of(self.rules, self.goals)
+        start = np.zeros(0, np.int64) if self.dependencies is None else self.dependencies.rules.start_marking
+        self.markings = np.tile(start, (num_envs, 1))
+        self.has_ended = np.zeros(num_envs, bool)
+        self.has_begun = False
+        self._start, self._last = start, None
+        self.remember(memories)
+        if seed is not None:
+            self.reset(seed)
+
+    def __len__(self) -> int:
+        return len(self.everywhere)
+
+    def begin(self, envs: NDArray[np.integer]) -> None:
+        """Begin the episodes of environments [M], whose ``seeds``, ``indices`` and ``numbers`` say which."""
+        raise NotImplementedError
+
+    def shown(self, envs: NDArray[np.integer]) -> dict[str, NDArray]:
+        """Return what environments [M] show now, by name, [M, ...] each, in fresh arrays."""
+        raise NotImplementedError
+
+    def step(self, actions: NDArray[np.int64]) -> np.ndarray:
+        """Act once in every environment, `record` what that did, and return the outcomes."""
+        raise NotImplementedError
+
+    def get_state(self, envs: Any = slice(None)) -> Any:
+        """Return the state of one environment, which the replayer plays on from and draws."""
+        raise NotImplementedError
+
+    @property
+    def complexity(self) -> Any:
+        """Measure how hard the environments are to explore, by their rules; None without rules."""
+        if self.rules is None:
+            return None
+        from hierroom.complexity.report import analyze
+
+        return analyze(self.rules)
+
+    def random(self, episode: Sequence[int], purpose: int, turn: int, n: int) -> NDArray[np.floating]:
+        """Return n numbers in [0, 1) fixed by an episode (seed, environment and number), purpose and turn."""
+        entropy = [*episode, _SPLITS.index(self.config.levels), purpose, turn]
+        return (np.random.SeedSequence(entropy).generate_state(n, np.uint64) >> np.uint64(11)) * 2.0**-53
+
+    def remember(self, memories: Iterable[str]) -> None:
+        """Refuse to remember anything: features and rewards that ask for that are of EscapeRooms."""
+        if names := ", ".join(memories):
+            raise InputError(f"{self.variants[0]} does not remember what a feature or a reward asks for: {names}")
+
+    def reset(self, seed: Seeds = None, envs: Any = slice(None)) -> None:
+        """Begin an episode: with a seed (0 to 2**63 - 1) an environment's first one, without one its next."""
+        chosen = chosen_envs(envs, len(self))
+        write_seeds({"seed": self.seeds, "episode": self.numbers}, seed, chosen)
+        self.numbers[chosen] += 1
+        self.outcomes[chosen] = 0
+        self.counts[chosen], self.lengths[chosen], self.markings[chosen] = 0, 0, self._start
+        self.has_ended[chosen] = False
+        self.has_begun = True
+        self.begin(chosen)
+
+    def record(
+        self,
+        times: NDArray[np.bool_] | NDArray[np.integer],
+        rewards: NDArray[np.floating],
+        terminated: NDArray[np.bool_],
+        truncated: NDArray[np.bool_] | bool = False,
+    ) -> np.ndarray:
+        """Write what a step did into the outcomes, and begin the next episode where one ended, if that is asked for.
+
+        Where an episode had ended before, and no other has begun, nothing counts.
+
+        Args:
+            times: [N, G] how often it achieved each goal; the target ends an episode.
+            rewards: [N] the extrinsic rewards.
+            terminated: [N] where it ended the episode.
+            truncated: [N] where something else than the limit of steps cut it off.
+        """
+        outcomes = self.outcomes
+        if self.has_ended.any():
+            goes_on = ~self.has_ended
+            times, rewards = times * goes_on[:, None], rewards * goes_on
+            terminated = np.where(goes_on, terminated, outcomes["terminated"])
+            truncated = np.where(goes_on, truncated, outcomes["truncated"])
+            self.lengths += goes_on
+        else:
+            self.lengths += 1
+        outcomes["achieved"], outcomes["n_first"] = 0, 0
+        if times.any():
+            achieved = times > 0
+            outcomes["achieved"] = achieved @ (1 << np.arange(len(self.goals)))
+            outcomes["n_first"] = (achieved & (self.counts == 0)).sum(axis=1)
+            terminated = terminated | achieved[:, self.goals.target]
+            self.counts += times
+            if self.dependencies is not None:
+                self.dependencies.apply(self.markings, times.astype(np.int64))
+        truncated = (truncated | (self.lengths >= self.max_steps)) & ~terminated
+        outcomes["reward"], outcomes["length"] = rewards, self.lengths
+        outcomes["terminated"], outcomes["truncated"] = terminated, truncated
+        ended = np.flatnonzero(terminated | truncated)
+        if len(ended) and not self.autoreset:
+            self.has_ended[ended] = True
+        elif len(ended):
+            self._last = self.observe(self.everywhere)
+            kept = outcomes[ended]
+            self.reset(None, ended)
+            outcomes[ended] = kept
+        return outcomes
+
+    def observe(self, envs: NDArray[np.integer]) -> Any:
+        """Return what environments [M] show now."""
+        identity = np.stack([self.seeds[envs], self.indices[envs], self.numbers[envs]], axis=1)
+        known = self.counts[envs], self.markings[envs], self.lengths[envs], identity
+        return BaseView(self, self.shown(envs), *(array.copy() for array in known))
+
+    def exact_view(self, envs: NDArray[np.integer]) -> Any:
+        """Return what environments [M] show now and all that meta-controllers may know, copied."""
+        return self.observe(envs)
+
+    def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> Any:
+        """Return what environments [M] show after the last step, those that ``ended`` [M] before they were reset."""
+        now = self.observe(envs)
+        if not (self.autoreset and ended.any()):
+            return now
+        last = self._last
+        assert last is not None
+        names = ("counts", "markings", "steps", "episodes")
+        entries = {name: array[envs] for name, array in last.entries.items()}
+        return now.merged(BaseView(self, entries, *(getattr(last, name)[envs] for name in names)), ended)
+
+    def legal_goals(self, mask: str, are_turns: NDArray[np.bool_], view: Any = None) -> NDArray[np.bool_]:
+        """Return the meta-controllers' legal actions [M, G + 1], of a view or of all; off turn they can only wait.
+
+        On a turn 'no goal' is legal only where nothing else is.
+        """
+        if mask not in GOAL_MASKS:
+            raise InputError(f"goal_mask of {self.variants[0]} is one of {', '.join(GOAL_MASKS)}, not {mask}")
+        view = self.observe(self.everywhere) if view is None else view
+        legal = np.zeros((len(view), self.goals.n_choices), bool)
+        allowed = True if mask == "none" else getattr(view, mask)
+        legal[:, :-1] = allowed & are_turns[:, None]
+        legal[:, -1] = ~legal[:, :-1].any(axis=1)
+        return legal
+
+    def observe_one(self, goal: int) -> dict[str, Any]:
+        """Return what the only environment shows, and the goal's vector."""
+        return observe_alone(self, goal)
+
+    def batch_observations(self, *, flat: bool) -> BatchWriter:
+        """Return what writes the observations of all environments at once."""
+        return ObservationWriter(self, flat=flat)
+
+    def screen(self, render_mode: str | None) -> Screen:
+        """Return what shows environments in a render mode."""
+        return StateScreen(self.get_state, self.replayer, render_mode)
+
+    def clocks(self) -> NDArray[np.integer]:
+        """Return [N] the steps of the episodes under way."""
+        return self.lengths
+
+    def stagger_clocks(self) -> None:
+        """Spread the steps of the episodes under way evenly, so that they are not all truncated together."""
+        self.lengths[:] = np.arange(len(self)) * self.max_steps // len(self)
+
+    def shortest_lengths(self, envs: NDArray[np.integer]) -> NDArray[np.integer]:
+        """Return -1 for environments [M]: nobody knows the shortest possible lengths."""
+        return np.full(len(envs), -1)
+
+    def shortest_actions(self, env: int) -> NDArray[np.integer]:
+        """Refuse to solve an environment."""
+        raise InputError(f"{self.variants[0]} has no oracle: nobody knows its shortest ways")
+
+    def variants_of(self, envs: NDArray[np.integer]) -> list[str]:
+        """Return the name of what is played, for each of environments [M]."""
+        return [self.variants[0]] * len(envs)
+
+    def milestones_of(self, envs: NDArray[np.integer], goals: NDArray[np.integer]) -> NDArray[np.integer]:
+        """Return goals [M] as they are: each is a milestone."""
+        return goals
+
+    def possible_milestones(self, variants: Sequence[str]) -> list[int]:
+        """Return all goals."""
+        return [*range(len(self.goals))]
+
+    def graph_of(self, start: Any) -> Any:
+        """Return the rules of an episode, or None."""
+        return self.rules
+
+    def get_arrays(self, envs: NDArray[np.integer]) -> dict[str, np.ndarray]:
+        """Return everything that changes in environments [M], as fresh arrays; a subclass adds its own."""
+        return {name: getattr(self, name)[envs] for name in _ARRAYS}
+
+    def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Refuse arrays that `get_arrays` of as many environments cannot have given; a subclass checks its own."""
+        n, limits = len(self), None if self.dependencies is None else self.dependencies.rules.limits
+        schema = {name: Array(np.int64, (n,), 0, _MOST) for name in ("indices", "numbers")}
+        schema |= {"seeds": Array(np.int64, (n,), 0), "lengths": Array(np.int64, (n,), 0, self.max_steps)}
+        schema |= {"has_ended": Array(np.bool_, (n,)), "counts": Array(np.int64, self.counts.shape, 0, _MOST)}
+        schema["markings"] = Array(np.int64, self.markings.shape, 0, limits)
+        Table(schema, is_open=True).check(arrays, "world")
+
+    def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go back to what `get_arrays` gave, after `check_arrays`."""
+        for name in _ARRAYS:
+            getattr(self, name)[:] = arrays[name]
+        self.outcomes[:] = 0
+        self.outcomes["length"] = self.lengths
+        self.has_begun = True
+
+    @property
+    def global_state_space(self) -> spaces.Box:
+        """The space of `global_state`."""
+        return self.batch_observations(flat=True).flat_space
+
+    def global_state(self, goal: int) -> NDArray[np.float32]:
+        """Return what is known of the only environment's state: what it shows, and the goal, as one row of numbers."""
+        if not self.has_begun:
+            raise InputError("reset the environment before its state is asked for")
+        writer = self.batch_observations(flat=True)
+        arrays, _ = writer.empty()
+        writer.write(np.array([goal]), arrays)
+        return arrays[0][0]

@@ -1,0 +1,145 @@
+"""The view of M environments of a simple world, and one of them in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.worlds.dependencies import Dependencies
+from hierroom.worlds.world import Feature
+
+
+@dataclass(frozen=True)
+class GoalInWords:
+    """A goal for a meta-controller that reads words.
+
+    Args:
+        id: its number.
+        name: its name.
+        is_legal: whether the meta-controller may choose it.
+        achieved: how often it was achieved in this episode.
+    """
+
+    id: int
+    name: str
+    is_legal: bool
+    achieved: int
+
+    @property
+    def was_achieved(self) -> bool:
+        """Whether it was achieved in this episode."""
+        return self.achieved > 0
+
+    def __str__(self) -> str:
+        return self.name
+
+
+@dataclass(frozen=True)
+class Situated:
+    """One environment in words: its ``goals``, the ``steps`` of the episode, and ``facts``, its rules' marking."""
+
+    goals: tuple[GoalInWords, ...]
+    steps: int
+    facts: Mapping[str, int]
+
+    @property
+    def legal_goals(self) -> tuple[GoalInWords, ...]:
+        """The goals that the meta-controller may choose; empty if only 'no goal' is legal."""
+        return tuple(goal for goal in self.goals if goal.is_legal)
+
+    def __str__(self) -> str:
+        achieved = ", ".join(f"{goal} {goal.achieved} times" for goal in self.goals if goal.achieved) or "nothing"
+        legal = ", ".join(map(str, self.legal_goals)) or "none"
+        return f"step {self.steps}; achieved: {achieved}; legal goals: {legal}"
+
+
+@dataclass(frozen=True, eq=False)
+class BaseView:
+    """The view of M environments.
+
+    Args:
+        world: whose they are, a `BaseWorld`.
+        entries: what they show, by name, [M, ...] each.
+        counts: [M, G] how often each goal was achieved in the episode.
+        markings: [M, F] how many there are of each fact of the rules.
+        steps: [M] steps of the episode.
+        episodes: [M, 3] seed, number of the environment and number of the episode.
+    """
+
+    world: Any
+    entries: Mapping[str, NDArray]
+    counts: NDArray[np.integer]
+    markings: NDArray[np.integer]
+    steps: NDArray[np.integer]
+    episodes: NDArray[np.integer]
+
+    def __len__(self) -> int:
+        return len(self.counts)
+
+    def as_dict(self) -> dict[str, NDArray]:
+        """Return the observation's entries by name, in fresh arrays."""
+        return {name: array.copy() for name, array in self.entries.items()}
+
+    def merged(self, other: BaseView, where: NDArray[np.bool_]) -> BaseView:
+        """Return this view, with that of other moments of the same environments in its place ``where`` [M]."""
+
+        def chosen(ours: NDArray, theirs: NDArray) -> NDArray:
+            return np.where(where.reshape(-1, *(1,) * (ours.ndim - 1)), theirs, ours).astype(ours.dtype, copy=False)
+
+        entries = {name: chosen(array, other.entries[name]) for name, array in self.entries.items()}
+        names = ("counts", "markings", "steps", "episodes")
+        return BaseView(self.world, entries, *(chosen(getattr(self, name), getattr(other, name)) for name in names))
+
+    def uniforms(self, turns: NDArray[np.integer], n: int) -> NDArray[np.float64]:
+        """Return [M, n] random numbers in [0, 1), fixed by seed, environment, episode and turn [M]."""
+        drawn = np.empty((len(self), n))
+        for row, episode, turn in zip(drawn, self.episodes.tolist(), turns.tolist(), strict=True):
+            row[:] = self.world.random(episode, 1, turn, n)
+        return drawn
+
+    def level(self, m: int, legal: NDArray[np.bool_]) -> Situated:
+        """Return the m-th environment in words."""
+        names, counts = self.world.goals.names, self.counts[m].tolist()
+        goals = [GoalInWords(g, name, bool(legal[g]), counts[g]) for g, name in enumerate(names)]
+        rules = self.world.dependencies
+        facts = {} if rules is None else rules.in_words(self.markings[m].tolist())
+        return Situated(tuple(goals), int(self.steps[m]), facts)
+
+    @cached_property
+    def existing(self) -> NDArray[np.bool_]:
+        """[M, G] goals that are left to achieve: not achieved yet in this episode, or one that can be again."""
+        return (self.counts == 0) | self.world.is_repeatable
+
+    @cached_property
+    def reachable(self) -> NDArray[np.bool_]:
+        """[M, G] goals whose rule applies and changes something; without rules those left to achieve."""
+        rules = self.world.dependencies
+        return self.existing if rules is None else rules.reachable(self.markings)
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """[M, G] goals that are likely to be reached: those within reach."""
+        return self.reachable
+
+    @cached_property
+    def depth_first_ranks(self) -> NDArray[np.integer]:
+        """[M, G] 1 for the goal that comes next on a random depth-first way to the target, else 0."""
+        ranks = np.zeros(self.counts.shape, np.int64)
+        rules: Dependencies | None = self.world.dependencies
+        if rules is None:
+            return ranks
+        for m, episode in enumerate(self.episodes.tolist()):
+            goal = rules.next_goal(self.markings[m], self.world.random(episode, 2, 0, rules.n_random))
+            if goal is not None:
+                ranks[m, goal] = 1
+        return ranks
+
+
+def goal_status(n_goals: int) -> Feature:
+    """Return the feature that says of each goal whether it is within reach (1) and was achieved (2), or both (3)."""
+    return Feature((4,) * n_goals, lambda o: o.view.reachable + 2 * (o.view.counts > 0), is_by_goal=True)

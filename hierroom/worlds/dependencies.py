@@ -1,0 +1,62 @@
+"""What the rules of a world say of its goals: what has been achieved, what may come next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.goals.depth_first import DepthFirst
+from hierroom.goals.goal_set import GoalSet
+from hierroom.goals.rules import Rules
+
+
+class Dependencies:
+    """Rules that have one rule for each goal of a world.
+
+    Args:
+        rules: the rules.
+        goals: the goals.
+    """
+
+    def __init__(self, rules: Rules, goals: GoalSet) -> None:
+        self.rules = rules
+        self._rule_of_goal = np.array([rules.names.index(name) for name in goals.names])
+        self._goal_of_rule = [goals.names.index(name) for name in rules.names]
+        self._search = DepthFirst(rules)
+        self.n_random = self._search.n_random
+        """How many random numbers `next_goal` takes."""
+
+    @classmethod
+    def of(cls, rules: Any, goals: GoalSet) -> Dependencies | None:
+        """Return those of a world; None where it has no `Rules`."""
+        return cls(rules, goals) if isinstance(rules, Rules) else None
+
+    def apply(self, markings: NDArray[np.integer], times: NDArray[np.integer]) -> None:
+        """Change markings [N, F] by goals that were achieved so many times [N, G].
+
+        What was seen to happen counts, whatever the rules say that it needs.
+        """
+        for env, goal in np.argwhere(times).tolist():
+            rule = self._rule_of_goal[goal]
+            for _ in range(int(times[env, goal])):
+                after, applies = self.rules.apply_all(markings[env])
+                forced = np.minimum(markings[env] + self.rules.given[rule, 0], self.rules.limits)
+                markings[env] = after[rule] if applies[rule] else forced
+
+    def reachable(self, markings: NDArray[np.integer]) -> NDArray[np.bool_]:
+        """Return [M, G] the goals whose rule applies to a marking [M, F] and changes something."""
+        after, applies = self.rules.apply_all(markings)
+        changes = (after != markings[:, None, :]).any(axis=-1)
+        return (applies & changes)[:, self._rule_of_goal]
+
+    def next_goal(self, marking: NDArray[np.integer], random: NDArray[np.floating]) -> int | None:
+        """Return the goal that comes next on a random depth-first way to the target: see `DepthFirst`."""
+        rule = self._search.next_rule(marking, random)
+        return None if rule is None else self._goal_of_rule[rule]
+
+    def in_words(self, marking: Sequence[int]) -> dict[str, int]:
+        """Return how many there are of each fact."""
+        return dict(zip(self.rules.facts, marking, strict=True))

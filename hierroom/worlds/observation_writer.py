@@ -1,0 +1,81 @@
+"""Observations of a `BaseWorld` in the arrays that users get: of one environment, of all, and as rows of numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import DTypeLike, NDArray
+
+from hierroom.controller import observation_spaces
+
+_ONLY = np.zeros(1, np.int64)
+
+
+def observe_alone(world: Any, goal: int) -> dict[str, Any]:
+    """Return what the only environment of a world shows, and the vector of a goal or -1, in fresh arrays."""
+    shown = {name: array[0] for name, array in world.shown(_ONLY).items()}
+    return {**shown, "goal": world.goals.vectors[goal].copy()}
+
+
+class ObservationWriter:
+    """Writes what all environments of a world show their controllers: see `BatchWriter`.
+
+    A flat observation is one row of float32, in the order of `gymnasium.spaces.flatten`.
+    """
+
+    def __init__(self, world: Any, *, flat: bool) -> None:
+        self._world, self._flat = world, flat
+        self._space = spaces.Dict(observation_spaces(world.observation_spaces, world.goals, world.n_actions))
+        if flat:
+            low, high = (np.concatenate(ends) for ends in zip(*map(_ends, self._space.spaces.values()), strict=True))
+            self.flat_space: spaces.Box = spaces.Box(low, high, dtype=np.float32)
+
+    def empty(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
+        """Return new arrays for `write`, and the same arrays by name; no names where observations are flat."""
+        n, world = len(self._world), self._world
+        if self._flat:
+            return (np.empty((n, *self.flat_space.shape), np.float32),), {}
+        parts = observation_spaces(world.observation_spaces, world.goals, world.n_actions)
+        arrays = {name: np.empty((n, *(space.shape or ())), space.dtype) for name, space in parts.items()}
+        return tuple(arrays.values()), arrays
+
+    def write(self, goals: NDArray[np.integer], arrays: tuple[NDArray, ...]) -> None:
+        """Write what the environments show now, with goals [N], into arrays that `empty` gave."""
+        world = self._world
+        mask = np.ones((len(world), world.n_actions), np.int8)
+        shown = {**world.shown(world.everywhere), "goal": world.goals.vectors[goals], "action_mask": mask}
+        if self._flat:
+            np.concatenate([_rows(shown[name], one) for name, one in self._space.items()], axis=1, out=arrays[0])
+            return
+        for array, values in zip(arrays, shown.values(), strict=True):
+            array[...] = values
+
+    def write_goals(self, observations: Any, goals: NDArray[np.integer], envs: NDArray[np.integer]) -> None:
+        """Write the vectors of goals [N] into the observations of some environments."""
+        vectors = self._world.goals.vectors[goals[envs]]
+        if not self._flat:
+            observations["goal"][envs] = vectors
+            return
+        names = [*self._space]
+        at = sum(spaces.flatdim(self._space[name]) for name in names[: names.index("goal")])
+        observations[envs, at : at + vectors.shape[1]] = vectors
+
+
+def flat_rows(parts: dict[str, NDArray], space: spaces.Dict, dtype: DTypeLike) -> NDArray:
+    """Return M observations by name as rows of numbers [M, K], as `gymnasium.spaces.flatten` orders them."""
+    rows = [_rows(parts[name], one) for name, one in space.items()]
+    return np.concatenate(rows, axis=1, dtype=dtype, casting="unsafe")
+
+
+def _ends(space: spaces.Space) -> tuple[NDArray, NDArray]:
+    flat = spaces.flatten_space(space)
+    assert isinstance(flat, spaces.Box)
+    return flat.low.astype(np.float32), flat.high.astype(np.float32)
+
+
+def _rows(values: NDArray, space: spaces.Space) -> NDArray[np.float32]:
+    if isinstance(space, spaces.Box):
+        return values.reshape(len(values), -1).astype(np.float32)
+    return np.array([spaces.flatten(space, value) for value in values], np.float32).reshape(len(values), -1)

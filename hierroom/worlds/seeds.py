@@ -1,0 +1,38 @@
+"""Which environments of a batch are meant, and the seeds that their episodes begin with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.support.errors import InputError
+from hierroom.support.schema import Whole
+from hierroom.worlds.world import Seeds, is_list
+
+Indices = NDArray[np.integer] | NDArray[np.bool_] | Sequence[int] | slice | int
+"""Selects some environments of a batch."""
+
+
+def chosen_envs(envs: Indices, n: int) -> NDArray[np.integer]:
+    """Return the numbers [M] of the environments that indices select among n."""
+    try:
+        return np.atleast_1d(np.arange(n)[envs])
+    except IndexError as error:
+        raise InputError(f"environments are numbered from 0 to {n - 1}; there is no {envs}") from error
+
+
+def write_seeds(records: np.ndarray | Mapping[str, NDArray], seed: Seeds, chosen: NDArray[np.integer]) -> None:
+    """Write seeds (0 to 2**63 - 1) into the fields seed and episode, so that the next episode is a seed's first one.
+
+    ``seed`` is one for all chosen environments [M], or a sequence with one, or None, for each; None changes nothing.
+    """
+    seeds, groups = ([*seed], chosen) if is_list(seed) else ([seed], [chosen])
+    if len(seeds) != len(groups):
+        raise InputError(f"seeds are one for all environments or {len(chosen)} of them, not {len(seeds)}")
+    given = [(group, one) for group, one in zip(groups, seeds, strict=True) if one is not None]
+    for _, one in given:
+        Whole(0, 2**63 - 1).check(one, "a seed")
+    for group, one in given:
+        records["seed"][group], records["episode"][group] = one, -1

@@ -1,0 +1,81 @@
+"""What worlds, environments and replays of a task ask of it."""
+
+# Methods of protocols have a docstring alone.
+# pyright: reportReturnType=false
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from hierroom.goals.goal_set import GoalSet
+from hierroom.goals.rules import Rules
+from hierroom.worlds.task.goal_values import GoalFunction
+from hierroom.worlds.world import Feature
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What a few random steps in one environment of a task showed.
+
+    Args:
+        entries: of its observations, by flat names: the keys that lead to each, and its space.
+        left_out: names of what no network reads, such as texts.
+        n_actions: its number of actions.
+        first_action: the number of its first action.
+        are_counts: [G] whether each goal is a count, which can be achieved again.
+    """
+
+    entries: Mapping[str, tuple[tuple[Any, ...], spaces.Space]]
+    left_out: Sequence[str]
+    n_actions: int
+    first_action: int
+    are_counts: NDArray[np.bool_]
+
+
+class TaskParts(Protocol):
+    """The parts of a `Task`, by the names that it gives them."""
+
+    @property
+    def name(self) -> str:
+        """In titles, tables and errors."""
+
+    @property
+    def goals(self) -> Mapping[str, GoalFunction]:
+        """The user's functions."""
+
+    @property
+    def goal_set(self) -> GoalSet:
+        """The goals as agents know them."""
+
+    @property
+    def rules(self) -> Rules | None:
+        """What must be achieved before what, if it is known."""
+
+    @property
+    def max_steps(self) -> int:
+        """Steps after which an episode is truncated unless a config says."""
+
+    @property
+    def processes(self) -> int:
+        """In how many processes environments run; 0: in this one."""
+
+    @property
+    def trial(self) -> Trial:
+        """What a few random steps showed."""
+
+    @property
+    def n_actions(self) -> int:
+        """The controller's number of actions."""
+
+    @property
+    def features(self) -> Mapping[str, Feature]:
+        """What networks can read."""
+
+    def new_env(self, render_mode: str | None = None) -> gymnasium.Env:
+        """Return a new environment, which draws itself in a render mode if it can."""

@@ -1,0 +1,130 @@
+"""N environments of a task in several processes, by Gymnasium's `AsyncVectorEnv`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import AsyncVectorEnv, AutoresetMode
+from numpy.typing import NDArray
+
+from hierroom.worlds.task.local_envs import LocalEnvs, Taken
+from hierroom.worlds.task.parts import TaskParts
+from hierroom.worlds.task.spaces import entry_of
+
+_WAIT, _RESET, _STEP = range(3)
+_SHOWN, _RESULTS = "shown_", ("rewards", "ends", "cuts", "totals")
+
+
+class Block(gymnasium.Env):
+    """Some environments of a task as one: an action says for each whether it waits, begins anew or steps.
+
+    An action is [n, 2] int64: for each environment ``_WAIT``, ``_RESET`` or ``_STEP``, and the seed or action. An
+    observation holds what each environment shows, by name, and what its last step did.
+    """
+
+    def __init__(self, task: TaskParts, n_envs: int, n_places: int) -> None:
+        self._task, self._envs = task, LocalEnvs(task, n_envs)
+        shape = (n_places,)
+        entries = {f"{_SHOWN}{name}": space for name, (_, space) in task.trial.entries.items()}
+        results = {name: spaces.Box(-np.inf, np.inf, shape, np.float64) for name in _RESULTS[:3]}
+        most = np.iinfo(np.int64).max
+        totals = spaces.Box(0, most, (n_places, len(task.goals)), np.int64)
+        batches = {name: _batch(space, n_places) for name, space in entries.items()}
+        self.observation_space = spaces.Dict({**batches, **results, "totals": totals})
+        self.action_space = spaces.Box(-most, most, (n_places, 2), np.int64)
+        self._arrays = {name: np.zeros(one.shape or (), one.dtype) for name, one in self.observation_space.items()}
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Show what there is: environments begin by actions."""
+        return self._arrays, {}
+
+    def step(self, action: NDArray[np.int64]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Let the environments begin anew or step."""
+        anew, stepped = (np.flatnonzero(action[:, 0] == kind).tolist() for kind in (_RESET, _STEP))
+        if anew:
+            self._keep(anew, *self._envs.reset(anew, action[anew, 1].tolist()))
+        if stepped:
+            taken = self._envs.step(stepped, action[stepped, 1].tolist())
+            self._keep(stepped, taken.observations, taken.totals)
+            for name, values in zip(_RESULTS, taken[1:4], strict=False):
+                self._arrays[name][stepped] = values
+        return self._arrays, 0.0, False, False, {}
+
+    def _keep(self, envs: list[int], observations: list[Any], totals: list[list[int]]) -> None:
+        for name, (path, _) in self._task.trial.entries.items():
+            self._arrays[f"{_SHOWN}{name}"][envs] = [entry_of(one, path) for one in observations]
+        self._arrays["totals"][envs] = totals
+
+    def draw(self, env: int) -> Any:
+        """Return what an environment draws."""
+        return self._envs.render(env)
+
+
+class ProcessEnvs:
+    """N environments in as many processes as the task says: the interface of `LocalEnvs`."""
+
+    def __init__(self, task: TaskParts, num_envs: int) -> None:
+        self._paths = {name: path for name, (path, _) in task.trial.entries.items()}
+        n_blocks = min(task.processes, num_envs)
+        self._n_places = -(-num_envs // n_blocks)
+        n_blocks = -(-num_envs // self._n_places)
+        sizes = [min(self._n_places, num_envs - n * self._n_places) for n in range(n_blocks)]
+        make = [partial(Block, task, size, self._n_places) for size in sizes]
+        self._blocks = AsyncVectorEnv(make, autoreset_mode=AutoresetMode.DISABLED)
+        self._blocks.reset()
+
+    def reset(self, envs: Sequence[int], seeds: Sequence[int]) -> tuple[list[Any], list[list[int]]]:
+        """Begin an episode in some environments; return what they show, and how their goals stand."""
+        shown = self._tell(_RESET, envs, seeds)
+        return self._observations(shown, envs), shown["totals"][[*envs]].tolist()
+
+    def step(self, envs: Sequence[int], actions: Sequence[int]) -> Taken:
+        """Act in some environments."""
+        shown, chosen = self._tell(_STEP, envs, actions), [*envs]
+        rewards, ends, cuts, totals = (shown[name][chosen].tolist() for name in _RESULTS)
+        return Taken(self._observations(shown, envs), rewards, ends, cuts, totals)
+
+    def _tell(self, kind: int, envs: Sequence[int], values: Sequence[int]) -> dict[str, NDArray]:
+        """Let blocks act, and return what all environments show, [N, ...] each."""
+        told = np.zeros((self._blocks.num_envs * self._n_places, 2), np.int64)
+        told[[*envs], 0], told[[*envs], 1] = kind, values
+        shown, *_ = self._blocks.step(told.reshape(self._blocks.num_envs, self._n_places, 2))
+        return {name: array.reshape(-1, *array.shape[2:]) for name, array in shown.items()}
+
+    def _observations(self, shown: dict[str, NDArray], envs: Sequence[int]) -> list[Any]:
+        """Return what some environments show, laid out as their space says."""
+        return [_nested({path: shown[f"{_SHOWN}{name}"][env] for name, path in self._paths.items()}) for env in envs]
+
+    def render(self, env: int) -> Any:
+        """Return what an environment draws."""
+        block, place = divmod(env, self._n_places)
+        return self._blocks.call("draw", place)[block]
+
+    def close(self) -> None:
+        """End the processes."""
+        self._blocks.close()
+
+
+def _batch(space: spaces.Space, n: int) -> spaces.Box:
+    dtype: Any = space.dtype
+    kinds = {"f": (-np.inf, np.inf), "b": (0, 1)}
+    low, high = kinds[dtype.kind] if dtype.kind in kinds else (np.iinfo(dtype).min, np.iinfo(dtype).max)
+    return spaces.Box(low, high, (n, *(space.shape or ())), dtype)
+
+
+def _nested(parts: dict[tuple[Any, ...], NDArray]) -> Any:
+    """Return entries as dicts of dicts, by the keys that lead to each; one without keys alone."""
+    nested: dict[Any, Any] = {}
+    for path, value in parts.items():
+        if not path:
+            return value
+        inner = nested
+        for key in path[:-1]:
+            inner = inner.setdefault(key, {})
+        inner[path[-1]] = value
+    return nested

@@ -1,0 +1,155 @@
+"""Plays episodes of a task again from their seed, names their goals and draws them."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.goals import NO_GOAL
+from hierroom.support.errors import InputError, in_one_line
+from hierroom.worlds.task.goal_values import goal_values
+from hierroom.worlds.task.parts import TaskParts
+
+SPLITS = (None, "training", "evaluation")
+PAPER, INK, FADED, DONE = (255, 255, 255), (20, 20, 20), (150, 150, 150), (0, 120, 60)
+_WIDTH, _LINE, _MARGIN, _TITLE_LINES = 260, 18, 10, 3
+
+
+@dataclass(frozen=True)
+class Moment:
+    """The state of one environment of a task, as far as it can be written down.
+
+    Args:
+        identity: what fixes the episode: seed, environment, number of the episode, part of the levels.
+        max_steps: steps after which the episode is truncated.
+        counts: [G] how often each goal was achieved.
+        marking: [F] how many there are of each fact of the rules.
+        steps: steps of the episode.
+        draw: returns a picture [H, W, 3] uint8, or None where the environment draws none.
+    """
+
+    identity: tuple[int, int, int, str | None]
+    max_steps: int
+    counts: NDArray[np.integer]
+    marking: NDArray[np.integer]
+    steps: int
+    draw: Callable[[], Any]
+
+
+class TaskReplayer:
+    """See `Replayer`; a state is a `Moment`."""
+
+    def __init__(self, task: TaskParts) -> None:
+        self._task = task
+
+    def seed_of(self, identity: tuple[int, int, int, str | None]) -> int:
+        """Return the seed with which an episode's environment is reset."""
+        *numbers, levels = identity
+        return int(np.random.SeedSequence([*numbers, SPLITS.index(levels), 0]).generate_state(1)[0])
+
+    def identity(self, state: Moment) -> tuple[int, int, int]:
+        """Return the seed of the environments, the number of this one, and how many episodes it had begun before."""
+        return state.identity[:3]
+
+    def max_steps(self, state: Moment) -> int:
+        """Return the number of steps after which the episode is truncated."""
+        return state.max_steps
+
+    def goal_name(self, state: Moment, goal: int) -> str:
+        """Return a goal in words."""
+        return "no goal" if goal == NO_GOAL else self._task.goal_set.names[goal]
+
+    goal_label = goal_name
+
+    def action_name(self, state: Moment, action: int) -> str:
+        """Return an action in words."""
+        return f"action {self._task.trial.first_action + action}" if action < self._task.n_actions else "illegal action"
+
+    def replay(self, state: Moment, actions: NDArray[np.integer]) -> Iterator[Moment]:
+        """Yield the state, and that after each action."""
+        env, task = self._task.new_env("rgb_array"), self._task
+        counts, marking = np.zeros_like(state.counts), state.marking.copy()
+        try:
+            _, info = env.reset(seed=self.seed_of(state.identity))
+            last = np.array(goal_values(task.goals, env, info, task.name), np.int64)
+            for step in range(len(actions) + 1):
+                frame = _frame(env)
+                yield Moment(state.identity, state.max_steps, counts.copy(), marking, step, lambda f=frame: f)
+                if step < len(actions) and actions[step] < task.n_actions:
+                    *_, info = env.step(task.trial.first_action + int(actions[step]))
+                    now = np.array(goal_values(task.goals, env, info, task.name), np.int64)
+                    counts, last = counts + np.maximum(now - last, 0), now
+        finally:
+            env.close()
+
+    def tile_size(self, state: Moment) -> int:
+        """Return 1: pictures of a task have no tiles."""
+        return 1
+
+    window_tile_size = tile_size
+
+    def picture(self, state: Moment, goal: int, tile_size: int, title: str = "") -> NDArray[np.uint8]:
+        """Draw a state: what the environment draws, and beside it the goals; [H, W, 3] uint8."""
+        frame, most = state.draw(), replace(state, counts=np.full_like(state.counts, 999))
+        widest = max((text for text, _ in self._lines(most, goal)), key=len)  # so that all pictures are of one size
+        panel = _panel(tuple(self._lines(state, goal)), widest, title)
+        if not isinstance(frame, np.ndarray) or frame.ndim != 3 or frame.shape[2] != 3:
+            return panel
+        height = max(len(frame), len(panel))
+        parts = [np.full((height, part.shape[1], 3), 255, np.uint8) for part in (frame, panel)]
+        for part, drawn in zip(parts, (frame, panel), strict=True):
+            part[: len(drawn)] = drawn
+        return np.concatenate(parts, axis=1)
+
+    def text(self, state: Moment, goal: int = NO_GOAL) -> str:
+        """Describe a state for a terminal."""
+        return "\n".join(text for text, _ in self._lines(state, goal))
+
+    def _lines(self, state: Moment, goal: int) -> Iterator[tuple[str, tuple[int, int, int]]]:
+        """Yield a line for each goal: whether it is pursued, its name, and how often it was achieved."""
+        rules = self._task.rules
+        for number, name in enumerate(self._task.goals):
+            count = int(state.counts[number])
+            times = f" x{count}" if count > 1 else ""
+            needs = "" if rules is None else _needs(rules.rules[name])
+            line = f"{'>' if number == goal else ' '} {'[x]' if count else '[ ]'} {name}{times}{needs}"
+            yield line, DONE if count else INK if number == goal else FADED
+
+
+def _needs(ways: Any) -> str:
+    """Return in words what a rule asks for, its alternatives side by side."""
+    words = []
+    for way in ways:
+        asked = {**way.uses, **{fact: max(n, way.uses.get(fact, 0)) for fact, n in way.needs.items()}}
+        words.append(", ".join(fact if n == 1 else f"{n} {fact}" for fact, n in asked.items()))
+    return f"  <- {' or '.join(words)}" if any(words) else ""
+
+
+def _frame(env: Any) -> Any:
+    try:
+        return env.render()
+    except InputError:
+        raise
+    except Exception as error:  # whatever a user's own code may raise
+        raise InputError(f"the environment cannot be drawn: {in_one_line(error)}") from error
+
+
+@lru_cache(maxsize=256)
+def _panel(lines: tuple[tuple[str, tuple[int, int, int]], ...], widest: str, title: str) -> NDArray[np.uint8]:
+    from PIL import Image, ImageDraw, ImageFont
+
+    heading = [*textwrap.wrap(title, 40), *[""] * _TITLE_LINES][:_TITLE_LINES]
+    rows = [*((text, INK) for text in heading), *lines]
+    font = ImageFont.load_default(size=12)
+    width = max(_WIDTH, int(font.getlength(widest)) + 2 * _MARGIN)
+    panel = Image.new("RGB", (width, 2 * _MARGIN + _LINE * len(rows)), PAPER)
+    draw = ImageDraw.Draw(panel)
+    for n, (text, colour) in enumerate(rows):
+        draw.text((_MARGIN, _MARGIN + n * _LINE), text, fill=colour, font=font)
+    return np.asarray(panel)

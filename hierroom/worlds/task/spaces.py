@@ -1,0 +1,120 @@
+"""The observation space of a task: its entries by flat names, and how a network reads each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from hierroom.support.byte_array import ByteArray
+from hierroom.support.errors import InputError
+from hierroom.worlds.world import Feature
+
+RESERVED = ("goal", "action_mask", "outcome")
+"""Entries that an agent's observation has besides those of the world."""
+MAX_SYMBOL_SIDE = 31
+"""Images of bytes up to this side are grids of symbols, like MiniGrid's; larger ones are pixels."""
+MAX_CATEGORIES = 256
+_KNOWN = (spaces.Box, spaces.Discrete, spaces.MultiDiscrete, spaces.MultiBinary)
+
+
+def flat_entries(space: spaces.Space) -> tuple[dict[str, tuple[tuple[Any, ...], spaces.Space]], list[str]]:
+    """Return the entries of an observation space: by name the keys that lead to each, and its space.
+
+    A single array is ``observation``; entries of dicts and tuples keep their names, joined by ``_`` where they are
+    nested. Those that no network reads, such as texts, are left out; their names are returned too.
+    """
+    entries, left_out = {}, []
+    for path, part in _leaves(space, ()):
+        name = "_".join(map(str, path)) or "observation"
+        if not isinstance(part, _KNOWN):
+            left_out.append(name)
+            continue
+        if name in RESERVED or name in entries:
+            name = f"observation_{name}"
+        entries[name] = path, part
+    if not entries:
+        raise InputError(
+            f"a task's observations are Box, Discrete, MultiDiscrete or MultiBinary, or dicts, not {space}"
+        )
+    return entries, left_out
+
+
+def _leaves(space: spaces.Space, path: tuple[Any, ...]) -> Iterator[tuple[tuple[Any, ...], spaces.Space]]:
+    if isinstance(space, spaces.Dict):
+        for name, part in space.items():
+            yield from _leaves(part, (*path, name))
+    elif isinstance(space, spaces.Tuple):
+        for n, part in enumerate(space):
+            yield from _leaves(part, (*path, n))
+    else:
+        yield path, space
+
+
+def entry_of(observation: Any, path: tuple[Any, ...]) -> Any:
+    """Return the entry of an observation to which keys lead."""
+    for key in path:
+        observation = observation[key]
+    return observation
+
+
+def features_of(entries: Mapping[str, spaces.Space]) -> dict[str, Feature]:
+    """Return the features by which networks read the entries, by the entries' names."""
+    return {name: _feature(name, space) for name, space in entries.items()}
+
+
+def _feature(name: str, space: spaces.Space) -> Feature:
+    if isinstance(space, spaces.Box):
+        layout = _layout(space)
+        return Feature(
+            (MAX_CATEGORIES,) * layout.n_bytes,
+            lambda o: layout.to_bytes(_channels_last(o.view.entries[name], layout)),
+            array=layout,
+        )
+    starts, sizes = (each.ravel() for each in _categories(space))
+
+    def numbers(observation: Any) -> NDArray:
+        values = observation.view.entries[name]
+        return values.reshape(len(values), -1) - starts
+
+    if sizes.max() <= MAX_CATEGORIES:
+        return Feature(tuple(sizes.tolist()), numbers)
+    layout = ByteArray((len(sizes),), "ids", n_values=int(sizes.max()))
+    return Feature((MAX_CATEGORIES,) * layout.n_bytes, lambda o: layout.to_bytes(numbers(o)), array=layout)
+
+
+def _categories(space: spaces.Space) -> tuple[NDArray, NDArray]:
+    """Return the first value of each number of a discrete space, and how many it has."""
+    if isinstance(space, spaces.Discrete):
+        return np.array([space.start]), np.array([space.n])
+    if isinstance(space, spaces.MultiDiscrete):
+        return np.asarray(space.start), np.asarray(space.nvec)
+    assert isinstance(space, spaces.MultiBinary)
+    return np.zeros(space.shape, np.int64), np.full(space.shape, 2)
+
+
+def _layout(space: spaces.Box) -> ByteArray:
+    shape, low, high = space.shape, float(space.low.min()), float(space.high.max())
+    is_byte = space.dtype == np.uint8
+    if len(shape) == 3 or (len(shape) == 2 and is_byte):
+        height, width, channels = _image_shape(shape)
+        if is_byte and max(height, width) <= MAX_SYMBOL_SIDE:
+            return ByteArray((height, width, channels), "symbols", 0, 255)
+        return ByteArray((height, width, channels), "pixels", *((0, 255) if is_byte else (low, high)))
+    return ByteArray(tuple(shape), "numbers", low, high)
+
+
+def _image_shape(shape: tuple[int, ...]) -> tuple[int, int, int]:
+    """Return height, width and channels of an image, whose channels may come first or be left out."""
+    if len(shape) == 2:
+        return shape[0], shape[1], 1
+    is_first = shape[0] < min(shape[1:])
+    return (shape[1], shape[2], shape[0]) if is_first else (shape[0], shape[1], shape[2])
+
+
+def _channels_last(values: NDArray, layout: ByteArray) -> NDArray:
+    is_first = values.ndim == 4 and layout.kind != "numbers" and values.shape[1:] != layout.shape
+    return np.moveaxis(values, 1, -1) if is_first else values

@@ -1,0 +1,189 @@
+"""A task: a user's own Gymnasium environment, its goals, and what must be achieved before what."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, cast
+
+import gymnasium
+import numpy as np
+
+from hierroom.goals.goal_set import GoalSet
+from hierroom.goals.rules import Rules
+from hierroom.support.errors import InputError, in_one_line, require_number, shown
+from hierroom.worlds.base_view import goal_status
+from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
+from hierroom.worlds.task.goal_values import GoalFunction
+from hierroom.worlds.task.parts import TaskParts, Trial
+from hierroom.worlds.task.spaces import features_of
+from hierroom.worlds.task.trial import try_out
+from hierroom.worlds.task.world import TaskWorld
+from hierroom.worlds.world import Feature
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """Your own Gymnasium environment as a task: with goals, and with two agents.
+
+    Save this as ``my_tasks.py``; then ``python -m hierroom.train --task my_tasks:taxi`` trains on it::
+
+        import hierroom
+
+        taxi = hierroom.Task(
+            make="Taxi-v4",
+            goals={
+                "passenger": lambda env, info: env.unwrapped.s // 4 % 5 == 4,
+                "home": lambda env, info: env.unwrapped.s // 4 % 5 == env.unwrapped.s % 4,
+            },
+            rules={"passenger": {}, "home": {"needs": "passenger"}},
+            target="home",
+            max_steps=200,
+        )
+
+    Args:
+        make: makes the environment: a function without arguments, or with ``render_mode`` alone, or the id of
+            `gymnasium.make`. Its actions are discrete.
+        goals: for each goal a function of the environment, as it is made, and the info of its last step. It returns
+            whether the goal is there, or how often it was achieved so far. The goal is achieved in a step in which the
+            answer becomes true, or grows.
+        rules: for each goal what it ``needs``, ``uses`` and ``gives``, as for `Rules`; a goal gives itself unless
+            something else is named. Or `Rules`, with a rule for each goal. None: nothing is known.
+        target: the goal that ends an episode with success.
+        max_steps: steps after which an episode is truncated, besides limits of the environment.
+        vectors: for each goal the numbers that an agent's observation shows for it; None: one-hot.
+        capacity: how many there can be of a fact of the rules; 1 of those that it leaves out.
+        processes: in how many processes the environments run; 0: in this one.
+        label: the name in titles and tables of a task that is not named by a module.
+    """
+
+    make: Callable[..., gymnasium.Env] | str
+    goals: Mapping[str, GoalFunction]
+    rules: Mapping[str, Any] | Rules | None = None
+    target: str = ""
+    max_steps: int = DEFAULT_MAX_STEPS
+    vectors: Mapping[str, Sequence[float]] | None = None
+    capacity: Mapping[str, int] | None = None
+    processes: int = 0
+    label: str = "task"
+
+    def __post_init__(self) -> None:
+        if not callable(self.make) and not (isinstance(self.make, str) and self.make):
+            raise InputError(
+                f"make of a task is a function that makes its environment or an id, not {shown(self.make)}"
+            )
+        if not isinstance(self.goals, Mapping) or not self.goals:
+            raise InputError(f"goals of a task are functions by name, at least one, not {shown(self.goals)}")
+        for name, function in self.goals.items():
+            if not isinstance(name, str) or not name.strip() or not name.isprintable():
+                raise InputError(f"the name of a goal must be a text of one line, not {shown(name)}")
+            if not callable(function):
+                raise InputError(f"goal {name!r} must be a function of environment and info, not {shown(function)}")
+        require_number("max_steps", self.max_steps, 1, 10**6, is_whole=True)
+        require_number("processes", self.processes, 0, 2**10, is_whole=True)
+        self.goal_set  # noqa: B018 - refuses a wrong target and wrong vectors now
+        object.__setattr__(self, "rules", self._rules())
+
+    def __repr__(self) -> str:
+        return f"<Task {self.name}, goals {', '.join(self.goals)}>"
+
+    @property
+    def name(self) -> str:
+        """In titles, tables and errors."""
+        return self.label
+
+    def _rules(self) -> Rules | None:
+        if self.rules is None:
+            if self.capacity:
+                raise InputError("the capacity of a task is that of facts of its rules, and there are no rules")
+            return None
+        if not isinstance(self.rules, (Rules, Mapping)):
+            raise InputError(f"rules of a task are a mapping from goals to what each needs, not {shown(self.rules)}")
+        names = self.rules.names if isinstance(self.rules, Rules) else tuple(self.rules)
+        found = {
+            "lack": [name for name in self.goals if name not in names],
+            "have": [name for name in names if name not in self.goals],
+        }
+        if wrong := [f"{what} {', '.join(map(repr, some))}" for what, some in found.items() if some]:
+            raise InputError(f"the rules of a task are of its goals {', '.join(self.goals)}; they {', '.join(wrong)}")
+        if isinstance(self.rules, Rules):
+            return replace(self.rules, capacity={**self.rules.capacity, **(self.capacity or {})})
+        given = {name: _giving_itself(name, rule) for name, rule in self.rules.items()}
+        return Rules(given, self.target, self.capacity or {}, label=self.label)
+
+    @cached_property
+    def goal_set(self) -> GoalSet:
+        """The goals as agents know them."""
+        goals = GoalSet.one_hot(tuple(self.goals), self.target)
+        if self.vectors is None:
+            return goals
+        rule = "vectors of a task are equally many finite numbers for each goal"
+        if not isinstance(self.vectors, Mapping) or self.vectors.keys() != self.goals.keys():
+            raise InputError(f"{rule}; those given are of {shown(self.vectors)}")
+        try:
+            rows = np.array([self.vectors[name] for name in self.goals], np.float32)
+        except (TypeError, ValueError):
+            rows = np.zeros(0, np.float32)
+        if rows.ndim != 2 or not np.isfinite(rows).all():
+            raise InputError(f"{rule}; those given have no common length, or are no finite numbers")
+        return replace(goals, vectors=np.concatenate([rows, np.zeros_like(rows[:1])]))
+
+    def new_env(self, render_mode: str | None = None) -> gymnasium.Env:
+        """Return a new environment, which draws itself in a render mode if it can."""
+        try:
+            env = self._make(render_mode)
+        except (Exception, SystemExit) as error:  # whatever a user's own code may raise
+            raise InputError(f"make of {self.name} fails: {in_one_line(error)}") from error
+        if not isinstance(env, gymnasium.Env):
+            raise InputError(f"make of {self.name} must return a gymnasium.Env, not {shown(env)}")
+        return env
+
+    def _make(self, render_mode: str | None) -> Any:
+        if isinstance(self.make, str):
+            return gymnasium.make(self.make, render_mode=render_mode)
+        if render_mode is None:
+            return self.make()
+        if "render_mode" in inspect.signature(self.make).parameters:
+            return self.make(render_mode=render_mode)
+        env = self.make()
+        if isinstance(env, gymnasium.Env):
+            env.unwrapped.render_mode = render_mode  # most environments read it where they draw
+        return env
+
+    @cached_property
+    def trial(self) -> Trial:
+        """What was found out by a few random steps in one environment; what is wrong with the task is raised here."""
+        return try_out(cast(TaskParts, self))
+
+    @property
+    def n_actions(self) -> int:
+        """The controller's number of actions."""
+        return self.trial.n_actions
+
+    @cached_property
+    def features(self) -> dict[str, Feature]:
+        """What networks can read: each entry of the observation, and how it stands with each goal."""
+        entries = {name: space for name, (_, space) in self.trial.entries.items()}
+        return {**features_of(entries), "goal-status": goal_status(len(self.goals))}
+
+    @property
+    def controller_features(self) -> tuple[str, ...]:
+        """All of the observation, the goal, and the last action."""
+        return (*self.trial.entries, "symbol" if self.vectors is None else "goal", "previous-action")
+
+    @property
+    def meta_features(self) -> tuple[str, ...]:
+        """All of the observation, and how it stands with each goal."""
+        return (*self.trial.entries, "goal-status", "goal-outcome")
+
+    def make_world(self, config: EnvConfig, num_envs: int, **settings: Any) -> Any:
+        """Return N environments of the task; ``settings`` as for `worlds.make.make_world`."""
+        return TaskWorld(cast(TaskParts, self), config, num_envs, **settings)
+
+
+def _giving_itself(name: str, rule: Any) -> Any:
+    if isinstance(rule, (list, tuple)):
+        return [_giving_itself(name, way) for way in rule]
+    return {**rule, "gives": rule.get("gives", name)} if isinstance(rule, Mapping) else rule

@@ -1,0 +1,162 @@
+"""N environments of a task as a world."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from hierroom.support.errors import InputError
+from hierroom.support.schema import Array, Table
+from hierroom.worlds.base import BaseWorld
+from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.task.local_envs import LocalEnvs, Taken
+from hierroom.worlds.task.parts import TaskParts
+from hierroom.worlds.task.process_envs import ProcessEnvs
+from hierroom.worlds.task.replayer import Moment, TaskReplayer
+from hierroom.worlds.task.spaces import entry_of
+
+MAX_REMEMBERED = 20_000
+"""Actions of an episode that a checkpoint holds, so that a resumed run can go on in its midst."""
+_NONE = -1
+
+
+class TaskWorld(BaseWorld):
+    """N environments of a task, stepped one after the other in this process.
+
+    Each episode begins with a seed of its own, fixed by the run's seed, the environment's number and the episode's, so
+    that an environment's episodes do not depend on how many there are.
+
+    A state is saved as what led to it: the seed, and the actions since. Going back to it plays them again. Where that
+    shows something else than it did, because the environment draws numbers that its seed does not fix, the episode is
+    cut off in its next step and another one begins.
+    """
+
+    def __init__(self, task: TaskParts, config: EnvConfig, num_envs: int, **settings: Any) -> None:
+        self.task, self._trial = task, task.trial
+        self.goals, self.n_actions, self.features, self.rules = task.goal_set, task.n_actions, task.features, task.rules
+        self.is_repeatable = self._trial.are_counts
+        self.observation_spaces: dict[str, spaces.Space] = {name: one for name, (_, one) in self._trial.entries.items()}
+        self.default_max_steps = task.max_steps
+        left_out = ", ".join(self._trial.left_out)
+        self.notes = [f"observations are without {left_out}, which no network reads"] if left_out else []
+        self.replayer = TaskReplayer(task)
+        self._shown = {
+            name: np.zeros((num_envs, *(space.shape or ())), space.dtype)
+            for name, space in self.observation_spaces.items()
+        }
+        self._totals = np.zeros((num_envs, len(self.goals)), np.int64)
+        n_remembered = min(config.max_steps or task.max_steps, MAX_REMEMBERED)
+        self._taken = np.zeros(num_envs, np.int64)
+        self._actions = np.full((num_envs, n_remembered), _NONE, np.int32)
+        self._cut = np.zeros(num_envs, bool)
+        self._envs = ProcessEnvs(task, num_envs) if task.processes else LocalEnvs(task, num_envs)
+        super().__init__(config, num_envs, **settings)
+
+    def begin(self, envs: NDArray[np.integer]) -> None:
+        """Begin the episodes of environments [M], each with the seed of its own."""
+        numbers = envs.tolist()
+        seeds = [self.replayer.seed_of(self.identity(env)) for env in numbers]
+        self._note(numbers, *self._envs.reset(numbers, seeds))
+        self._taken[envs], self._actions[envs], self._cut[envs] = 0, _NONE, False
+
+    def identity(self, env: int) -> tuple[int, int, int, str | None]:
+        """Return what fixes the episode of an environment: seed, environment, number and part of the levels."""
+        return int(self.seeds[env]), int(self.indices[env]), int(self.numbers[env]), self.config.levels
+
+    def _note(self, envs: list[int], observations: list[Any], totals: list[list[int]]) -> None:
+        """Keep what some environments show, and how their goals stand."""
+        for name, (path, _) in self._trial.entries.items():
+            shown = self._shown[name]
+            try:
+                values = np.array([entry_of(one, path) for one in observations]) if path else np.array(observations)
+                shown[envs] = values
+            except (TypeError, ValueError, KeyError, IndexError) as error:
+                raise InputError(f"{self.variants[0]} shows a {name} outside its observation space: {error}") from error
+            if shown.dtype.kind == "f" and not np.isfinite(values).all():
+                raise InputError(f"{self.variants[0]} shows a {name} that is not finite")
+        self._totals[envs] = totals
+
+    def shown(self, envs: NDArray[np.integer]) -> dict[str, NDArray]:
+        """Return what environments [M] show now, by name."""
+        return {name: array[envs] for name, array in self._shown.items()}
+
+    def step(self, actions: NDArray[np.int64]) -> np.ndarray:
+        """Act once in every environment; an action that it does not have only costs the step."""
+        before = self._totals.copy()
+        rewards, terminated, truncated = np.zeros(len(self)), np.zeros(len(self), bool), self._cut.copy()
+        known = np.flatnonzero((actions >= 0) & (actions < self.n_actions) & ~self.has_ended)
+        if len(known):
+            taken = self._act(known, actions[known])
+            try:
+                rewards[known], terminated[known] = taken.rewards, taken.terminated
+                truncated[known] |= np.array(taken.truncated, bool)
+            except (TypeError, ValueError) as error:
+                raise InputError(f"{self.variants[0]} must return numbers and truths from a step: {error}") from error
+            if not np.isfinite(rewards).all():
+                raise InputError(f"{self.variants[0]} gives a reward that is not finite")
+        return self.record(np.maximum(self._totals - before, 0), rewards, terminated, truncated)
+
+    def _act(self, envs: NDArray[np.integer], actions: NDArray[np.integer]) -> Taken:
+        numbers = envs.tolist()
+        taken = self._envs.step(numbers, (self._trial.first_action + actions).tolist())
+        self._note(numbers, taken.observations, taken.totals)
+        at = self._taken[envs]
+        kept = at < self._actions.shape[1]
+        self._actions[envs[kept], at[kept]] = actions[kept]
+        self._taken[envs] = at + 1
+        return taken
+
+    def get_state(self, envs: Any = slice(None)) -> Moment:
+        """Return the state of one environment, for its episode to be played again and to be drawn."""
+        (env,) = np.atleast_1d(self.everywhere[envs]).tolist()
+        return Moment(
+            self.identity(env),
+            self.max_steps,
+            self.counts[env].copy(),
+            self.markings[env].copy(),
+            int(self.lengths[env]),
+            lambda: self._envs.render(env),
+        )
+
+    def get_arrays(self, envs: NDArray[np.integer]) -> dict[str, np.ndarray]:
+        """Return everything that changes in environments [M], as fresh arrays."""
+        own = {"taken": self._taken[envs], "actions_taken": self._actions[envs], "cut": self._cut[envs]}
+        return {**super().get_arrays(envs), **own, "prints": np.array([self._print(env) for env in envs.tolist()])}
+
+    def _print(self, env: int) -> int:
+        """Return a number that tells what an environment shows, and how its goals stand."""
+        parts = (*(array[env] for array in self._shown.values()), self._totals[env])
+        return zlib.crc32(b"".join(np.ascontiguousarray(part).tobytes() for part in parts))
+
+    def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Refuse arrays that `get_arrays` of as many environments cannot have given."""
+        super().check_arrays(arrays)
+        n = len(self)
+        schema = {"cut": Array(np.bool_, (n,)), "taken": Array(np.int64, (n,), 0, self.max_steps)}
+        schema["actions_taken"] = Array(np.int32, self._actions.shape, _NONE, self.n_actions - 1)
+        schema["prints"] = Array(np.int64, (n,), 0, 2**32 - 1)
+        Table(schema, is_open=True).check(arrays, "world")
+
+    def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go back to what `get_arrays` gave, after `check_arrays`, by playing the actions again."""
+        super().set_arrays(arrays)
+        cut = arrays["cut"].copy()
+        for env in range(len(self)):
+            self.begin(np.array([env]))
+            actions = arrays["actions_taken"][env][: int(arrays["taken"][env])]
+            is_known = len(actions) == arrays["taken"][env] and (actions >= 0).all()
+            for action in actions if is_known else ():
+                self._act(np.array([env]), action[None])
+            if not is_known or self._print(env) != arrays["prints"][env]:
+                self.begin(np.array([env]))
+                cut[env] = True
+        self._cut = cut
+        fresh = int((cut & ~arrays["cut"]).sum())
+        why = "its episodes do not repeat themselves, or are too long to be saved"
+        if fresh:
+            self.notes = [*self.notes, f"{fresh} of {len(self)} episodes of {self.variants[0]} begin anew: {why}"]

@@ -1,0 +1,196 @@
+"""The rules of the workshop as compiled functions on one environment, and on all of a batch.
+
+A shop is a record of `layout.SHOP`; ``things`` are its rows `PLACES`, `SHELF` and `BENCH`. With ``NUMBA_DISABLE_JIT=1``
+the same source runs as ordinary Python.
+"""
+
+import numpy as np
+
+from hierroom.support.compile.kernel import njit
+from hierroom.worlds.random_kernels import GOLDEN, mix, shuffle, stream_key
+
+PLACES, SHELF, BENCH = range(3)
+MIN_SPLIT_PLACES = 5
+"""With fewer places on the shelf there are too few orders to keep some for evaluation."""
+
+
+@njit(cache=True)
+def begin(shop, things, visited, recipes):
+    """Begin the next episode: everything on the shelf, in a new order of those that the shop's split allows."""
+    shop.episode += 1
+    shop.key = stream_key(shop.seed, shop.index, shop.episode)
+    shop.n_drawn = np.uint64(0)
+    shop.steps, shop.achieved, shop.n_first, shop.has_ended = 0, 0, 0, False
+    things[:] = 0
+    things[SHELF] = recipes.start
+    n_places = recipes.standing.shape[0]
+    order = things[PLACES, :n_places]
+    order[:] = recipes.standing
+    shuffle(shop, order)
+    while shop.split and n_places >= MIN_SPLIT_PLACES and is_held_out(order) != (shop.split == 2):
+        shuffle(shop, order)
+    visited[:] = 0
+    visit(shop, things[BENCH], visited)
+
+
+@njit(cache=True)
+def is_held_out(order):
+    """Return whether an order of the shelf is kept for evaluation, as an eighth of them by a hash."""
+    digest = np.uint64(0)
+    for thing in order:
+        digest = mix(digest + np.uint64(thing) + GOLDEN)
+    return digest >> np.uint64(61) == 0
+
+
+@njit(cache=True)
+def visit(shop, bench, visited):
+    """Remember what is on the bench; return whether that is new since the last goal that was a first.
+
+    The table is one of open addressing, of keys of 64 bits. Where it is empty or full nothing is new.
+    """
+    n_slots = np.uint64(visited.shape[0])
+    if n_slots == 0:
+        return False
+    key = mix(np.uint64(shop.n_first) + GOLDEN)
+    for thing in range(bench.shape[0]):
+        if bench[thing]:
+            key += mix((np.uint64(thing) << np.uint64(8)) + np.uint64(bench[thing])) * GOLDEN
+    key = mix(key) | np.uint64(1)  # 0 is a free slot
+    slot = key % n_slots
+    for _ in range(visited.shape[0]):
+        if visited[slot] == key:
+            return False
+        if visited[slot] == 0:
+            visited[slot] = key
+            return True
+        slot = (slot + np.uint64(1)) % n_slots
+    return False
+
+
+@njit(cache=True)
+def put(things, place, room):
+    """Put the thing at a place of the shelf on the bench, if there is one and the bench has room for it."""
+    thing, on_bench = things[PLACES, place], 0
+    for count in things[BENCH]:
+        on_bench += count
+    if things[SHELF, thing] and on_bench < room:
+        things[SHELF, thing] -= 1
+        things[BENCH, thing] += 1
+
+
+@njit(cache=True)
+def work(things, recipes):
+    """Make what the recipe on the bench gives, if it is one and changes anything, and return its goal, or -1."""
+    for way in range(recipes.goals.shape[0]):
+        is_laid = True
+        for thing in range(things.shape[1]):
+            if things[BENCH, thing] != recipes.asks[way, thing]:
+                is_laid = False
+                break
+        if is_laid:
+            return recipes.goals[way] if apply(things, recipes, way) else -1
+    return -1
+
+
+@njit(cache=True)
+def apply(things, recipes, way):
+    """Apply a recipe to all things, on the shelf and on the bench, if that changes how many there are."""
+    if not changes(things, recipes, way):
+        return False
+    for thing in range(things.shape[1]):
+        things[SHELF, thing] = count_after(things, recipes, way, thing)
+        things[BENCH, thing] = 0
+    return True
+
+
+@njit(cache=True)
+def changes(things, recipes, way):
+    """Return whether a recipe would change how many there are of some thing."""
+    for thing in range(things.shape[1]):
+        if count_after(things, recipes, way, thing) != np.int64(things[SHELF, thing]) + things[BENCH, thing]:
+            return True
+    return False
+
+
+@njit(cache=True)
+def count_after(things, recipes, way, thing):
+    """Return how many there are of a thing after a recipe; what goes beyond its limit is lost."""
+    count = np.int64(things[SHELF, thing]) + np.int64(things[BENCH, thing])
+    count += np.int64(recipes.gives[way, thing]) - np.int64(recipes.uses[way, thing])
+    return min(count, np.int64(recipes.limits[thing]))
+
+
+@njit(cache=True)
+def clear(things):
+    """Put everything on the bench back on the shelf."""
+    for thing in range(things.shape[1]):
+        things[SHELF, thing] += things[BENCH, thing]
+        things[BENCH, thing] = 0
+
+
+@njit(cache=True)
+def note_goal(shop, things, recipes, goal, outcome):
+    """Write that a goal was achieved, and with it the target's goal if the target is there."""
+    outcome.achieved = 1 << goal
+    if things[SHELF, recipes.target]:
+        outcome.achieved |= 1 << recipes.last_goal
+        outcome.reward, outcome.terminated = 1.0, True
+    new = outcome.achieved & ~shop.achieved
+    while new:
+        outcome.n_first += 1
+        new &= new - 1
+    shop.achieved |= outcome.achieved
+    shop.n_first += outcome.n_first
+
+
+@njit(cache=True, nogil=True)
+def begin_shops(shops, things, visited, recipes):
+    """Begin the next episode in every environment."""
+    for n in range(shops.shape[0]):
+        begin(shops[n], things[n], visited[n], recipes)
+
+
+@njit(cache=True, nogil=True)
+def step_shops(shops, things, visited, recipes, actions, outcomes, last_shops, last_things, autoreset):
+    """Act once in every environment; an action that does not apply only costs the step.
+
+    Where that ends the episode, ``autoreset`` stores how it ended and begins the next one. Without it an environment
+    whose episode has ended stays as it is; so do its flags. (One loop and no function for one environment: to hand all
+    recipes to it takes longer than the step.)
+    """
+    n_places = recipes.standing.shape[0]
+    for n in range(shops.shape[0]):
+        shop, outcome, action = shops[n], outcomes[n], actions[n]
+        outcome.achieved, outcome.n_first, outcome.reward = 0, 0, 0.0
+        outcome.is_novel, outcome.is_discovery = False, False
+        if shop.has_ended:
+            continue
+        outcome.terminated = False
+        if 0 <= action < n_places:
+            put(things[n], action, recipes.room)
+        elif action == n_places:
+            goal = work(things[n], recipes)
+            if goal >= 0:
+                note_goal(shop, things[n], recipes, goal, outcome)
+        elif action == n_places + 1:
+            clear(things[n])
+        outcome.is_novel = visit(shop, things[n, BENCH], visited[n])
+        shop.steps += 1
+        outcome.truncated = shop.steps >= shop.max_steps
+        outcome.length = shop.steps
+        shop.has_ended = outcome.terminated or outcome.truncated
+        if shop.has_ended and autoreset:
+            last_shops[n] = shop
+            last_things[n] = things[n]
+            begin(shop, things[n], visited[n], recipes)
+
+
+@njit(cache=True, nogil=True)
+def write_observations(things, observations):
+    """Write what M environments show [M, P, 3]: the thing at each place, how many to take, how many on the bench."""
+    for m in range(observations.shape[0]):
+        for place in range(observations.shape[1]):
+            thing = things[m, PLACES, place]
+            observations[m, place, 0] = thing
+            observations[m, place, 1] = things[m, SHELF, thing]
+            observations[m, place, 2] = things[m, BENCH, thing]

@@ -1,0 +1,50 @@
+"""The memory layout of workshops: the record of an environment, and the things in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+PLACES, SHELF, BENCH = range(3)
+"""Rows of an environment's things [3, T]: the thing at each place of the shelf (P of them, then zeros); how many there
+are of each thing on the shelf; how many of each lie on the bench."""
+
+
+_FIELDS = (
+    # The source of the environment's random numbers.
+    ("seed", "u8"),
+    ("index", "i8"),  # number of the environment; the same index gives the same episodes in any batch
+    ("episode", "i8"),
+    ("key", "u8"),
+    ("n_drawn", "u8"),
+    ("max_steps", "i4"),
+    ("split", "i4"),  # 0: every order of the shelf may be drawn; 1: those of training; 2: those of evaluation
+    ("steps", "i4"),
+    ("achieved", "i8"),  # bit g: goal g was achieved in this episode
+    ("n_first", "i4"),  # number of these bits
+    ("has_ended", "?"),
+)
+SHOP = np.dtype((np.record, np.dtype([*_FIELDS], align=True)))
+SPLITS = {None: 0, "training": 1, "evaluation": 2}
+
+
+@dataclass(frozen=True)
+class WorkshopState:
+    """The exact state of N workshops: records [N] of `SHOP`, things [N, 3, T] and what was on the bench [N, V].
+
+    ``visited`` is a table of keys (see `kernels.visit`); V is 0 where nothing asks for it.
+    """
+
+    shops: np.ndarray
+    things: NDArray[np.uint8]
+    visited: NDArray[np.uint64]
+
+    def __len__(self) -> int:
+        return len(self.shops)
+
+    def __getitem__(self, indices) -> WorkshopState:
+        """Copy the state of some environments; an integer index gives a batch of one."""
+        chosen = np.atleast_1d(np.arange(len(self))[indices])
+        return WorkshopState(self.shops[chosen], self.things[chosen], self.visited[chosen])

@@ -1,0 +1,108 @@
+"""Workshops as tasks: of a random tech tree, or of a user's own rules."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from hierroom.goals import Rules
+from hierroom.goals.goal_set import GoalSet
+from hierroom.support.errors import InputError, shown
+from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
+from hierroom.worlds.workshop.features import features_of
+from hierroom.worlds.workshop.recipes import Book, book_of
+from hierroom.worlds.workshop.replayer import WorkshopReplayer
+from hierroom.worlds.workshop.shortest import Solver
+from hierroom.worlds.workshop.tech_tree import tech_tree_of
+from hierroom.worlds.workshop.world import WorkshopWorld
+
+
+@dataclass(frozen=True)
+class WorkshopTask:
+    """A workshop of some rules, as `hierroom.worlds.make.Task` wants it; two of the same rules are equal.
+
+    Args:
+        rules: what can be made of what.
+        name: of the task, in titles and tables.
+    """
+
+    rules: Rules
+    name: str
+    controller_features = ("goal-shelf", "goal-bench", "symbol", "shelf", "stock", "bench", "previous-action")
+    meta_features = ("goal-status", "goal-stock", "goal-outcome")
+    max_steps = DEFAULT_MAX_STEPS
+
+    def __post_init__(self) -> None:
+        self.book  # what cannot be a workshop is refused here  # noqa: B018
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Pickle and copy the rules alone: features are functions without a name."""
+        return {"rules": self.rules, "name": self.name}
+
+    @cached_property
+    def book(self) -> Book:
+        """The recipes of the rules."""
+        return book_of(self.rules)
+
+    @cached_property
+    def solver(self) -> Solver:
+        """What finds the shortest solutions."""
+        return Solver(self.book.recipes)
+
+    @cached_property
+    def goal_set(self) -> GoalSet:
+        """The goals: the names of the rules; the target is the first that makes the target of the rules."""
+        names, last = self.rules.names, self.book.recipes.last_goal
+        goals = GoalSet.one_hot(names, names[last])
+        return replace(goals, n_alike=last) if 0 < last == len(names) - 1 else goals
+
+    @property
+    def n_actions(self) -> int:
+        """One for each place, to work and to clear."""
+        return len(self.book.recipes.standing) + 2
+
+    @cached_property
+    def features(self) -> Any:
+        """What networks can read."""
+        return features_of(self.book)
+
+    @cached_property
+    def replayer(self) -> WorkshopReplayer:
+        """What plays episodes again and draws them."""
+        return WorkshopReplayer(self)
+
+    @cached_property
+    def observation_spaces(self) -> dict[str, spaces.Space]:
+        """The spaces of `WorkshopView.as_dict`."""
+        recipes = self.book.recipes
+        most = int(recipes.limits[recipes.standing].max())
+        row = np.array([len(self.book.things) - 1, most, min(most, recipes.room)], np.uint8)
+        high = np.tile(row, (len(recipes.standing), 1))
+        return {"observation": spaces.Box(np.zeros_like(high), high, dtype=np.uint8)}
+
+    def make_world(self, config: EnvConfig, num_envs: int, **settings: Any) -> WorkshopWorld:
+        """Return N workshops."""
+        return WorkshopWorld(self, config, num_envs, **settings)
+
+
+@cache
+def workshop_of(spec: str) -> WorkshopTask:
+    """Return the workshop of a random tech tree: ``8``, ``8:3`` or ``8:3:deep``: see `tech_tree_of`."""
+    return WorkshopTask(tech_tree_of(spec), f"workshop:{spec}")
+
+
+def workshop(rules: Rules) -> WorkshopTask:
+    """Return a workshop of rules, to be used wherever a graph or a task is taken.
+
+    Things that rules need or use stand on a shelf; an agent puts them on a bench and works: see `WorkshopWorld`::
+
+        task = hierroom.workshop(hierroom.Rules({"wood": {"gives": "wood"}, ...}, target="raft"))
+        env = hierroom.env(task)
+    """
+    if not isinstance(rules, Rules):
+        raise InputError(f"a workshop is made of hierroom.Rules, not of {shown(rules)}")
+    return WorkshopTask(rules, rules.name)

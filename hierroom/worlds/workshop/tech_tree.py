@@ -1,0 +1,111 @@
+"""Random tech trees: rules for a workshop, by number of goals, seed and shape."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from typing import Literal, TypeVar, get_args
+
+import numpy as np
+
+from hierroom.goals import Rules
+from hierroom.goals.goal_set import MAX_GOALS
+from hierroom.support.errors import InputError, require_name, require_number, shown
+
+Name = TypeVar("Name", str, tuple[str, str])
+Shape = Literal["mixed", "deep", "wide"]
+"""What a thing is made of: things at random, the newest thing and another, the oldest things that nothing uses yet."""
+MIN_GOALS = 2
+MATERIALS = (
+    *(("tree", "wood"), ("rock", "stone"), ("mine", "ore"), ("field", "straw"), ("sheep", "wool"), ("pit", "clay")),
+    *(("river", "water"), ("hive", "wax"), ("bush", "berry"), ("dune", "sand"), ("cow", "hide"), ("spring", "salt")),
+)
+PARTS = ("plank", "brick", "ingot", "rope", "cloth", "nail", "glass", "gear", "paint", "paper", "pipe", "wire")
+TOOLS = ("axe", "hammer", "saw", "kiln", "loom", "forge", "mill", "drill", "press", "lathe", "crane", "engine")
+MASTERPIECE = "masterpiece"
+CAPACITY = 3
+"""How many there can be of each material; of everything else there can be one."""
+
+
+def tech_tree_of(spec: str) -> Rules:
+    """Return the tech tree of a text: ``GOALS``, then perhaps ``:SEED`` (0) and ``:SHAPE`` (mixed)."""
+    match = re.fullmatch(r"([0-9]{1,4})(?::([0-9]{1,18}))?(?::(\w+))?", spec, re.ASCII)
+    if match is None:
+        raise InputError(
+            "a workshop is workshop:GOALS, workshop:GOALS:SEED or workshop:GOALS:SEED:SHAPE, "
+            f"such as workshop:8:3:deep, not {shown(f'workshop:{spec}')}"
+        )
+    n_goals, seed, shape = match.groups()
+    return tech_tree(int(n_goals), int(seed or 0), shape or "mixed")  # pyright: ignore[reportArgumentType] - checked there
+
+
+def tech_tree(n_goals: int, seed: int = 0, shape: Shape = "mixed") -> Rules:
+    """Return a random tech tree.
+
+    A third of the goals are materials, each made with a source that is never used up: wood with a tree. Each other
+    goal is a part, which is used up where something is made of it, or a tool, which is not, and is made of one to
+    three things. The last one is the masterpiece, the target. Every other thing is needed for something, and what
+    anything is made of comes before it and can be made again and again, so the masterpiece can always be made.
+
+    Args:
+        n_goals: 2 to 63.
+        seed: 0 to 10**18 - 1.
+        shape: deep for a long way to the target, wide for a short one with many branches, or mixed.
+    """
+    require_number("the number of goals of a workshop", n_goals, MIN_GOALS, MAX_GOALS, is_whole=True)
+    require_number("the seed of a workshop", seed, 0, 10**18 - 1, is_whole=True)
+    require_name("the shape of a workshop must be one of", shape, get_args(Shape))
+    rng = np.random.default_rng([seed, n_goals, get_args(Shape).index(shape)])
+    n_materials = {"deep": max(1, n_goals // 4), "wide": n_goals // 2}.get(shape, max(1, round(n_goals / 3)))
+    n_parts = (n_goals - n_materials) // 2
+    pairs = _chosen(rng, MATERIALS, n_materials, lambda number: (f"source {number}", f"material {number}"))
+    sources, materials = zip(*pairs, strict=True)
+    rules: dict[str, dict] = {material: {"needs": source, "gives": material} for source, material in pairs}
+    parts = _chosen(rng, PARTS, n_parts, "part {}".format)
+    tools = _chosen(rng, TOOLS, n_goals - n_materials - n_parts - 1, "tool {}".format)
+    products = [*rng.permutation([*parts, *tools]).tolist(), MASTERPIECE]
+    unused, known = [*materials], [*materials]
+    for product in products:
+        ask = _ask(rng, unused, known, materials, shape, is_last=product == MASTERPIECE)
+        rules[product] = {
+            "needs": {thing: count for thing, count in ask.items() if thing in tools},
+            "uses": {thing: count for thing, count in ask.items() if thing not in tools},
+            "gives": product,
+        }
+        unused = [thing for thing in unused if thing not in ask] + [product]
+        known.append(product)
+    label = f"workshop:{n_goals}:{seed}" + (f":{shape}" if shape != "mixed" else "")
+    capacity = dict.fromkeys(materials, CAPACITY)
+    return Rules(rules, MASTERPIECE, capacity, dict.fromkeys(sources, 1), label)
+
+
+def _ask(
+    rng: np.random.Generator,
+    unused: list[str],
+    known: list[str],
+    materials: tuple[str, ...],
+    shape: str,
+    *,
+    is_last: bool,
+) -> dict[str, int]:
+    """Return what a product is made of: one to three things, each with its count.
+
+    One at least was not used yet, so no two products are made of the same. As long as more than two things wait to be
+    used, it takes two of them, so that the last product can take the rest.
+    """
+    at_random: list[str] = rng.permutation(unused).tolist()
+    waiting = {"deep": unused[::-1], "wide": unused}.get(shape, at_random)
+    chosen = waiting if is_last else waiting[: 1 + (len(waiting) > 2 or rng.random() < 0.5)]
+    if len(chosen) < 2 and len(known) > 1:
+        chosen = [*chosen, str(rng.choice([thing for thing in known if thing not in chosen]))]
+    counts = dict.fromkeys(chosen, 1)
+    of_materials = [thing for thing in chosen if thing in materials]
+    if len(counts) < 3 and of_materials and rng.random() < 0.5:
+        counts[of_materials[0]] = 2
+    return counts
+
+
+def _chosen(rng: np.random.Generator, names: Sequence[Name], n: int, more: Callable[[int], Name]) -> list[Name]:
+    """Return n of the names at random, and where there are too few of them more, which are numbered."""
+    chosen = [names[place] for place in rng.permutation(len(names))[:n]]
+    return [*chosen, *map(more, range(len(chosen) + 1, n + 1))]

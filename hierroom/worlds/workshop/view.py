@@ -1,0 +1,94 @@
+"""The view of M workshops."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.support.compile.kernel import compiled
+from hierroom.worlds.base_view import GoalInWords, Situated
+from hierroom.worlds.random_kernels import turn_uniforms
+from hierroom.worlds.workshop.goal_kernels import GOAL_MASKS, write_masks, write_ranks
+from hierroom.worlds.workshop.kernels import write_observations
+from hierroom.worlds.workshop.layout import BENCH, SHELF, SHOP
+from hierroom.worlds.workshop.recipes import Book, book_of
+from hierroom.worlds.workshop.shortest import Solver
+from hierroom.worlds.workshop.tech_tree import tech_tree
+
+
+@dataclass(frozen=True, eq=False)
+class WorkshopView:
+    """The view of M workshops: records of `layout.SHOP` and ``things`` [M, 3, T]; see `layout`."""
+
+    book: Book
+    solver: Solver
+    shops: np.ndarray
+    things: NDArray[np.uint8]
+
+    def __len__(self) -> int:
+        return len(self.shops)
+
+    def as_dict(self) -> dict[str, NDArray]:
+        """Return the observation's entries, in fresh arrays.
+
+        Returns:
+            ``observation`` [M, P, 3] uint8: of each place of the shelf, the thing that stands there, how many there
+            are of it to take, and how many lie on the bench.
+        """
+        observations = np.empty((len(self), len(self.book.recipes.standing), 3), np.uint8)
+        write_observations(self.things, observations)
+        return {"observation": observations}
+
+    def uniforms(self, turns: NDArray[np.integer], n: int) -> NDArray[np.float64]:
+        """Return [M, n] random numbers in [0, 1), fixed by seed, environment, episode and turn [M]."""
+        uniforms = np.empty((len(self), n))
+        turn_uniforms(self.shops, turns, uniforms)
+        return uniforms
+
+    def legal_goals(self, mask: str, are_turns: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return the legal actions [M, G + 1] under one of `GOAL_MASKS`; off turn one can only wait."""
+        masks, recipes = np.empty((len(self), self.book.recipes.n_goals + 1), bool), self.book.recipes
+        are_turns = np.ascontiguousarray(are_turns)
+        _compiled_masks()(self.shops, self.things, recipes, are_turns, GOAL_MASKS[mask], masks)
+        return masks
+
+    @cached_property
+    def reachable(self) -> NDArray[np.bool_]:
+        """[M, G] goals that can be made now and change something."""
+        return self.legal_goals("reachable", np.ones(len(self), bool))[:, :-1]
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """[M, G] the same: nothing is hidden."""
+        return self.reachable
+
+    @cached_property
+    def depth_first_ranks(self) -> NDArray[np.int64]:
+        """[M, G] how near to the target each goal stands among those that the way there lacks; else 0."""
+        ranks = np.empty((len(self), self.book.recipes.n_goals), np.int64)
+        write_ranks(self.things, self.book.recipes, ranks)
+        return ranks
+
+    @property
+    def oracle_goals(self) -> NDArray[np.int64]:
+        """[M] the goal achieved first on a shortest way to the target, or -1."""
+        ways = [self.solver.next_way(things)[1] for things in self.things]
+        return np.array([-1 if way < 0 else self.book.recipes.goals[way] for way in ways], np.int64)
+
+    def level(self, m: int, legal: NDArray[np.bool_]) -> Situated:
+        """Return the m-th environment in words: its facts are the things, those on the bench too."""
+        achieved, names = int(self.shops["achieved"][m]), self.book.rules.names
+        goals = (GoalInWords(g, name, bool(legal[g]), achieved >> g & 1) for g, name in enumerate(names))
+        counts = self.things[m, SHELF] + self.things[m, BENCH]
+        facts = dict(zip(self.book.things, counts.tolist(), strict=True))
+        return Situated(tuple(goals), int(self.shops["steps"][m]), facts)
+
+
+@cache
+def _compiled_masks() -> Callable[..., None]:
+    things, recipes = np.zeros((1, 3, 1), np.uint8), book_of(tech_tree(2)).recipes
+    return compiled(write_masks, np.zeros(1, SHOP), things, recipes, np.zeros(1, bool), 1, np.zeros((1, 1), bool))

@@ -1,0 +1,233 @@
+"""N workshops that are stepped together, compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hierroom.support.compile.kernel import compiled
+from hierroom.support.errors import InputError
+from hierroom.support.schema import Whole
+from hierroom.worlds.base import OUTCOME, BaseWorld
+from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.seeds import Indices, chosen_envs, write_seeds
+from hierroom.worlds.workshop import kernels
+from hierroom.worlds.workshop.goal_kernels import GOAL_MASKS
+from hierroom.worlds.workshop.layout import SHELF, SHOP, SPLITS, WorkshopState
+from hierroom.worlds.workshop.recipes import book_of
+from hierroom.worlds.workshop.state_check import check_state
+from hierroom.worlds.workshop.tech_tree import tech_tree
+from hierroom.worlds.workshop.view import WorkshopView
+from hierroom.worlds.world import Feature, Seeds
+
+MOST_VISITED = 2**16
+"""Slots of the table of what was on the bench, twice as many as steps; in longer episodes nothing is new at last."""
+_KEYS = (*(f"K_{digit}" for digit in "1234567890"), *(f"K_{letter}" for letter in "qwertyuiopasdfghjklzxcvbnm"))
+
+
+class WorkshopWorld(BaseWorld):
+    """N workshops.
+
+    Mission
+        Make the target of the rules, of things on a shelf. The rules are hidden from the controller.
+
+    Things
+        Every fact of the rules is a thing. At first there is what the rules start with. A rule that asks for nothing,
+        or for just what another one asks for, has a source of its own, which is there and stays. Each thing that some
+        rule asks for has a place on the shelf. The order of the places is drawn anew for each episode; an eighth of
+        the orders is kept for evaluation and never drawn in training (with fewer than five places there are too few,
+        and all are drawn). Nothing else is random.
+
+    Actions, P + 2 for P places
+        0 to P - 1 put one thing from that place of the shelf on the bench, if there is one, and the bench is not full:
+        it holds as many things as the largest rule asks for. P works: where the bench holds exactly what a rule needs
+        and uses, no more and no less, what it uses is gone, what it needs goes back to the shelf, and what it gives is
+        there; of each thing, what goes beyond its capacity is lost. Else working does nothing, and so it does where it
+        would change nothing: the bench stays as it is. P + 1 clears the bench: everything goes back to its place.
+        Any action costs a step. Of a rule with several alternatives, the one on the bench is applied.
+
+    Goals
+        The names of the rules. A goal is achieved each time its rule is applied. A goal of k things takes k + 1 right
+        actions, any order of the k. Legal are by default the goals that can be made now and would change something.
+
+    Observation
+        ``observation`` [P, 3] uint8: for each place the thing that stands there, by number; how many there are of it to
+        take; how many of it lie on the bench.
+
+    Reward
+        1 for the target, else 0; `hierroom.turns.rewards` has those of the controller. 'New' to the reward novelty is
+        what lies on the bench, since the last goal that was achieved for the first time.
+
+    End
+        Terminated where the target is made. Truncated after ``max_steps``.
+
+    Ids
+        ``hierroom/Workshop-v0``, with ``task="workshop:6"`` unless another is given.
+
+    The first argument is the `WorkshopTask`, the others are those of `make_world`.
+    """
+
+    def __init__(
+        self,
+        task: Any,
+        config: EnvConfig,
+        num_envs: int,
+        *,
+        seed: int | None = None,
+        autoreset: bool = True,
+        threads: int = 1,
+        memories: Iterable[str] = (),
+    ) -> None:
+        Whole(1, 2**31 - 1).check(num_envs, "num_envs")
+        self.task, self.config, self._autoreset = task, config, autoreset
+        self.book, self.rules, self.replayer = task.book, task.rules, task.replayer
+        self.goals, self.n_actions = task.goal_set, task.n_actions
+        self.observation_spaces = task.observation_spaces
+        self.max_steps = config.max_steps or task.max_steps
+        Whole(1, 2**31 - 1).check(self.max_steps, "max_steps")
+        self.variants = (task.name,)
+        self.can_split, self.has_begun = True, False
+        self.everywhere = np.arange(num_envs)
+        self.everywhere.setflags(write=False)
+        self.outcomes = np.zeros(num_envs, OUTCOME)
+        things = np.zeros((num_envs, 3, len(self.book.things)), np.uint8)
+        self.state = WorkshopState(np.zeros(num_envs, SHOP), things, np.zeros((num_envs, 0), np.uint64))
+        self.state.shops["index"] = config.env_index + np.arange(num_envs)
+        self.state.shops["max_steps"], self.state.shops["split"] = self.max_steps, SPLITS[config.levels]
+        self._last_shops, self._last_things = self.state.shops.copy(), things.copy()
+        n_places = self.n_actions - 2
+        places = dict(zip(_KEYS, range(n_places), strict=False))
+        self.keys_to_action: Mapping[str, int] = {**places, "K_SPACE": n_places, "K_BACKSPACE": n_places + 1}
+        self.remember(memories)
+        if seed is not None:
+            self.reset(seed)
+
+    @property
+    def features(self) -> Mapping[str, Feature]:
+        """What networks can read, by name."""
+        return self.task.features
+
+    def remember(self, memories: Iterable[str]) -> None:
+        """Remember what was on the bench, ``visited``, from the next `reset` on."""
+        for name in memories:
+            if name != "visited":
+                raise InputError(f"a workshop can remember visited, not {name!r}")
+            n_slots = min(2 * self.max_steps, MOST_VISITED)
+            self.state = WorkshopState(self.state.shops, self.state.things, np.zeros((len(self), n_slots), np.uint64))
+
+    def reset(self, seed: Seeds = None, envs: Indices = slice(None)) -> None:
+        """Begin an episode: with a seed (0 to 2**63 - 1) an environment's first one, without one its next."""
+        chosen = chosen_envs(envs, len(self))
+        write_seeds(self.state.shops, seed, chosen)
+        part = self.state[chosen]
+        kernels.begin_shops(part.shops, part.things, part.visited, self.book.recipes)
+        self._write(part, chosen)
+        self.outcomes[chosen] = np.zeros((), OUTCOME)
+        self.has_begun = True
+
+    def step(self, actions: NDArray[np.int64]) -> np.ndarray:
+        """Act once in every environment and return the outcomes; an action [N] that is none only costs the step."""
+        state, last = self.state, (self._last_shops, self._last_things)
+        given = self.book.recipes, actions, self.outcomes
+        _compiled_step()(state.shops, state.things, state.visited, *given, *last, self._autoreset)
+        return self.outcomes
+
+    def _view(self, shops: np.ndarray, things: NDArray[np.uint8]) -> WorkshopView:
+        return WorkshopView(self.book, self.task.solver, shops, things)
+
+    def observe(self, envs: NDArray[np.integer]) -> WorkshopView:
+        """Return what environments [M] show now; if they are all there are, the next step overwrites it."""
+        if envs is self.everywhere or len(self) == 1:
+            return self._view(self.state.shops, self.state.things)
+        return self.exact_view(envs)
+
+    def exact_view(self, envs: NDArray[np.integer]) -> WorkshopView:
+        """Return what environments [M] show now, copied."""
+        return self._view(self.state.shops[envs], self.state.things[envs])
+
+    def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> WorkshopView:
+        """Return what environments [M] show after the last step, those that ``ended`` [M] before they were reset."""
+        shops, things = self.state.shops[envs], self.state.things[envs]
+        if self._autoreset:
+            shops[ended], things[ended] = self._last_shops[envs[ended]], self._last_things[envs[ended]]
+        return self._view(shops, things)
+
+    def shown(self, envs: NDArray[np.integer]) -> dict[str, NDArray]:
+        """Return the entries of the observations of environments [M], in fresh arrays."""
+        return self.observe(envs).as_dict()
+
+    def legal_goals(self, mask: str, are_turns: NDArray[np.bool_], view: Any = None) -> NDArray[np.bool_]:
+        """Return the meta-controllers' legal actions [M, G + 1], of a view or of all; off turn they can only wait."""
+        if mask not in GOAL_MASKS:
+            raise InputError(f"goal_mask of a workshop is one of {', '.join(GOAL_MASKS)}, not {mask}")
+        return (self.observe(self.everywhere) if view is None else view).legal_goals(mask, are_turns)
+
+    def clocks(self) -> NDArray[np.integer]:
+        """Return [N] the steps of the episodes under way."""
+        return self.state.shops["steps"]
+
+    def stagger_clocks(self) -> None:
+        """Spread the steps of the episodes under way evenly, so that they are not all truncated together."""
+        self.state.shops["steps"] = np.arange(len(self)) * self.max_steps // len(self)
+
+    def shortest_lengths(self, envs: NDArray[np.integer]) -> NDArray[np.integer]:
+        """Return the fewest steps [M] to the target from now on; -1 where it is out of reach or not known."""
+        things = self.state.things[envs]
+        return np.array([self.task.solver.next_way(one)[0] for one in things], np.int64)
+
+    def shortest_actions(self, env: int) -> NDArray[np.integer]:
+        """Return the actions of a shortest way to the target in one environment."""
+        return self.task.solver.actions(self.state.things[env])
+
+    def get_state(self, envs: Indices = slice(None)) -> WorkshopState:
+        """Copy the exact state of some environments (by default all)."""
+        return self.state[chosen_envs(envs, len(self))]
+
+    def state_after(self, before: WorkshopState, actions: ArrayLike) -> WorkshopState:
+        """Return the state to which the last step led: where it ended an episode, take it again without a reset."""
+        state, outcomes = self.get_state(), self.outcomes
+        ended = np.flatnonzero(outcomes["terminated"] | outcomes["truncated"])
+        if self._autoreset and len(ended):
+            last, taken = before[ended], np.asarray(actions, np.int64)[ended]
+            within = np.zeros(len(ended), OUTCOME)
+            arrays = last.shops, last.things, last.visited, self.book.recipes, taken, within
+            kernels.step_shops(*arrays, last.shops, last.things, False)
+            state.shops[ended], state.things[ended], state.visited[ended] = last.shops, last.things, last.visited
+        return state
+
+    def get_arrays(self, envs: NDArray[np.integer]) -> dict[str, np.ndarray]:
+        """Return everything that changes in environments [M], as fresh arrays."""
+        return vars(self.get_state(envs))
+
+    def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Refuse arrays that `get_arrays` of as many environments cannot have given."""
+        check_state(WorkshopState(**arrays), self.book.recipes, len(self), self.state.visited.shape[1])
+
+    def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go back to what `get_arrays` gave, after `check_arrays`."""
+        self.set_state(WorkshopState(**arrays))
+
+    def set_state(self, state: WorkshopState) -> None:
+        """Set all environments to a state of as many, which was checked; seeds and indices are part of it."""
+        self._write(state, self.everywhere)
+        shops, outcomes = state.shops, np.zeros(len(self), OUTCOME)
+        outcomes["length"] = shops["steps"]
+        outcomes["terminated"] = state.things[:, SHELF, self.book.recipes.target] > 0
+        outcomes["truncated"] = shops["steps"] >= shops["max_steps"]
+        self.outcomes[:] = outcomes
+        self.has_begun = True
+
+    def _write(self, state: WorkshopState, envs: NDArray[np.integer]) -> None:
+        ours = self.state
+        ours.shops[envs], ours.things[envs], ours.visited[envs] = state.shops, state.things, state.visited
+
+
+@cache
+def _compiled_step() -> Callable[..., None]:
+    shops, things, visited = np.zeros(1, SHOP), np.zeros((1, 3, 1), np.uint8), np.zeros((1, 1), np.uint64)
+    given = book_of(tech_tree(2)).recipes, np.zeros(1, np.int64), np.zeros(1, OUTCOME)
+    return compiled(kernels.step_shops, shops, things, visited, *given, shops, things, True)

@@ -1,0 +1,61 @@
+"""The example that asks in words which goal comes next, with scripted answers."""
+
+from pathlib import Path
+
+import chest_task
+import numpy as np
+import pytest
+from turns_helpers import make as make_rooms
+
+from hierroom.meta import take_turn
+from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import EnvConfig
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@pytest.fixture
+def asking(monkeypatch):
+    """What makes a meta-controller that keeps its questions and gets one answer to all."""
+    monkeypatch.syspath_prepend(EXAMPLES)
+    from asking_meta import AskingMeta
+
+    def make(answer):
+        questions = []
+        return AskingMeta(lambda question: questions.append(question) or answer), questions
+
+    return make
+
+
+@pytest.mark.parametrize(
+    ("answer", "goal", "not_understood"),
+    [("I'd take the KEY.", 1, 0), ("a boat", 0, 1), ("coin or key", 0, 1), ("", 0, 1), ("the chest", 0, 1)],
+)
+def test_an_answer_that_names_a_legal_goal_is_taken_and_no_other(answer, goal, not_understood, asking):
+    turns, (meta, questions) = Turns(EnvConfig(task=chest_task.chest), 1, seed=0), asking(answer)
+    take_turn(meta, turns)
+    assert turns.goals.tolist() == [goal]
+    assert questions[0].splitlines()[1:3] == ["Achieved so far: nothing.", "Goals that can be chosen: coin, key."]
+    assert meta.statistics == {"asked": 1, "not_understood": not_understood}
+
+
+def test_nobody_is_asked_where_one_goal_alone_is_legal(asking):
+    rooms, (meta, questions) = make_rooms("a", n=3), asking("?")
+    take_turn(meta, rooms)
+    assert questions == []
+    assert (rooms.goals >= 0).all()
+
+
+def test_goals_whose_names_contain_each_other_are_told_apart(asking):
+    meta, _ = asking("")
+    names = {1: "key 1", 12: "key 12", 2: "key 2"}
+    assert meta.named("Key 12, please", names) == [12]
+    assert meta.named("key 2", names) == [2]
+    assert meta.named("key", names) == []
+
+
+def test_what_was_achieved_is_told_in_words(asking):
+    rooms, (meta, questions) = make_rooms("b", n=1), asking("?")
+    take_turn(meta, rooms)
+    assert "Goals that can be chosen: " in questions[0]
+    assert len(np.unique(questions[0].splitlines()[2].split(","))) == 2

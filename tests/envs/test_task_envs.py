@@ -1,0 +1,103 @@
+"""The environments of every API take a task, and pass the checkers of PettingZoo and Gymnasium."""
+
+import chest_task
+import gymnasium
+import minigrid  # noqa: F401 - it registers its environments
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from pettingzoo.test import api_test, parallel_api_test, seed_test
+
+import hierroom
+from hierroom.gym_env import EscapeRoom
+from hierroom.vector_env import EscapeRooms
+from hierroom.worlds.env_config import EnvConfig
+
+
+def holds(kind):
+    return lambda env, info: env.unwrapped.carrying is not None and env.unwrapped.carrying.type == kind
+
+
+unlock = hierroom.Task(
+    make=lambda: gymnasium.make("MiniGrid-UnlockPickup-v0"),
+    goals={"key": holds("key"), "box": holds("box")},
+    rules={"key": {}, "box": {"needs": "key"}},
+    target="box",
+    max_steps=60,
+)
+TASKS = {
+    **{name: getattr(chest_task, name) for name in ("chest", "free", "lake", "taxi", "pole")},
+    "unlock": unlock,
+}
+
+
+@pytest.fixture(params=TASKS)
+def task(request):
+    return TASKS[request.param]
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_checkers_find_nothing_wrong(task):
+    api_test(hierroom.env(task), num_cycles=40)
+    parallel_api_test(hierroom.parallel_env(task), num_cycles=40)
+    seed_test(lambda: hierroom.env(task), num_cycles=20)
+    check_env(EscapeRoom(task, meta="fixed-dfs"), skip_render_check=True)
+
+
+@pytest.mark.parametrize("flat", [False, True])
+@pytest.mark.parametrize("mode", ["SameStep", "NextStep"])
+def test_many_environments_show_what_their_space_says_and_what_each_alone_shows(mode, flat, task):
+    envs = EscapeRooms(3, task, meta="fixed-dfs", flat=flat, max_steps=20, autoreset_mode=mode)
+    alone = EscapeRoom(task, meta="fixed-dfs", max_steps=20, env_index=1)
+    observations, _ = envs.reset(seed=1)
+    one, _ = alone.reset(seed=1)
+    rng = np.random.default_rng(0)
+    for _ in range(15):
+        assert envs.observation_space.contains(observations)
+        flat_one = gymnasium.spaces.flatten(alone.observation_space, one)
+        shown = observations[1] if flat else gymnasium.spaces.flatten(alone.observation_space, nth(observations, 1))
+        np.testing.assert_array_equal(shown, flat_one.astype(shown.dtype))
+        actions = rng.integers(envs.single_action_space.n, size=3)
+        observations, rewards, *ends, _ = envs.step(actions)
+        one, reward, *ended, _ = alone.step(actions[1])
+        assert (rewards[1], [end[1] for end in ends]) == (reward, ended)
+        if any(ended):
+            break
+
+
+def nth(observations, env):
+    return {name: values[env] for name, values in observations.items()}
+
+
+def test_gymnasium_makes_a_task_by_its_name():
+    env = gymnasium.make("hierroom/Task-v0", task="chest_task:chest", meta="fixed-dfs")
+    observation, info = env.reset(seed=0)
+    assert observation["goal"].tolist() in ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+    assert {*observation} == {"held_coins", "held_key", "observation_goal", "picture", "place", "goal", "action_mask"}
+    assert info["shortest_length"] == -1
+    envs = gymnasium.make_vec("hierroom/Task-v0", num_envs=2, task="chest_task:chest")
+    assert envs.reset(seed=0)[0]["picture"].shape == (2, 5, 7, 3)
+
+
+def test_pictures_and_text_show_what_the_environment_draws_and_the_goals():
+    env = hierroom.env(chest_task.chest, render_mode="rgb_array")
+    env.reset(seed=0)
+    env.step(1)
+    assert env.render().shape[2] == 3
+    text = hierroom.env(chest_task.chest, render_mode="ansi")
+    text.reset(seed=0)
+    text.step(1)
+    assert text.render().splitlines() == ["  [ ] coin", "> [ ] key", "  [ ] chest  <- key"]
+
+
+def test_the_state_and_the_complexity_of_a_task_are_those_of_its_rules():
+    env = hierroom.env(chest_task.chest).unwrapped
+    env.reset(seed=0)
+    assert env.state_space.contains(env.state())
+    assert env.complexity.expected_steps == hierroom.complexity.analyze(chest_task.chest.rules).expected_steps
+    assert hierroom.env(chest_task.free).unwrapped.complexity is None
+
+
+def test_episodes_of_a_task_can_be_played_at_random_from_a_config():
+    episodes = list(hierroom.rollout("random", EnvConfig(task=unlock), 2, num_envs=2))
+    assert [len(episode) for episode in episodes] == [60, 60]

@@ -1,0 +1,83 @@
+"""Networks for observations that hold arrays, as bytes among the categories."""
+
+import numpy as np
+import pytest
+import torch
+
+from hierroom.agents.networks import make_network, try_network
+from hierroom.learners.config import PPOConfig
+from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
+from hierroom.learners.networks.array_network import ArrayActorCritic
+from hierroom.learners.ppo import Learner
+from hierroom.support.byte_array import ByteArray
+
+ARRAYS = {
+    "pixels": ByteArray((84, 84, 3), "pixels", 0, 255),
+    "small pixels": ByteArray((20, 32, 1), "pixels", 0, 255),
+    "float pixels": ByteArray((40, 40, 2), "pixels", -1, 1),
+    "symbols": ByteArray((7, 7, 3), "symbols", 0, 255),
+    "a single cell": ByteArray((1, 2, 1), "symbols", 0, 255),
+    "bounded numbers": ByteArray((4,), "numbers", -2.0, 2.0),
+    "numbers": ByteArray((2, 3), "numbers"),
+    "ids": ByteArray((2,), "ids", n_values=500),
+}
+
+
+def space_of(*arrays):
+    """A category of 5, each array, and a category of 3."""
+    places, start = [], 1
+    for array in arrays:
+        places.append((start, array))
+        start += array.n_bytes
+    return AgentSpace((5, *(256,) * (start - 1), 3), 4, tuple(places))
+
+
+@pytest.mark.parametrize("name", ARRAYS)
+def test_each_kind_of_array_gets_a_network_that_can_be_trained(name):
+    space = space_of(ARRAYS[name])
+    network = make_network("recurrent", space, 16, None)
+    assert type(network) is ArrayActorCritic
+    try_network(name, network, space)
+
+
+def test_categories_alone_keep_the_network_that_kernels_train():
+    assert type(make_network("recurrent", AgentSpace((5, 3), 4), 16, None)) is RecurrentActorCritic
+
+
+def test_numbers_come_out_of_their_bytes_as_they_went_in():
+    space, numbers = (
+        space_of(ARRAYS["bounded numbers"], ARRAYS["ids"]),
+        np.array([[0.5, -2.0, 2.0, 0.0]] * 2, np.float32),
+    )
+    ids = np.array([[3, 499], [0, 7]])
+    rows = [ARRAYS["bounded numbers"].to_bytes(numbers), ARRAYS["ids"].to_bytes(ids)]
+    features = torch.from_numpy(np.concatenate([[[4], [1]], *rows, [[2], [0]]], axis=1).astype(np.uint8))
+    encoder = ArrayActorCritic(space, 8).encoder
+    scaled = torch.tensor([[0.25, -1.0, 1.0, 0.0]] * 2)
+    table = encoder.arrays[1].table.weight
+    expected = (
+        encoder.categories.linear(features[:, [0, -1]])
+        + encoder.arrays[0].layers(scaled)
+        + table[ids[:, 0]]
+        + table[500 + ids[:, 1]]
+    )
+    torch.testing.assert_close(encoder(features), torch.relu(expected))
+
+
+def test_a_learner_learns_which_number_to_follow():
+    """The right action is the sign of a number; without reading it no policy is right in more than half the turns."""
+    array, rng = ByteArray((1,), "numbers", -1, 1), np.random.default_rng(0)
+    space = AgentSpace((256,) * 4, 2, ((0, array),))
+    config = PPOConfig(sequence_length=2, epochs=2, minibatches=2, learning_rate=1e-2, hidden_size=16)
+    learner = Learner(space, 32, config, seed=0, network=lambda *sizes: make_network("recurrent", *sizes, None))
+    envs, no, yes = np.arange(32), np.zeros(32, bool), np.ones(32, bool)
+    for _ in range(20):
+        right = []
+        while not learner.ready:
+            numbers = rng.choice([-1.0, 1.0], (32, 1))
+            actions = learner.act(envs, array.to_bytes(numbers), np.ones((32, 2), bool))
+            is_right = actions == (numbers[:, 0] > 0)
+            learner.finish(envs, is_right.astype(float), np.ones(32, int), yes, no, yes)
+            right.append(is_right.mean())
+        learner.update(0.0)
+    assert np.mean(right) > 0.9

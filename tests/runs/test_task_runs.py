@@ -1,0 +1,188 @@
+"""Runs of a task: each method trains on it, and what is done with a run works as for EscapeRooms."""
+
+import json
+import signal
+
+import chest_task
+import numpy as np
+import pytest
+from same_run import differences
+from stopped_run import stop_at_update
+
+import hierroom
+from hierroom.agents.features import Features
+from hierroom.commands import compare, evaluate, report, watch
+from hierroom.learners.fused.backend import FusedBackend
+from hierroom.learners.torch_backend import TorchBackend
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.presets import find_preset
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.folder.trust import named_code
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
+from hierroom.train import main as train
+from hierroom.worlds.make import world_spec
+
+SMALL = ["--num-envs", "4", "--sequence-length", "8", "--minibatches", "2", "--epochs", "1", "--hidden-size", "8"]
+SMALL += ["--steps", "256", "--evaluations", "2", "--evaluation-episodes", "4", "--threads", "1", "--log", "none"]
+LEARNED = ["--meta", "learned", "--meta-start-success", "0", "--meta-ppo.sequence-length", "2"]
+LEARNED += ["--meta-ppo.sequences-per-update", "2", "--meta-ppo.minibatches", "2"]
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """A run on arrays, and one on categories alone."""
+    folder = tmp_path_factory.mktemp("runs")
+    for name in ("chest", "lake"):
+        assert train(["--task", f"chest_task:{name}", *SMALL, "--out", str(folder / name)]) == 0
+    return folder
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--method", "ppo"],
+        ["--method", "ppo-bonus"],
+        ["--method", "ppo-sketch"],
+        ["--method", "ppo-rnd"],
+        LEARNED,
+        ["--meta", "random", "--goal-mask", "existing", "--subgoal-horizon", "5"],
+        ["--meta", "none"],
+        ["--reward", "bonus", "--max-steps", "12"],
+        ["--reward", "chest_task:hurry"],
+    ],
+    ids=" ".join,
+)
+def test_each_method_trains_on_a_task(options, tmp_path):
+    assert train(["--task", "chest_task:lake", *options, *SMALL, "--out", str(tmp_path / "run")]) == 0
+    rows = RunFolder.open(tmp_path / "run").evaluations.read()
+    assert [row["graph"] for row in rows] == ["chest_task:lake"] * 3
+    assert {"achieved_half", "achieved_gift"} <= rows[0].keys()
+
+
+def test_a_run_of_a_task_that_was_stopped_goes_on_as_if_it_had_not_been(runs, tmp_path, monkeypatch):
+    stop_at_update(monkeypatch, signal.SIGINT, 3)
+    out = str(tmp_path / "chest")
+    assert train(["--task", "chest_task:chest", *SMALL, "--out", out]) == 130
+    assert train(["--resume", out, "--trust-run", "--log", "none"]) == 0
+    assert differences(runs / "chest", tmp_path / "chest") == []
+
+
+def test_a_task_whose_episodes_do_not_repeat_themselves_goes_on_with_others_and_says_so(tmp_path, monkeypatch, capsys):
+    stop_at_update(monkeypatch, signal.SIGINT, 3)
+    out = str(tmp_path / "run")
+    assert train(["--task", "chest_task:dice", *SMALL, "--num-envs", "16", "--steps", "1024", "--out", out]) == 130
+    assert train(["--resume", out, "--trust-run", "--log", "none"]) == 0
+    assert "episodes of chest_task:dice begin anew" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["chest", "lake"])
+def test_a_trained_agent_is_evaluated_watched_and_reported_on(name, runs, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    run = [str(runs / name), "--trust-run"]
+    assert evaluate.main([*run, "--episodes", "4", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)["sampled"]
+    assert [*result["graphs"]] == [f"chest_task:{name}"]
+    assert result["length_over_shortest"] is None
+    for suffix in (".gif", ".json", ".txt"):
+        assert watch.main([*run, "--out", f"one{suffix}"]) == 0
+    (episode,) = json.loads((tmp_path / "one.json").read_text())
+    assert episode["graph"] == f"chest_task:{name}"
+    assert (tmp_path / "one.txt").read_text().startswith(f"task chest_task:{name}, seed 0, ")
+    assert report.main([*run, "--episodes", "1", "--played", "4"]) == 0
+    page = (tmp_path / "report.html").read_text()
+    assert page.count("data:image/gif;base64,R0lG") == 1
+    assert f"task chest_task:{name}, seed 0" in page
+
+
+def test_runs_of_tasks_are_compared(runs, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert compare.main([str(runs / "chest"), str(runs / "lake"), "--by", "task"]) == 0
+    assert "chest_task:lake" in capsys.readouterr().out
+
+
+def test_a_trained_agent_plays_from_python_and_its_meta_controller_elsewhere(runs):
+    agent = hierroom.load(runs / "chest", trust=True)
+    episodes = list(hierroom.rollout(agent, episodes=3))
+    assert [len(episode) for episode in episodes] == [len(one) for one in hierroom.rollout(agent, episodes=3)]
+    with pytest.raises(InputError, match="names code that does not ship with hierroom: task 'chest_task:chest'"):
+        hierroom.load(runs / "chest")
+
+
+@pytest.mark.parametrize(
+    ("player", "said"), [("random", None), ("oracle", "task has no oracle: nobody knows its shortest ways")]
+)
+def test_players_without_training_play_a_task_where_they_can(player, said):
+    played = hierroom.rollout(player, hierroom.env(chest_task.chest), 5)
+    if said is None:
+        assert {episode.variant for episode in played} == {"task"}
+        return
+    with pytest.raises(InputError, match=said):
+        list(played)
+
+
+def test_train_takes_the_task_itself_and_stores_its_name(tmp_path):
+    entries = {"num_envs": 4, "sequence_length": 8, "minibatches": 2, "epochs": 1, "hidden_size": 8, "steps": 32}
+    agent = hierroom.train(task=chest_task.chest, out=tmp_path / "run", log="none", evaluations=0, **entries)
+    assert agent.config.env.task == "chest_task:chest"
+    assert agent.config.env.max_steps is None
+    assert repr(agent).startswith("<TrainedAgent hippo-fixed-dfs-chest-seed0-")
+
+
+@pytest.mark.parametrize(("name", "backend"), [("chest", TorchBackend), ("lake", FusedBackend)])
+def test_the_network_is_chosen_from_the_space(name, backend):
+    trainer = Trainer(find_preset("default").changed(task=f"chest_task:{name}", num_envs=4))
+    assert type(trainer.controller.learner._backend) is backend
+
+
+def test_a_network_reads_each_entry_of_the_observation_and_the_goal():
+    spec = world_spec(TrainConfig().changed(task="chest_task:chest").env)
+    features = Features(spec, spec.controller_features)
+    entries = ("observation_goal", "held_coins", "held_key", "picture", "place")
+    assert features.names == (*entries, "symbol", "previous-action")
+    kinds = [array.kind for _, array in features.arrays]
+    assert kinds == ["ids", "numbers", "symbols"]
+    assert len(features.cardinalities) == 1 + 1 + 4 + 5 * 7 * 3 + 4 + 1 + 1
+
+
+@pytest.mark.parametrize(
+    ("entries", "said"),
+    [
+        ({"task": "nowhere:chest"}, "there is no module 'nowhere' for the task 'nowhere:chest'"),
+        ({"task": "chest_task:GOALS"}, "the task 'chest_task:GOALS' must be a hierroom.Task, not a dict"),
+        ({"task": "chest_task:gold"}, "the task 'chest_task:gold' cannot be loaded: AttributeError: "),
+        ({"task": "chest_task:chest", "features": ("view",)}, "features are "),
+        ({"task": "chest_task:chest", "method": "ppo-rnd"}, "the curiosity of ppo-rnd reads categories"),
+        (
+            {"task": "chest_task:chest", "method": "ppo-novelty"},
+            "does not remember what a feature or a reward asks for",
+        ),
+        ({"task": "chest_task:chest", "size": 31}, "size is for EscapeRooms; chest_task:chest has no such entry"),
+        ({"task": "chest_task:chest", "goal_mask": "seen"}, "goal_mask of chest_task:chest is one of reachable"),
+    ],
+)
+def test_what_cannot_be_trained_is_refused_in_one_line(entries, said):
+    with pytest.raises(InputError) as refused:
+        Trainer(find_preset("default").changed(num_envs=4, **entries)).turns.meta_masks()
+    assert said in str(refused.value)
+
+
+def test_a_config_names_its_task_and_leaves_to_it_what_it_says_itself():
+    config = find_preset("learned").changed(task="chest_task:chest")
+    assert (config.agents.features, config.agents.meta_features, config.env.max_steps) == (None, None, None)
+    assert named_code(config) == {"task": "chest_task:chest"}
+    assert TrainConfig.from_dict(config.to_dict()) == config
+    assert config.changed(task="chest_task:lake", max_steps=9).env.max_steps == 9
+    with pytest.raises(InputError, match="a run names its task"):
+        find_preset("default").changed(task=chest_task.chest).to_dict()
+    old = config.changed(task=None).to_dict()
+    del old["env"]["task"]  # as of a version before there were tasks
+    assert TrainConfig.from_dict(old).env.task is None
+
+
+def test_episodes_to_learn_from_and_to_evaluate_on_are_others():
+    config = find_preset("default").changed(task="chest_task:chest", num_envs=4)
+    trainer = Trainer(config)
+    noise = trainer.turns.world.shown(np.arange(4))["observation_goal"]
+    others = trainer.fresh_turns(4, config.seed).world.shown(np.arange(4))["observation_goal"]
+    assert not (noise == others).any()

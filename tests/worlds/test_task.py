@@ -1,0 +1,266 @@
+"""A user's own environment as a world."""
+
+from dataclasses import replace
+
+import chest_task
+import gymnasium
+import numpy as np
+import pytest
+from chest_task import GOALS, LEFT, RIGHT, USE, Chest, chest, dice, free
+
+import hierroom
+from hierroom.goals.rules import Rules
+from hierroom.meta import make_meta, take_turn
+from hierroom.support.errors import InputError
+from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.make import name_in_module
+
+COIN_GOAL, KEY_GOAL, CHEST_GOAL = range(3)
+TO_CHEST = [RIGHT] * 3 + [USE, RIGHT, USE]
+"""From cell 0; one step right more than from cell 2, which no step of this leaves behind."""
+
+
+def make(task=chest, n=1, seed=0, **settings):
+    return Turns(EnvConfig(task=task, **settings), n, seed=seed)
+
+
+def cells(turns):
+    return turns.world.shown(turns.world.everywhere)["place"].tolist()
+
+
+def noise(turns):
+    """A number that is drawn anew for each episode."""
+    return turns.world.shown(turns.world.everywhere)["observation_goal"].tolist()
+
+
+def play(turns, actions):
+    """Let all environments take the same actions; return the steps."""
+    return [turns.step([action] * len(turns)) for action in actions]
+
+
+def from_cell(cell, task=chest, **settings):
+    """One environment that starts in a cell."""
+    return next(turns for seed in range(99) if cells(turns := make(task, seed=seed, **settings)) == [cell])
+
+
+def test_a_goal_is_achieved_where_its_answer_becomes_true_or_grows():
+    steps = play(from_cell(0), [RIGHT, USE, USE, RIGHT, RIGHT, USE, USE, RIGHT, USE])
+    achieved = [np.flatnonzero(step.achieved[0]).tolist() for step in steps]
+    assert achieved == [[], [COIN_GOAL], [COIN_GOAL], [], [], [KEY_GOAL], [], [], [CHEST_GOAL]]
+    assert [int(step.n_first[0]) for step in steps] == [0, 1, 0, 0, 0, 1, 0, 0, 1]
+    assert [bool(step.episode_ended[0]) for step in steps] == [False] * 8 + [True]
+    last = steps[-1]
+    assert (last.success[0], last.terminated[0], last.extrinsic[0]) == (True, True, 1.0)
+
+
+def test_an_end_of_the_environments_own_is_no_success_and_the_limit_of_steps_cuts_an_episode_off():
+    fallen, cut = play(from_cell(0), [LEFT])[-1], play(from_cell(0, max_steps=2), [USE, USE])[-1]
+    assert (fallen.terminated[0], fallen.truncated[0], fallen.success[0]) == (True, False, False)
+    assert (cut.terminated[0], cut.truncated[0], cut.success[0]) == (False, True, False)
+    assert make().world.max_steps == 30
+
+
+def test_an_action_that_is_none_only_costs_the_step():
+    turns = from_cell(2)
+    step = play(turns, [-1, 3])[-1]
+    assert (cells(turns), int(step.lengths[0]), int(step.illegal_actions[0])) == ([2], 2, 2)
+
+
+def legal(turns):
+    turns.ledger.write_fields({"is_meta_turn": True})
+    return [["coin", "key", "chest"][goal] for goal in np.flatnonzero(turns.meta_masks()[0, :-1])]
+
+
+def test_with_rules_the_goals_are_legal_whose_rule_applies_and_changes_something():
+    turns = from_cell(0)
+    found = [legal(turns)]
+    for action in [RIGHT, USE, USE, RIGHT, RIGHT, USE]:
+        play(turns, [action])
+        if action == USE:
+            found.append(legal(turns))
+    assert found == [["coin", "key"], ["coin", "key"], ["key"], ["chest"]]
+    level = turns.situation(np.arange(1)).level(0)
+    assert str(level) == "step 6; achieved: coin 2 times, key 1 times; legal goals: chest"
+    assert level.facts == {"coin": 2, "key": 1, "chest": 0}
+    assert np.flatnonzero(turns.world.legal_goals("existing", np.array([True]))[0]).tolist() == [0, 2]
+    assert turns.world.legal_goals("none", np.array([True]))[0].tolist() == [True] * 3 + [False]
+    with pytest.raises(InputError, match="goal_mask of task is one of reachable, existing, none, not seen"):
+        turns.world.legal_goals("seen", np.array([True]))
+
+
+def test_without_rules_what_is_true_once_is_achieved_for_good_and_a_count_never():
+    turns = from_cell(0, free)
+    assert legal(turns) == ["coin", "key", "chest"]
+    play(turns, TO_CHEST[:4])
+    assert legal(turns) == ["coin", "chest"]
+
+
+def test_fixed_dfs_goes_for_the_target_by_what_it_needs():
+    turns, meta, given = from_cell(0), make_meta("fixed-dfs"), []
+    for action in TO_CHEST:
+        take_turn(meta, turns)
+        given.append(int(turns.goals[0]))
+        play(turns, [action])
+    assert given == [KEY_GOAL] * 4 + [CHEST_GOAL] * 2
+
+
+def test_episodes_of_an_environment_do_not_depend_on_how_many_there_are():
+    many, alone = make(n=5, seed=3), make(seed=3, env_index=2)
+    for action in [RIGHT, USE, RIGHT, RIGHT, USE] * 15:
+        step, one = play(many, [action])[0], play(alone, [action])[0]
+        assert (
+            many.world.shown(np.array([2]))["observation_goal"] == alone.world.shown(np.array([0]))["observation_goal"]
+        )
+        assert step.episode_ended[2] == one.episode_ended[0]
+    assert len({*noise(many)}) > 1
+    assert noise(make(seed=3, levels="evaluation")) != noise(make(seed=3))
+
+
+def test_a_state_is_gone_back_to_by_playing_it_again():
+    turns = make(n=3, seed=5)
+    play(turns, [RIGHT, USE, RIGHT])
+    state = turns.get_state()
+    later = [step.records.copy() for step in play(turns, [RIGHT, USE, RIGHT, USE] * 9)]
+    other = make(n=3, seed=99)
+    other.set_state(state)
+    assert other.world.notes == turns.world.notes
+    for step, then in zip(play(other, [RIGHT, USE, RIGHT, USE] * 9), later, strict=True):
+        assert step.records.tolist() == then.tolist()
+
+
+def test_an_episode_that_does_not_repeat_itself_is_cut_off_and_said():
+    turns = make(dice, n=20)
+    play(turns, [RIGHT, USE, RIGHT])
+    state = turns.get_state()
+    turns.set_state(state)
+    assert turns.world.notes[-1].endswith(
+        "begin anew: its episodes do not repeat themselves, or are too long to be saved"
+    )
+    (step,) = play(turns, [USE])
+    assert 0 < step.truncated.sum() < 20
+    assert (step.lengths == 4).all()
+
+
+def test_recorded_episodes_are_played_again_and_drawn():
+    (episode,) = hierroom.rollout("random", EnvConfig(task=chest), 1, seed=4)
+    states = list(episode.states())
+    assert len(states) == len(episode) + 1
+    assert states[-1].counts.tolist() == np.bincount([event.goal for event in episode.events], minlength=3).tolist()
+    pictures = [episode.replayer.picture(state, KEY_GOAL, 1, "a title") for state in states[:2]]
+    assert pictures[0].shape == pictures[1].shape
+    assert pictures[0].shape[1] > 60
+    assert (pictures[0][:40, :60] % 40 == 0).all()
+    assert episode.replayer.text(states[0], KEY_GOAL).splitlines()[1] == "> [ ] key"
+    assert episode.title.startswith("task task, seed 4, environment 0, episode 0: ")
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"make": 3}, "make of a task is a function that makes its environment or an id, not 3"),
+        ({"goals": {}}, "goals of a task are functions by name, at least one, not a dict"),
+        ({"goals": {"chest": True}}, "goal 'chest' must be a function of environment and info, not True"),
+        ({"target": "gold"}, "the target must be one of the goals coin, key, chest, not 'gold'"),
+        ({"rules": {"coin": {}}}, "they lack 'key', 'chest'"),
+        ({"rules": {**chest_task.RULES, "rope": {}}}, "they have 'rope'"),
+        ({"rules": {"chest": {}}}, "they lack 'coin', 'key'"),
+        ({"rules": {**chest_task.RULES, "key": {"wants": "coin"}}}, "rule 'key' takes needs, uses, gives"),
+        ({"max_steps": 0}, "max_steps must be at least 1, not 0"),
+        ({"vectors": {"coin": [1.0]}}, "vectors of a task are equally many finite numbers for each goal"),
+        ({"vectors": {"coin": [1.0], "key": [1.0, 2.0], "chest": [0.0]}}, "no common length"),
+        ({"rules": None, "capacity": {"coin": 2}}, "there are no rules"),
+    ],
+)
+def test_a_task_that_cannot_be_is_refused_where_it_is_made(changes, said):
+    arguments = {"make": Chest, "goals": GOALS, "rules": chest_task.RULES, "target": "chest"}
+    with pytest.raises(InputError) as refused:
+        hierroom.Task(**{**arguments, **changes})
+    assert said in str(refused.value)
+
+
+class Untrue(Chest):
+    observation_space = gymnasium.spaces.Dict({"hint": gymnasium.spaces.Text(5)})
+
+
+class Steered(Chest):
+    action_space = gymnasium.spaces.Box(-1, 1, (2,))
+
+
+class Broken(Chest):
+    def step(self, action):
+        raise ValueError("no\nstep")
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"make": lambda: 1 / 0}, "make of task fails: ZeroDivisionError: division by zero (line "),
+        ({"make": lambda: 3}, "make of task must return a gymnasium.Env, not 3"),
+        ({"make": "Nowhere-v7"}, "make of task fails: NameNotFound: "),
+        ({"make": Untrue}, "observations are Box, Discrete, MultiDiscrete or MultiBinary, or dicts, not Dict("),
+        ({"make": Steered}, "the actions of task must be Discrete, not Box("),
+        ({"make": Broken}, "step of task fails: ValueError: no step (line "),
+        ({"goals": {"chest": lambda env, info: None}}, "goal 'chest' of task must return True, False or a count"),
+        ({"goals": {"chest": lambda env, info: -1}}, "count of at least 0, not -1"),
+        ({"goals": {"chest": lambda env, info: info["cell"]}}, "goal 'chest' of task fails: KeyError: 'cell' (line "),
+        ({"goals": {"chest": lambda env: True}}, "goal 'chest' of task fails: TypeError: "),
+    ],
+)
+def test_what_is_wrong_with_a_users_code_is_one_line_before_anything_is_trained(changes, said):
+    task = hierroom.Task(**{"make": Chest, "goals": GOALS, "target": "chest", **changes})
+    with pytest.raises(InputError) as refused:
+        make(task)
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("entries", "said"),
+    [
+        ({"size": 13}, "size is for EscapeRooms; task has no such entry"),
+        ({"graph": "d"}, "graph is for EscapeRooms"),
+        ({"task": 3}, "a task is a name, like package.module:name, or a hierroom.Task, not 3"),
+        ({"max_steps": 0}, "max_steps must be a whole number or None, not 0"),
+    ],
+)
+def test_entries_of_escape_rooms_are_refused_for_a_task(entries, said):
+    with pytest.raises(InputError) as refused:
+        EnvConfig(**{"task": chest, **entries})
+    assert said in str(refused.value)
+
+
+def test_memories_that_only_escape_rooms_have_are_refused():
+    with pytest.raises(InputError, match="task does not remember what a feature or a reward asks for: visited"):
+        make(reward="novelty")
+
+
+def test_rules_of_a_task_may_be_rules_and_are_named_after_its_goals():
+    rules = Rules(
+        {"coin": {"gives": "coin"}, "key": {"gives": "iron"}, "chest": {"needs": "iron", "gives": "gold"}}, "gold"
+    )
+    task = replace(chest, rules=rules, capacity=None)
+    assert task.rules.names == ("coin", "key", "chest")
+    turns = from_cell(0, task)
+    play(turns, TO_CHEST[:4])
+    assert legal(turns) == ["coin", "chest"]
+
+
+def test_a_task_is_found_again_by_the_name_that_its_module_gives_it():
+    assert name_in_module(chest) == "chest_task:chest"
+    with pytest.raises(InputError, match="no module has task under a name"):
+        name_in_module(replace(chest))
+
+
+def test_environments_in_several_processes_play_the_same_episodes():
+    here, elsewhere = make(n=5, seed=3), make(replace(chest, processes=2), n=5, seed=3)
+    for action in [RIGHT, USE, RIGHT, RIGHT, USE] * 4:
+        step, other = play(here, [action])[0], play(elsewhere, [action])[0]
+        assert step.records.tolist() == other.records.tolist()
+        shown, other = (turns.world.shown(turns.world.everywhere) for turns in (here, elsewhere))
+        for name, values in shown.items():
+            np.testing.assert_array_equal(values, other[name], strict=True)
+    state = elsewhere.get_state()
+    elsewhere.set_state(state)
+    assert elsewhere.world.notes == here.world.notes
+    elsewhere.world._envs.close()

@@ -1,0 +1,231 @@
+"""Workshops as a world: seeds, states, features, goals, pictures, and every API."""
+
+import pickle
+from copy import deepcopy
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from pettingzoo.test import api_test, parallel_api_test
+from same_state import equal
+from workshop_twin import CRAFT
+
+import hierroom
+from hierroom import EnvConfig, InputError
+from hierroom.agents.config import METHODS
+from hierroom.agents.features import Features
+from hierroom.learners.config import PPOConfig
+from hierroom.runs.trainer import Trainer
+from hierroom.turns.records import META
+from hierroom.turns.turns import Turns
+from hierroom.worlds.make import find_task, world_spec
+from hierroom.worlds.workshop.layout import BENCH, PLACES, SHELF, SHOP
+
+TASK = hierroom.workshop(CRAFT)
+ACTIONS = np.random.default_rng(0).integers(0, TASK.n_actions, (150, 6))
+
+
+def make(n=6, seed=0, memories=("visited",), **entries):
+    return TASK.make_world(EnvConfig(task=TASK, max_steps=40, **entries), n, seed=seed, memories=memories)
+
+
+def test_an_environment_goes_the_same_way_alone_and_among_others():
+    together, alone = make(), make(1, env_index=4)
+    for row in ACTIONS:
+        assert together.step(row)[4] == alone.step(row[4:5])[0]
+        np.testing.assert_array_equal(together.state.things[4], alone.state.things[0])
+
+
+def test_the_shelf_has_another_order_in_each_episode_and_never_one_of_evaluation_in_training():
+    orders = {}
+    for levels in ("training", "evaluation"):
+        world, orders[levels] = make(64, levels=levels), set()
+        for _ in range(30):
+            orders[levels] |= {order.tobytes() for order in world.state.things[:, PLACES]}
+            world.reset()
+        assert len(orders[levels]) > 1000
+    assert not orders["training"] & orders["evaluation"]
+
+
+def test_a_world_goes_on_from_its_arrays_as_it_would_have():
+    world, other = make(), make(seed=9)
+    for row in ACTIONS[:75]:
+        world.step(row)
+    arrays = world.get_arrays(world.everywhere)
+    other.check_arrays(arrays)
+    other.set_arrays(arrays)
+    for row in ACTIONS[75:]:
+        assert world.step(row).tolist() == other.step(row).tolist()
+    assert other.get_state().things.tolist() == world.get_state().things.tolist()
+
+
+def test_the_state_after_a_step_is_that_before_the_reset():
+    world, n_ended = make(), 0
+    for row in ACTIONS:
+        before = world.get_state()
+        outcomes = world.step(row).copy()
+        after = world.state_after(before, row)
+        ended = outcomes["terminated"] | outcomes["truncated"]
+        n_ended += ended.sum()
+        assert (after.shops["steps"] == outcomes["length"]).all()
+        assert (after.shops["has_ended"] == ended).all()
+        assert after[~ended].things.tolist() == world.get_state(~ended).things.tolist()
+        last = world.last_view(world.everywhere, ended)
+        assert last.things.tolist() == after.things.tolist()
+    assert n_ended > 12
+
+
+@pytest.mark.parametrize(
+    ("part", "place", "value", "said"),
+    [
+        ("things", (1, BENCH, 0), 9, "of no thing are there more than its limit, but not in environment 1"),
+        ("things", (0, PLACES, 0), 99, "each thing that a recipe asks for has one place"),
+        ("things", (0, SHELF, TASK.book.things.index("crown")), 1, "an episode has ended with the target or"),
+        ("things", (0, BENCH, TASK.book.things.index("dust")), 1, "the bench holds only what has a place"),
+        ("things", (2, PLACES, -1), 1, "there are no other places"),
+        ("shops", ("steps", 0), 40, "an episode has ended with the target or after its last step"),
+        ("shops", ("n_first", 3), 1, "n_first is the number of goals achieved, but not in environment 3"),
+        ("shops", ("achieved", 3), 2**40, r"workshops\.achieved must be at most 127"),
+        ("shops", ("max_steps", 3), 0, r"workshops\.max_steps must be at least 1"),
+    ],
+)
+def test_a_state_that_cannot_be_is_refused(part, place, value, said):
+    world = make()
+    arrays = world.get_arrays(world.everywhere)
+    world.check_arrays(arrays)
+    if part == "shops":
+        name, place = place
+        arrays["shops"][name][place] = value
+    else:
+        arrays[part][place] = value
+    with pytest.raises(InputError, match=said):
+        world.check_arrays(arrays)
+    with pytest.raises(InputError, match="must be an array"):
+        world.check_arrays(arrays | {"shops": np.zeros(5, SHOP)})
+
+
+def test_features_are_below_their_cardinalities_and_pair_goals_with_what_is_seen():
+    for task in (TASK, find_task("workshop:40")):
+        config = EnvConfig(task=task, goal_mask="existing")
+        turns, n_goals, n_places = Turns(config, 6, seed=0), len(task.goal_set), task.n_actions - 2
+        features = Features(world_spec(config), (*task.features, "symbol"))
+        pairs, seen = Features(world_spec(config), ("goal-shelf",)), {}
+        for t in range(40):
+            turns.choose(turns.situation(turns.due(META)), np.full(len(turns.due(META)), t % (n_goals + 1)))
+            observation = turns.observe("controller_0", np.arange(6))
+            assert (features.encode(observation) < features.cardinalities).all()
+            places, goals = turns.world.state.things[:, PLACES, :n_places], turns.goals
+            numbers = pairs.encode(observation).reshape(6, -1, n_places)
+            assert ((numbers > 0).sum(axis=1) == 1).all()
+            for env in range(6):
+                for place in range(n_places):
+                    key = place, numbers[env, :, place].tobytes()
+                    assert seen.setdefault(key, (goals[env], places[env, place])) == (goals[env], places[env, place])
+            turns.step(np.zeros(6, int))
+            turns.reset()
+        assert len(seen) == len({(place, *pair) for (place, _), pair in seen.items()})
+
+
+def test_goals_are_masked_by_what_can_be_made_and_shown_in_words():
+    world = make(1)
+    turn = np.ones(1, bool)
+    for mask, legal in (
+        ("reachable", {"log", "stick"}),
+        ("existing", {*CRAFT.names}),
+        ("seen", {"log", "stick", None}),
+        ("none", {*CRAFT.names}),
+    ):
+        row = world.legal_goals(mask, turn)[0]
+        assert {name for name, is_legal in zip((*CRAFT.names, None), row, strict=True) if is_legal} == legal
+    assert world.legal_goals("reachable", ~turn).tolist() == [[False] * 7 + [True]]
+    view = world.exact_view(world.everywhere)
+    level = view.level(0, view.reachable[0])
+    assert (level.facts["wood"], level.goals[0].name, level.legal_goals[-1].name) == (1, "log", "stick")
+    assert str(level) == "step 0; achieved: nothing; legal goals: log, stick"
+    with pytest.raises(InputError, match="goal_mask of a workshop is one of"):
+        world.legal_goals("far", turn)
+
+
+@pytest.mark.parametrize("meta", ["fixed-dfs", "oracle", "random"])
+def test_a_controller_that_knows_the_recipes_solves_it_with_every_meta_controller(meta):
+    env = gymnasium.make("hierroom/Workshop-v0", task=TASK, meta=meta, max_steps=600)
+    for seed in range(5):
+        env.reset(seed=seed)
+        single, ended = env.unwrapped.single, False
+        while not ended:
+            goal, world = single.goal, single.turns.world
+            way = next(way for way in np.flatnonzero(TASK.book.recipes.goals == goal) if is_there(world, way))
+            _, _, terminated, truncated, info = env.step(next_action(world, way))
+            ended = terminated or truncated
+        assert info["success"]
+        if meta == "oracle":
+            assert info["length"] == info["shortest_length"]
+
+
+def is_there(world, way):
+    return (world.state.things[0, 1:].sum(axis=0) >= TASK.book.recipes.asks[way]).all()
+
+
+def next_action(world, way):
+    places, bench = world.state.things[0, PLACES].tolist(), world.state.things[0, BENCH]
+    missing = np.flatnonzero(TASK.book.recipes.asks[way] > bench)
+    return places.index(missing[0]) if len(missing) else world.n_actions - 2
+
+
+def test_a_workshop_is_drawn_and_its_actions_are_named():
+    world = make(1)
+    state, replayer, n_places = world.get_state(), world.replayer, world.n_actions - 2
+    place = state.things[0, PLACES].tolist().index(0)
+    names = [replayer.action_name(state, action) for action in (place, n_places, n_places + 1, n_places + 2)]
+    assert names == ["put wood", "work", "clear", "illegal action"]
+    text = replayer.text(state, 3)
+    assert f"{place} wood x1" in text
+    assert text.endswith("subgoal: stick = wood")
+    plain, marked = replayer.picture(state, -1, 40), replayer.picture(state, 3, 40)
+    assert plain.shape == marked.shape
+    assert (plain != marked).any()
+    states = list(replayer.replay(state, np.array([place, n_places, n_places + 1])))
+    assert [one.things[0, SHELF, 0] for one in states] == [1, 0, 0, 0]
+    with pytest.raises(InputError, match="a picture shows one environment, but the state holds 6"):
+        replayer.text(make().get_state())
+
+
+def test_environments_and_their_copies_go_the_same_way():
+    env = gymnasium.make("hierroom/Workshop-v0", task=TASK, meta="random")
+    env.reset(seed=3)
+    copies = [env, deepcopy(env), pickle.loads(pickle.dumps(env))]
+    for action in ACTIONS[:60, 0]:
+        first, *others = (copy.step(int(action)) for copy in copies)
+        assert all(str(other) == str(first) for other in others)
+
+
+def test_the_apis_keep_their_contracts():
+    api_test(hierroom.env(task="workshop:4", max_steps=30), num_cycles=60)
+    parallel_api_test(hierroom.parallel_env(TASK, max_steps=30), num_cycles=60)
+    check_env(gymnasium.make("hierroom/Workshop-v0").unwrapped, skip_render_check=True)
+    one = gymnasium.make("hierroom/Workshop-v0", task="workshop:4", env_index=1)
+    many = gymnasium.make_vec("hierroom/Workshop-v0", num_envs=3, task="workshop:4")
+    shown, all_shown = one.reset(seed=5)[0], many.reset(seed=5)[0]
+    rng = np.random.default_rng(0)
+    for _ in range(40):
+        for name, array in all_shown.items():
+            np.testing.assert_array_equal(array[1], shown[name])
+        action = int(rng.integers(one.action_space.n))
+        shown, all_shown = one.step(action)[0], many.step(np.full(3, action))[0]
+
+
+@pytest.mark.parametrize("method", [*METHODS, "learned", "random"])
+def test_every_method_trains_and_goes_on_from_its_state(method, one_thread):
+    agents = {"meta": method} if method not in METHODS else {"method": method}
+    meta_ppo = PPOConfig(sequence_length=2, minibatches=2, sequences_per_update=4)
+    settings = {"num_envs": 4, "sequence_length": 8, "meta_start_success": 0.0, "max_steps": 30, "threads": 1}
+    config = hierroom.find_preset("default").changed(task="workshop:3", meta_ppo=meta_ppo, **settings, **agents)
+    first, second = Trainer(config), Trainer(config)
+    for _ in range(4):
+        first.advance()
+    second.load_state_dict(first.state_dict())
+    for _ in range(2):
+        assert first.advance() == second.advance()
+    states = [trainer.state_dict() for trainer in (first, second)]
+    assert equal(*({name: state[name] for name in ("turns", "agents", "log")} for state in states))
