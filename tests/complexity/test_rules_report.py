@@ -17,6 +17,7 @@ from hierroom import GoalGraph, Rules, enumerate_graphs
 from hierroom.commands import complexity as command
 from hierroom.complexity import Chain, Walk, analyze, to_frame
 from hierroom.complexity.requirements import goal_depths
+from hierroom.support import slow
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
 
@@ -289,6 +290,14 @@ def test_analyze_takes_chains_graphs_and_what_declares_rules():
     for subject in (TUNNEL, chain, graph):
         with pytest.raises(InputError, match="drop_key and reading are of goal graphs"):
             analyze(subject, drop_key=True)
+
+
+def test_the_command_says_what_takes_long(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(command, "LARGE", 25)
+    monkeypatch.setattr(slow, "FIRST_SECONDS", 0.0)
+    TUNNEL.to_toml(tmp_path / "tunnel.toml")
+    command.main(["--rules", str(tmp_path / "tunnel.toml")])
+    assert "measuring tunnel: 25 nodes\n" in capsys.readouterr().err
 
 
 def test_the_command_line_takes_files_of_rules(tmp_path, capsys):

@@ -84,9 +84,9 @@ def _figure(chain: Chain, unrolled: MarkingGraph | None, restarts: bool) -> Figu
         colour = EXIT_COLOUR if is_exit else DEAD_COLOUR if node in dead else ROOM_COLOURS[node != chain.source]
         pen.node(place, colour, "")
         _below(axes[-1], place, text, scale)
-    notes = [] if restarts else ["not drawn: staying, and the restart from every node to the start"]
+    notes = [] if restarts else ["not drawn: staying, and the restarts"]
     notes += ["red nodes: dead ends"] * bool(dead) + ["red arrows: what is used up"] * (unrolled is not None)
-    figure.supxlabel("    ".join(notes), fontsize=8 * max(scale, 0.7), color=INK, parse_math=False)
+    figure.supxlabel("\n".join(notes), fontsize=8 * max(scale, 0.7), color=INK, parse_math=False)
     return figure
 
 
