@@ -2,11 +2,14 @@
 
 import codecs
 import os
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
-from hierroom.goals import GoalGraph
+from hierroom.goals import GoalGraph, Rules
+from hierroom.lab.sweep.plan import read_plan
+from hierroom.runs.config.config_file import read_config
 from hierroom.support import reading
 from hierroom.support.errors import InputError
 from hierroom.support.reading import read_bytes, read_csv, read_json, read_text, read_toml
@@ -46,6 +49,22 @@ def test_a_link_to_a_file_may_be_read(tmp_path):
     (tmp_path / "cached").write_text("{}")  # as model hubs and data versioning keep files
     (tmp_path / "config.json").symlink_to("cached")
     assert read_json(tmp_path / "config.json") == {}
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
+@pytest.mark.parametrize("read", [read_config, Rules.from_toml, read_plan])
+def test_a_file_that_the_user_names_may_be_a_pipe(read, tmp_path):
+    path = tmp_path / "file"
+    text = {read_config: "steps = 512", read_plan: "seeds = 2"}.get(read, GoalGraph.named("a").rules().to_toml())
+    path.write_text(text)
+    value = read(path)
+    path.unlink()
+    os.mkfifo(path)
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(path.write_text, text)
+        assert read(path) == value
+    with pytest.raises(InputError, match="it is larger than 64 MiB"):
+        read(Path("/dev/zero"))
 
 
 @pytest.mark.parametrize("read", [read_json, read_csv, lambda path: read_toml(path, "config")])
