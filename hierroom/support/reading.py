@@ -43,9 +43,9 @@ def read_bytes(path: Path, most: int = MOST_TEXT, what: str = "", *, or_any: boo
 
 
 def read_text(path: Path, most: int = MOST_TEXT, what: str = "", *, or_any: bool = False) -> str:
-    """Return the text of a regular file in UTF-8, with or without a byte order mark; see `open_regular`."""
+    """Return the text of a regular file in UTF-8, without byte order marks; see `open_regular`."""
     try:
-        return read_bytes(path, most, what, or_any=or_any).decode("utf-8-sig")
+        return read_bytes(path, most, what, or_any=or_any).decode().lstrip("\ufeff")
     except UnicodeDecodeError as error:
         raise InputError(f"cannot read {what}{path}: it is no text in UTF-8: {error}") from error
 

@@ -73,8 +73,9 @@ def test_text_is_utf_8_with_or_without_a_mark_and_nothing_else(read, tmp_path):
     text = {read_json: '{"ü": 1}', read_csv: "ü\n1\n"}.get(read, '"ü" = 1')
     path.write_text(text, encoding="utf-8")
     value = read(path)
-    path.write_bytes(codecs.BOM_UTF8 + text.encode())
-    assert read(path) == value
+    for n_marks in (1, 2):  # two: one tool took the mark of another for text
+        path.write_bytes(codecs.BOM_UTF8 * n_marks + text.encode())
+        assert read(path) == value
     for encoding in ("utf-16", "latin-1"):
         path.write_text(text, encoding=encoding)
         with pytest.raises(InputError, match=r"cannot read .*file: it is no text in UTF-8"):
