@@ -239,7 +239,7 @@ class Rules:
     def from_toml(cls, path: str | Path) -> Rules:
         """Read rules from a TOML file as `to_toml` writes it; without a ``name`` their label is the file's name."""
         path = Path(path)
-        table = read_toml(path, "rules")
+        table = read_toml(path, "rules", or_any=True)
         try:
             rules = cls.from_dict(table)
             return rules if rules.label else replace(rules, label=path.stem)

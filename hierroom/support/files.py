@@ -62,19 +62,21 @@ def write_atomically(path: str | Path, content: str | bytes | Iterable[bytes]) -
 
 
 @contextmanager
-def open_regular(path: Path, flags: int = os.O_RDONLY, what: str = "") -> Iterator[int]:
+def open_regular(path: Path, flags: int = os.O_RDONLY, what: str = "", *, or_any: bool = False) -> Iterator[int]:
     """Open a regular file, by its number; ``what``, such as ``the config ``, is for messages.
 
-    A file to write is no link and has no second name, as whoever planted it would choose the file that changes.
+    A file to write is no link and has no second name, as whoever planted it would choose the file that changes. A file
+    to read may be a pipe and the like (``or_any``) where the user has typed its name, as in ``<(command)``.
     """
     is_read = flags & (os.O_WRONLY | os.O_RDWR) == 0
-    plain = sum(getattr(os, name, 0) for name in ("O_NONBLOCK", "O_BINARY", "" if is_read else "O_NOFOLLOW"))
+    names = ("O_BINARY", "" if or_any else "O_NONBLOCK", "" if is_read else "O_NOFOLLOW")
+    plain = sum(getattr(os, name, 0) for name in names)
     try:
         if not is_read:
             refuse_foreign(changed=[path])  # not every system has O_NOFOLLOW, and these messages are better
         number = os.open(path, flags | plain, 0o666)
         try:
-            if reason := (_why_foreign if is_read else _why_shared)(os.fstat(number)):
+            if not or_any and (reason := (_why_foreign if is_read else _why_shared)(os.fstat(number))):
                 raise OSError(errno.EINVAL, reason)
             yield number
         finally:

@@ -29,10 +29,10 @@ def open_to_read(path: Path) -> Iterator[BinaryIO]:
         yield file
 
 
-def read_bytes(path: Path, most: int = MOST_TEXT, what: str = "") -> bytes:
-    """Return the content of a regular file of at most so many bytes; ``what`` is for messages: ``the config ``."""
+def read_bytes(path: Path, most: int = MOST_TEXT, what: str = "", *, or_any: bool = False) -> bytes:
+    """Return the content of a regular file of at most so many bytes; see `open_regular`."""
     content = bytearray()
-    with open_regular(path, what=what) as number:
+    with open_regular(path, what=what, or_any=or_any) as number:
         size = os.fstat(number).st_size
         while size <= most and (piece := os.read(number, _AT_ONCE)):  # some files of the system name no size
             content += piece
@@ -42,10 +42,10 @@ def read_bytes(path: Path, most: int = MOST_TEXT, what: str = "") -> bytes:
     return bytes(content)
 
 
-def read_text(path: Path, most: int = MOST_TEXT, what: str = "") -> str:
-    """Return the text of a regular file in UTF-8, with or without a byte order mark."""
+def read_text(path: Path, most: int = MOST_TEXT, what: str = "", *, or_any: bool = False) -> str:
+    """Return the text of a regular file in UTF-8, without byte order marks; see `open_regular`."""
     try:
-        return read_bytes(path, most, what).decode("utf-8-sig")
+        return read_bytes(path, most, what, or_any=or_any).decode().lstrip("\ufeff")
     except UnicodeDecodeError as error:
         raise InputError(f"cannot read {what}{path}: it is no text in UTF-8: {error}") from error
 
@@ -70,10 +70,10 @@ def read_json(path: Path) -> Any:
     return value
 
 
-def read_toml(path: Path, kind: str) -> dict[str, Any]:
-    """Return the table in a TOML file; ``kind``, such as ``config``, is for messages."""
+def read_toml(path: Path, kind: str, *, or_any: bool = False) -> dict[str, Any]:
+    """Return the table in a TOML file; ``kind``, such as ``config``, is for messages; see `open_regular`."""
     try:
-        return tomllib.loads(read_text(path, what=f"the {kind} "))
+        return tomllib.loads(read_text(path, what=f"the {kind} ", or_any=or_any))
     except (ValueError, RecursionError) as error:  # TOMLDecodeError among them
         raise InputError(f"{path} is not a TOML file: {error}") from error
 

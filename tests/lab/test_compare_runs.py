@@ -303,6 +303,16 @@ def test_runs_of_different_code_are_told(tmp_path, compare, monkeypatch, differs
     assert ("9.9.9" in told) == (differs in ("hierroom", "numpy"))
 
 
+def test_runs_that_do_not_say_their_code_are_told(tmp_path, compare):
+    paths = [make_run(tmp_path / "r" / f"{seed}", {"c": line(0.5)}, seed=seed) for seed in range(3)]
+    for path in paths:
+        record_session(path, RunFolder(path).config())
+    (paths[1] / "provenance.json").unlink()
+    sessions = json.loads((paths[2] / "provenance.json").read_text())["sessions"]
+    (paths[2] / "provenance.json").write_text(json.dumps({"sessions": [*sessions, {"packages": {}}]}))
+    assert f"does not say with which code these were trained: {paths[1]}, {paths[2]}" in compare(tmp_path / "r")
+
+
 def test_an_unfinished_run_ends_the_comparison(runs, compare):
     shutil.rmtree(runs / "random-3")
     make_run(runs / "random-3", {"c": line(0.8)}, steps=(0, 100_000, 500_000), meta="random", seed=3)

@@ -167,6 +167,18 @@ def test_a_table_that_a_spreadsheet_has_saved_goes_on(tmp_path):
         assert table.path.read_text() == "".join(left)
 
 
+def test_a_column_of_notes_that_somebody_adds_stays_and_is_no_number_of_a_curve(tmp_path):
+    table, (first, second) = SweepTable(tmp_path), plan("seed=0,1").runs()
+    points = [{"steps": "100", "graph": "c", "success_rate": "0.25"}]
+    table.add(first, NUMBERS, points)
+    for path in tmp_path.glob("*.csv"):
+        head, row = path.read_text().splitlines()
+        path.write_text(f"{head},notes\n{row},good one\n")
+    table.add(second, NUMBERS, points)
+    assert [*table.read()["notes"]] == ["good one", ""]
+    assert [[*curve] for curve in table.curves().values()] == [["steps", "success_rate"]] * 2
+
+
 def test_a_graph_that_looks_like_a_formula_is_a_text_in_the_table(tmp_path):
     table, (run,) = SweepTable(tmp_path), plan("seed=0", graphs=(GoalGraph((0, 1, 0), 3, "=cmd"),)).runs()
     for _ in range(2):

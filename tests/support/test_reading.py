@@ -2,11 +2,14 @@
 
 import codecs
 import os
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
-from hierroom.goals import GoalGraph
+from hierroom.goals import GoalGraph, Rules
+from hierroom.lab.sweep.plan import read_plan
+from hierroom.runs.config.config_file import read_config
 from hierroom.support import reading
 from hierroom.support.errors import InputError
 from hierroom.support.reading import read_bytes, read_csv, read_json, read_text, read_toml
@@ -48,14 +51,31 @@ def test_a_link_to_a_file_may_be_read(tmp_path):
     assert read_json(tmp_path / "config.json") == {}
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
+@pytest.mark.parametrize("read", [read_config, Rules.from_toml, read_plan])
+def test_a_file_that_the_user_names_may_be_a_pipe(read, tmp_path):
+    path = tmp_path / "file"
+    text = {read_config: "steps = 512", read_plan: "seeds = 2"}.get(read, GoalGraph.named("a").rules().to_toml())
+    path.write_text(text)
+    value = read(path)
+    path.unlink()
+    os.mkfifo(path)
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(path.write_text, text)
+        assert read(path) == value
+    with pytest.raises(InputError, match="it is larger than 64 MiB"):
+        read(Path("/dev/zero"))
+
+
 @pytest.mark.parametrize("read", [read_json, read_csv, lambda path: read_toml(path, "config")])
 def test_text_is_utf_8_with_or_without_a_mark_and_nothing_else(read, tmp_path):
     path = tmp_path / "file"
     text = {read_json: '{"ü": 1}', read_csv: "ü\n1\n"}.get(read, '"ü" = 1')
     path.write_text(text, encoding="utf-8")
     value = read(path)
-    path.write_bytes(codecs.BOM_UTF8 + text.encode())
-    assert read(path) == value
+    for n_marks in (1, 2):  # two: one tool took the mark of another for text
+        path.write_bytes(codecs.BOM_UTF8 * n_marks + text.encode())
+        assert read(path) == value
     for encoding in ("utf-16", "latin-1"):
         path.write_text(text, encoding=encoding)
         with pytest.raises(InputError, match=r"cannot read .*file: it is no text in UTF-8"):

@@ -81,10 +81,12 @@ def describe_differences(groups: Sequence[Group], by: Sequence[str]) -> list[str
             lines.append(f"{group.label} mixes runs that differ in {shortened(values, _SHOWN)}")
         if code := _different_code(group.runs):
             lines.append(f"{group.label} was trained with different code: {shortened(code, _SHOWN)}")
-    if all(not _different_code(group.runs) for group in groups) and (
-        code := _different_code([run for group in groups for run in group.runs])
-    ):
+    runs = [run for group in groups for run in group.runs]
+    if not any(_different_code(group.runs) for group in groups) and (code := _different_code(runs)):
         lines.append(f"the groups were trained with different code: {shortened(code, _SHOWN)}")
+    unknown = [one_line(str(run.path)) for run in runs if not run.code]
+    if 0 < len(unknown) < len(runs):
+        lines.append(f"provenance.json does not say with which code these were trained: {shortened(unknown, _SHOWN)}")
     firsts = [group.runs[0] for group in groups]
     besides = [name for name in _differing(firsts) if name not in by and name not in all_mixed]
     if besides:

@@ -135,7 +135,7 @@ def read_plan(path: Path | None, words: Sequence[str] = ()) -> Plan:
     The file has the entries of a run's config, flat, but with lists of the values to try; ``graphs``, ``seeds``,
     ``episodes``, ``metas``; and tables ``[[variants]]``, each with a ``name`` and further entries.
     """
-    table = {} if path is None else read_toml(path, "sweep")
+    table = {} if path is None else read_toml(path, "sweep", or_any=True)
     where = "" if path is None else f"{path}: "
     variants = {}
     own = {name: table.pop(name) for name in _OWN_KEYS if name in table}

@@ -20,7 +20,7 @@ from hierroom.support.tables import csv_text
 if TYPE_CHECKING:
     import pandas as pd
 
-_NEEDED = ("success_rate", "length")  # in every row
+_NEEDED = ("steps", "success_rate", "length")  # in every row
 _LEFT_OUT_OF_CURVES = ("seconds", "graph", "success_low", "success_high", "return")
 
 
@@ -46,7 +46,8 @@ class SweepTable:
 
     def curves(self) -> dict[str, pd.DataFrame]:
         """Return each run's learning curve by its digest: numbers ``steps``, ``episodes``, ``success_rate``, ..."""
-        rows = _read(self.curves_path).set_index("digest").replace("", "nan").astype(float)
+        rows = _read(self.curves_path).set_index("digest")
+        rows = rows[[*filter(has_range, rows)]].replace("", "nan").astype(float)  # not what somebody notes there
         return {str(digest): curve for digest, curve in rows.groupby(level=0, sort=False)}
 
     def complete(self, runs: Sequence[PlannedRun]) -> None:

@@ -55,7 +55,7 @@ def _read_entries(path: Path) -> dict[str, Any]:
         raise InputError(f"{path} is a folder; a config is a TOML file or, to repeat a run, its config.json")
     if path.suffix == ".json":
         raise InputError(f"{path}: the config of a run is read from its folder, where it is called config.json")
-    table, types = read_toml(path, "config"), flat_entry_types()
+    table, types = read_toml(path, "config", or_any=True), flat_entry_types()
     for part in PARTS.keys() & table.keys() - {META_PART}:
         raise InputError(f"{path}: entries stand alone, as on the command line; leave out the table [{part}]")
     entries = flat_entries(table, f"{path}: ")

@@ -167,8 +167,8 @@ def _cell(value: object) -> object:
 
 def _entries(line: bytes, *, is_first: bool) -> list[str] | None:
     try:
-        text = line.decode("utf-8-sig" if is_first else "utf-8")
-        return next(csv.reader([text], strict=True), None) or None
+        text = line.decode()
+        return next(csv.reader([text.lstrip("\ufeff") if is_first else text], strict=True), None) or None
     except (UnicodeDecodeError, csv.Error):
         return None
 

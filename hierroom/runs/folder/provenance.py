@@ -7,7 +7,6 @@ import platform
 import subprocess
 import sys
 from collections.abc import Mapping
-from contextlib import suppress
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
@@ -62,7 +61,7 @@ def code_of(path: Path) -> dict[str, frozenset[str]]:
     The values are digests and versions, several where the sessions differ; none if provenance.json cannot be read.
     """
     found: dict[str, set[str]] = {}
-    with suppress(InputError, TypeError, KeyError, AttributeError):  # it was edited by hand
+    try:
         for session in read_sessions(path):
             values = session["packages"] | {one["file"]: one["sha256"] for one in session["modules"]}
             if "warm_start" in session:
@@ -71,6 +70,8 @@ def code_of(path: Path) -> dict[str, frozenset[str]]:
             for name, value in values.items():
                 if value is not None:
                     found.setdefault(str(name), set()).add(str(value))
+    except (InputError, TypeError, KeyError, AttributeError):  # it was edited by hand
+        return {}
     return {name: frozenset(values) for name, values in found.items()}
 
 
