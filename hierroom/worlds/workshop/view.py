@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ from hierroom.worlds.workshop.tech_tree import tech_tree
 
 @dataclass(frozen=True, eq=False)
 class WorkshopView:
-    """The view of M workshops: records of `layout.SHOP` and ``things`` [M, 3, T]; see `layout`."""
+    """The view of M workshops, read-only: records of `layout.SHOP` and ``things`` [M, 3, T]; see `layout`."""
 
     book: Book
     solver: Solver
@@ -40,20 +41,20 @@ class WorkshopView:
             are of it to take, and how many lie on the bench.
         """
         observations = np.empty((len(self), len(self.book.recipes.standing), 3), np.uint8)
-        write_observations(self.things, observations)
+        _compiled(write_observations)(self.things, observations)
         return {"observation": observations}
 
     def uniforms(self, turns: NDArray[np.integer], n: int) -> NDArray[np.float64]:
         """Return [M, n] random numbers in [0, 1), fixed by seed, environment, episode and turn [M]."""
         uniforms = np.empty((len(self), n))
-        turn_uniforms(self.shops, turns, uniforms)
+        _compiled(turn_uniforms)(self.shops, np.ascontiguousarray(turns, np.int64), uniforms)
         return uniforms
 
     def legal_goals(self, mask: str, are_turns: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return the legal actions [M, G + 1] under one of `GOAL_MASKS`; off turn one can only wait."""
         masks, recipes = np.empty((len(self), self.book.recipes.n_goals + 1), bool), self.book.recipes
         are_turns = np.ascontiguousarray(are_turns)
-        _compiled_masks()(self.shops, self.things, recipes, are_turns, GOAL_MASKS[mask], masks)
+        _compiled(write_masks)(self.shops, self.things, recipes, are_turns, GOAL_MASKS[mask], masks)
         return masks
 
     @cached_property
@@ -70,7 +71,7 @@ class WorkshopView:
     def depth_first_ranks(self) -> NDArray[np.int64]:
         """[M, G] how near to the target each goal stands among those that the way there lacks; else 0."""
         ranks = np.empty((len(self), self.book.recipes.n_goals), np.int64)
-        write_ranks(self.things, self.book.recipes, ranks)
+        _compiled(write_ranks)(self.things, self.book.recipes, ranks)
         return ranks
 
     @property
@@ -89,6 +90,13 @@ class WorkshopView:
 
 
 @cache
-def _compiled_masks() -> Callable[..., None]:
-    things, recipes = np.zeros((1, 3, 1), np.uint8), book_of(tech_tree(2)).recipes
-    return compiled(write_masks, np.zeros(1, SHOP), things, recipes, np.zeros(1, bool), 1, np.zeros((1, 1), bool))
+def _compiled(kernel: Any) -> Callable[..., None]:
+    """Compile a kernel; read-only arrays, such as those of a view, need no other one."""
+    shops, things, recipes = np.zeros(1, SHOP), np.zeros((1, 3, 1), np.uint8), book_of(tech_tree(2)).recipes
+    arrays: Mapping[Any, tuple] = {
+        write_masks: (shops, things, recipes, np.zeros(1, bool), 1, np.zeros((1, 1), bool)),
+        write_observations: (things, np.zeros((1, 1, 3), np.uint8)),
+        write_ranks: (things, recipes, np.zeros((1, 1), np.int64)),
+        turn_uniforms: (shops, np.zeros(1, np.int64), np.zeros((1, 1))),
+    }
+    return compiled(kernel, *arrays[kernel])

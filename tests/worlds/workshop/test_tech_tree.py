@@ -1,6 +1,7 @@
 """Random tech trees: every one can be solved, and the shortest way is the shortest."""
 
 from collections import deque
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -82,8 +83,7 @@ def breadth_first(task, state):
     while queue:
         before = queue.popleft()
         for action in range(world.n_actions):
-            world.state.things[0] = np.frombuffer(before, np.uint8).reshape(state.things.shape[1:])
-            world.state.shops["has_ended"] = False
+            world.set_state(replace(state, things=np.frombuffer(before, np.uint8).reshape(state.things.shape)))
             terminated = world.step(np.array([action]))["terminated"][0]
             after = world.state.things.tobytes()
             if terminated:
