@@ -206,7 +206,17 @@ def test_a_player_that_returns_the_step_of_other_environments_ends_in_one_line()
         next(hierroom.rollout(Elsewhere(), EnvConfig("c", size=11, max_steps=5), 3))
 
 
-@pytest.mark.parametrize("act", [lambda t: t.step(np.zeros(3, int)), lambda t: t.reset(), lambda t: t.reset(5)])
+@pytest.mark.parametrize(
+    "act",
+    [
+        lambda turns: turns.step(np.zeros(3, int)),
+        lambda turns: turns.reset(),
+        lambda turns: turns.reset(5),
+        lambda turns: turns.world.step(np.zeros(3, int)),
+        lambda turns: turns.world.reset(),
+        lambda turns: turns.ledger.write_fields({"goals": 120}),
+    ],
+)
 def test_a_meta_controller_that_observes_cannot_act(act):
     turns = make("c", 3)
     step = turns.step(np.zeros(3, int))
