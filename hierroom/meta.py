@@ -225,10 +225,16 @@ def take_turn(meta: MetaController, turns: Turns) -> None:
 def show_step(meta: MetaController, step: Step, turns: Turns) -> None:
     """Let a meta-controller that watches see a step of these turns."""
     if hasattr(meta, "observe"):
+        before = _moment(turns)
         with running(meta):
             meta.observe(step, turns)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
-            if turns.last_records is not step.records:
+            if turns.last_records is not step.records or _moment(turns) != before:
                 raise RuntimeError("it took a step or began episodes in the environments that it was to observe")
+
+
+def _moment(turns: Turns) -> tuple[bytes, bytes]:
+    """Return what any action or reset changes."""
+    return turns.ledger.records.tobytes(), turns.world.clocks().tobytes()
 
 
 def running(meta: MetaController) -> AbstractContextManager[None]:

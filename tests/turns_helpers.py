@@ -4,7 +4,6 @@ import numpy as np
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL
 from hierroom.turns.kernels import OWN_REWARD
-from hierroom.turns.ledger import compiled_record
 from hierroom.turns.records import STEP
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
@@ -39,7 +38,7 @@ def record(ledger, actions, outcomes, *, return_ends_with_option, subgoal_horizo
     """Take the controller's turn by the kernel; return the records of the step and how many episodes ended."""
     steps = np.empty(len(outcomes), STEP)
     rules = return_ends_with_option, subgoal_horizon, n_actions, OWN_REWARD, 0.0, autoreset, EXIT_GOAL
-    return steps, compiled_record(outcomes.dtype)(outcomes, actions, ledger.written, steps, *rules)
+    return steps, ledger.record(outcomes, actions, steps, *rules)
 
 
 def fields(step):

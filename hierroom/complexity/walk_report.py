@@ -78,7 +78,7 @@ class WalkReport(ABC):
     def hitting_time(self) -> float:
         """The paper's hitting time of the exit (Table 2): b' pinv(D - W) b, see `laplacian_hitting_time`.
 
-        ``inf`` if the exit is out of reach, ``nan`` if the walk never returns from it, see `Chain.hitting_time_to`.
+        ``inf`` if the exit is out of reach, ``nan`` if the walk may never return to the start: see `Chain.is_one_way`.
         """
         return self.chain.hitting_time
 
@@ -144,7 +144,7 @@ class WalkReport(ABC):
         restart = self.walk.restart if self.walk else 0.0
         source = f"the paper's Table 2: least squares{f', saturates near {1 / restart:.4g}' if restart else ''}"
         if math.isnan(self.hitting_time):
-            source = "it needs a walk that returns from the exit to the start"
+            source = "it needs a walk that returns to the start from wherever it goes"
         reached = ", ".join(f"{t}: {p:.3f}" for t, p in by_time(self.reach_probability, REPORT_TIMES).items())
         steps = f"{short(self.expected_steps)} +- {short(self.std)}"
         lines = [

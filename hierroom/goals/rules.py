@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from hierroom.goals.alternatives import (
 )
 from hierroom.support.errors import InputError, shown
 from hierroom.support.files import write_atomically
+from hierroom.support.read_only import freeze
 from hierroom.support.reading import read_toml
 
 
@@ -87,6 +88,10 @@ class Rules:
         if self.label is not None:
             read_name("the name of rules", self.label)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out the arrays, which a copy would let others write to."""
+        return {one.name: getattr(self, one.name) for one in fields(self)}
+
     def __hash__(self) -> int:
         return hash((self.names, self.facts, self.target))
 
@@ -123,12 +128,12 @@ class Rules:
     @cached_property
     def n_alternatives(self) -> NDArray[np.int64]:
         """Number of alternatives of each rule [R]."""
-        return np.array([len(ways) for ways in self.rules.values()])
+        return freeze(np.array([len(ways) for ways in self.rules.values()]))
 
     @cached_property
     def limits(self) -> NDArray[np.int64]:
         """The capacity of each fact [F]."""
-        return np.array([*self.capacity.values()])
+        return freeze(np.array([*self.capacity.values()]))
 
     @property
     def start_marking(self) -> NDArray[np.int64]:
@@ -249,6 +254,4 @@ class Rules:
     def _array(self, count: Any) -> NDArray[np.int64]:
         most = max(map(len, self.rules.values()))
         ways = [(*ways, *ways[-1:] * (most - len(ways))) for ways in self.rules.values()]
-        array = np.array([[[count(way, fact) for fact in self.facts] for way in row] for row in ways], np.int64)
-        array.flags.writeable = False
-        return array
+        return freeze(np.array([[[count(way, fact) for fact in self.facts] for way in row] for row in ways], np.int64))

@@ -15,6 +15,16 @@ def read_only(array: np.ndarray) -> np.ndarray:
     return view
 
 
+class Shown:
+    """An attribute of a class: the array that an object keeps under the same name with ``_`` before it, read-only."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._kept_as = f"_{name}"
+
+    def __get__(self, instance: Any, owner: type | None = None) -> np.ndarray:
+        return read_only(getattr(instance, self._kept_as))
+
+
 def freeze(value: Any) -> Any:
     """Let nobody write to an array, or to the arrays in an object or a mapping; return it."""
     held = value.values() if isinstance(value, Mapping) else getattr(value, "__dict__", {}).values()

@@ -35,14 +35,14 @@ class Ledger:
         def __getattr__(self, name: str) -> NDArray: ...
 
     def __init__(self, written: np.ndarray) -> None:
-        self.written, self._fields = written, {name: written[name] for name in LEDGER.names or ()}
+        self._written, self._fields = written, {name: written[name] for name in LEDGER.names or ()}
         self.records = read_only(written)
         for name in LEDGER.names or ():
             setattr(self, name, self.records[name])
 
     def __reduce__(self) -> tuple[type[Ledger], tuple[np.ndarray]]:
         """Copy it with the fields of its own records as arrays."""
-        return Ledger, (self.written,)
+        return Ledger, (self._written,)
 
     @classmethod
     def at_reset(cls, num_envs: int, n_actions: int) -> Ledger:
@@ -68,11 +68,15 @@ class Ledger:
 
     def is_any_turn(self) -> bool:
         """Return whether the meta-controller has a turn in any environment."""
-        return compiled_any()(self.written)
+        return compiled_any()(self._written)
+
+    def record(self, outcomes: np.ndarray, actions: NDArray[np.int64], *given: Any) -> int:
+        """Take the controller's turn; return how many episodes it ended: see `kernels.record_turns`."""
+        return compiled_record(outcomes.dtype)(outcomes, actions, self._written, *given)
 
     def take_goals(self, masks: NDArray[np.bool_], actions: NDArray[np.int64]) -> None:
         """Take the meta-controller's turn wherever it has one: see `kernels.take_goals`."""
-        compiled_take()(masks, self.written, actions)
+        compiled_take()(masks, self._written, actions)
 
 
 @cache

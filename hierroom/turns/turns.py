@@ -18,7 +18,7 @@ from hierroom.support.array_pool import ArrayPool
 from hierroom.support.errors import InputError
 from hierroom.support.read_only import freeze, read_only
 from hierroom.turns.kernels import KERNEL_REWARDS, NO_GOAL, OWN_REWARD
-from hierroom.turns.ledger import Ledger, compiled_record
+from hierroom.turns.ledger import Ledger
 from hierroom.turns.records import META, N_OUTCOMES, STEP, Step, clear_steps, ledger_schema, reset_values
 from hierroom.turns.rewards import make_reward
 from hierroom.turns.situation import Situation
@@ -199,13 +199,12 @@ class Turns:
 
     def take_step(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Take the controller's turn as `step` does, after a reset, with valid actions; return `last_records`."""
-        world, reward, ledger = self.world, self.reward, self.ledger.written
+        world, reward = self.world, self.reward
         before = freeze(world.get_state()) if self._keeps_states else None
         outcomes, (records, shown) = world.step(actions), self._steps.take()[0]
-        self.n_ended = compiled_record(outcomes.dtype)(
+        self.n_ended = self.ledger.record(
             outcomes,
             actions,
-            ledger,
             records,
             reward.ends_with_option,
             self._subgoal_horizon,

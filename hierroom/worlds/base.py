@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hierroom.goals.goal_set import GoalSet
 from hierroom.support.errors import InputError
+from hierroom.support.read_only import Shown
 from hierroom.support.schema import Array, Table, Whole
 from hierroom.worlds.base_view import BaseView
 from hierroom.worlds.dependencies import Dependencies
@@ -33,7 +34,7 @@ class BaseWorld:
     A subclass has the attributes ``goals``, ``n_actions``, ``features`` and ``observation_spaces``, begins episodes in
     `begin`, shows them in `shown`, and steps: it finds out what was achieved and calls `record`. All else can stay.
 
-    Attributes:
+    Attributes (read-only; a name with ``_`` before it is the array itself):
         seeds, indices, numbers: [N] int, which with the split fix each environment's episode: see `random`.
         counts: [N, G] int, how often each goal was achieved in the episode under way.
         markings: [N, F] int, what the rules say there is by now, of each fact.
@@ -54,6 +55,8 @@ class BaseWorld:
     stage = 0
     can_split = False
     default_max_steps = DEFAULT_MAX_STEPS
+    outcomes, seeds, indices, numbers = Shown(), Shown(), Shown(), Shown()
+    counts, markings, lengths, has_ended = Shown(), Shown(), Shown(), Shown()
 
     def __init__(
         self,
@@ -71,14 +74,14 @@ class BaseWorld:
         self.variants: tuple[str, ...] = config.names
         self.everywhere: NDArray[np.integer] = np.arange(num_envs)
         self.everywhere.setflags(write=False)
-        self.outcomes = np.zeros(num_envs, OUTCOME)
-        self.seeds, self.numbers, self.lengths = (np.zeros(num_envs, np.int64) for _ in range(3))
-        self.indices = config.env_index + np.arange(num_envs)
-        self.counts = np.zeros((num_envs, len(self.goals)), np.int64)
+        self._outcomes = np.zeros(num_envs, OUTCOME)
+        self._seeds, self._numbers, self._lengths = (np.zeros(num_envs, np.int64) for _ in range(3))
+        self._indices = config.env_index + np.arange(num_envs)
+        self._counts = np.zeros((num_envs, len(self.goals)), np.int64)
         self.dependencies = Dependencies.of(self.rules, self.goals)
         start = np.zeros(0, np.int64) if self.dependencies is None else self.dependencies.rules.start_marking
-        self.markings = np.tile(start, (num_envs, 1))
-        self.has_ended = np.zeros(num_envs, bool)
+        self._markings = np.tile(start, (num_envs, 1))
+        self._has_ended = np.zeros(num_envs, bool)
         self.has_begun = False
         self._start, self._last = start, None
         self.remember(memories)
@@ -126,11 +129,11 @@ class BaseWorld:
     def reset(self, seed: Seeds = None, envs: Any = slice(None)) -> None:
         """Begin an episode: with a seed (0 to 2**63 - 1) an environment's first one, without one its next."""
         chosen = chosen_envs(envs, len(self))
-        write_seeds({"seed": self.seeds, "episode": self.numbers}, seed, chosen)
-        self.numbers[chosen] += 1
-        self.outcomes[chosen] = 0
-        self.counts[chosen], self.lengths[chosen], self.markings[chosen] = 0, 0, self._start
-        self.has_ended[chosen] = False
+        write_seeds({"seed": self._seeds, "episode": self._numbers}, seed, chosen)
+        self._numbers[chosen] += 1
+        self._outcomes[chosen] = 0
+        self._counts[chosen], self._lengths[chosen], self._markings[chosen] = 0, 0, self._start
+        self._has_ended[chosen] = False
         self.has_begun = True
         self.begin(chosen)
 
@@ -151,30 +154,30 @@ class BaseWorld:
             terminated: [N] where it ended the episode.
             truncated: [N] where something else than the limit of steps cut it off.
         """
-        outcomes = self.outcomes
-        if self.has_ended.any():
-            goes_on = ~self.has_ended
+        outcomes = self._outcomes
+        if self._has_ended.any():
+            goes_on = ~self._has_ended
             times, rewards = times * goes_on[:, None], rewards * goes_on
             terminated = np.where(goes_on, terminated, outcomes["terminated"])
             truncated = np.where(goes_on, truncated, outcomes["truncated"])
-            self.lengths += goes_on
+            self._lengths += goes_on
         else:
-            self.lengths += 1
+            self._lengths += 1
         outcomes["achieved"], outcomes["n_first"] = 0, 0
         if times.any():
             achieved = times > 0
             outcomes["achieved"] = achieved @ (1 << np.arange(len(self.goals)))
-            outcomes["n_first"] = (achieved & (self.counts == 0)).sum(axis=1)
+            outcomes["n_first"] = (achieved & (self._counts == 0)).sum(axis=1)
             terminated = terminated | achieved[:, self.goals.target]
-            self.counts += times
+            self._counts += times
             if self.dependencies is not None:
-                self.dependencies.apply(self.markings, times.astype(np.int64))
-        truncated = (truncated | (self.lengths >= self.max_steps)) & ~terminated
-        outcomes["reward"], outcomes["length"] = rewards, self.lengths
+                self.dependencies.apply(self._markings, times.astype(np.int64))
+        truncated = (truncated | (self._lengths >= self.max_steps)) & ~terminated
+        outcomes["reward"], outcomes["length"] = rewards, self._lengths
         outcomes["terminated"], outcomes["truncated"] = terminated, truncated
         ended = np.flatnonzero(terminated | truncated)
         if len(ended) and not self.autoreset:
-            self.has_ended[ended] = True
+            self._has_ended[ended] = True
         elif len(ended):
             self._last = self.observe(self.everywhere)
             kept = outcomes[ended]
@@ -184,8 +187,8 @@ class BaseWorld:
 
     def observe(self, envs: NDArray[np.integer]) -> Any:
         """Return what environments [M] show now."""
-        identity = np.stack([self.seeds[envs], self.indices[envs], self.numbers[envs]], axis=1)
-        known = self.counts[envs], self.markings[envs], self.lengths[envs], identity
+        identity = np.stack([self._seeds[envs], self._indices[envs], self._numbers[envs]], axis=1)
+        known = self._counts[envs], self._markings[envs], self._lengths[envs], identity
         return BaseView(self, self.shown(envs), *(array.copy() for array in known))
 
     def exact_view(self, envs: NDArray[np.integer]) -> Any:
@@ -235,7 +238,7 @@ class BaseWorld:
 
     def stagger_clocks(self) -> None:
         """Spread the steps of the episodes under way evenly, so that they are not all truncated together."""
-        self.lengths[:] = np.arange(len(self)) * self.max_steps // len(self)
+        self._lengths[:] = np.arange(len(self)) * self.max_steps // len(self)
 
     def shortest_lengths(self, envs: NDArray[np.integer]) -> NDArray[np.integer]:
         """Return -1 for environments [M]: nobody knows the shortest possible lengths."""
@@ -263,23 +266,23 @@ class BaseWorld:
 
     def get_arrays(self, envs: NDArray[np.integer]) -> dict[str, np.ndarray]:
         """Return everything that changes in environments [M], as fresh arrays; a subclass adds its own."""
-        return {name: getattr(self, name)[envs] for name in _ARRAYS}
+        return {name: getattr(self, f"_{name}")[envs] for name in _ARRAYS}
 
     def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Refuse arrays that `get_arrays` of as many environments cannot have given; a subclass checks its own."""
         n, limits = len(self), None if self.dependencies is None else self.dependencies.rules.limits
         schema = {name: Array(np.int64, (n,), 0, _MOST) for name in ("indices", "numbers")}
         schema |= {"seeds": Array(np.int64, (n,), 0), "lengths": Array(np.int64, (n,), 0, self.max_steps)}
-        schema |= {"has_ended": Array(np.bool_, (n,)), "counts": Array(np.int64, self.counts.shape, 0, _MOST)}
-        schema["markings"] = Array(np.int64, self.markings.shape, 0, limits)
+        schema |= {"has_ended": Array(np.bool_, (n,)), "counts": Array(np.int64, self._counts.shape, 0, _MOST)}
+        schema["markings"] = Array(np.int64, self._markings.shape, 0, limits)
         Table(schema, is_open=True).check(arrays, "world")
 
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go back to what `get_arrays` gave, after `check_arrays`."""
         for name in _ARRAYS:
-            getattr(self, name)[:] = arrays[name]
-        self.outcomes[:] = 0
-        self.outcomes["length"] = self.lengths
+            getattr(self, f"_{name}")[:] = arrays[name]
+        self._outcomes[:] = 0
+        self._outcomes["length"] = self._lengths
         self.has_begun = True
 
     @property

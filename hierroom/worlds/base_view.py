@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hierroom.support.read_only import freeze
 from hierroom.worlds.dependencies import Dependencies
 from hierroom.worlds.world import Feature
 
@@ -60,7 +61,7 @@ class Situated:
 
 @dataclass(frozen=True, eq=False)
 class BaseView:
-    """The view of M environments.
+    """The view of M environments, in arrays that nobody else holds and that are read-only.
 
     Args:
         world: whose they are, a `BaseWorld`.
@@ -77,6 +78,10 @@ class BaseView:
     markings: NDArray[np.integer]
     steps: NDArray[np.integer]
     episodes: NDArray[np.integer]
+
+    def __post_init__(self) -> None:
+        freeze(self)
+        freeze(self.entries)
 
     def __len__(self) -> int:
         return len(self.counts)

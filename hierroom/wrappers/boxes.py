@@ -129,7 +129,7 @@ class TaskBoxes:
 
     def vector(self, agent: str, observation: Mapping[str, Any]) -> NDArray[np.float32]:
         """Return one observation as numbers; zeros for what the agent has no entry of."""
-        parts = [
+        parts: list[Any] = [
             spaces.flatten(space, observation[name]) if name in observation else np.zeros(spaces.flatdim(space))
             for name, space in self._parts.items()
         ]

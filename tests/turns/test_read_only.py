@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+from chest_task import chest
 from turns_helpers import make
 
 import hierroom
@@ -12,6 +13,7 @@ from hierroom import InputError
 from hierroom.gym_env import EscapeRoom
 from hierroom.meta import show_step, take_turn
 from hierroom.turns.records import AGENTS, CONTROLLER
+from hierroom.turns.turns import Turns
 from hierroom.vector_env import EscapeRooms
 from hierroom.worlds.env_config import EnvConfig
 
@@ -58,6 +60,30 @@ OF_TURNS = {
     "meta's view": lambda step, turns: turns.situation(EVERYWHERE).view.levels["key_rooms"],
     "kinds of goals": lambda step, turns: turns.world.goals.kind_of,
     "numbers of a feature": lambda step, turns: turns.world.features["view-ids"].vectors,
+}
+OF_WORKSHOPS = {
+    "things": lambda turns: turns.world.state.things,
+    "shops": lambda turns: turns.world.state.shops["achieved"],
+    "clocks": lambda turns: turns.world.clocks(),
+    "outcomes": lambda turns: turns.world.outcomes["terminated"],
+    "recipes": lambda turns: turns.world.book.recipes.goals,
+    "limits": lambda turns: turns.world.rules.limits,
+    "controller's view": lambda turns: turns.observe(CONTROLLER, turns.due(CONTROLLER)).view.things,
+    "view of some": lambda turns: turns.observe(CONTROLLER, np.array([1])).view.shops["achieved"],
+    "meta's view": lambda turns: turns.situation(EVERYWHERE).view.things,
+    "final view": lambda turns: turns.final_observation(CONTROLLER, turns.last_step, EVERYWHERE).view.things,
+}
+TASK_ARRAYS = ("counts", "markings", "lengths", "seeds", "numbers", "indices", "has_ended")
+OF_TASKS = {
+    **{
+        name: lambda turns, name=name: getattr(turns.world, name) for name in ("counts", "markings", "lengths", "seeds")
+    },
+    "outcomes": lambda turns: turns.world.outcomes["terminated"],
+    "world of a view": lambda turns: turns.situation(EVERYWHERE).view.world.counts,
+    "limits": lambda turns: turns.world.rules.limits,
+    "meta's view": lambda turns: turns.situation(EVERYWHERE).view.entries["place"],
+    "controller's view": lambda turns: turns.observe(CONTROLLER, turns.due(CONTROLLER)).view.counts,
+    "final view": lambda turns: turns.final_observation(CONTROLLER, turns.last_step, EVERYWHERE).view.steps,
 }
 
 
@@ -131,6 +157,23 @@ def test_what_is_observed_cannot_be_written_to(name):
     assert (step.records == expected[1]).all()
 
 
+@pytest.mark.parametrize("again", [lambda turns: turns, copy.deepcopy])
+@pytest.mark.parametrize(("task", "of"), [("workshop:3", OF_WORKSHOPS), (chest, OF_TASKS)], ids=["workshop", "task"])
+def test_other_worlds_and_their_copies_cannot_be_written_to(task, of, again):
+    turns, use = Turns(EnvConfig(task=task, max_steps=2), 3, seed=0), np.full(3, 2)
+    turns.step(use)
+    turns = again(turns)
+    step = turns.step(use)
+    assert turns.world.outcomes["length"].tolist() == [2, 2, 2]
+    assert turns.world.clocks().tolist() == [0, 0, 0]
+    expected = turns.get_state()
+    for found in of.values():
+        with pytest.raises(InputError, match=r"^the meta-controller Observing fails: ValueError: .*read-only"):
+            show_step(Observing(lambda step, turns, found=found: found(turns)), step, turns)
+    state = turns.get_state()
+    assert all((state[field] == expected[field]).all() for field in expected)
+
+
 @pytest.mark.parametrize("name", OF_STEP)
 def test_a_step_that_is_rewarded_cannot_be_written_to(name):
     turns = make("c", 3, reward=Rewarding(OF_STEP[name]))
@@ -163,7 +206,17 @@ def test_a_player_that_returns_the_step_of_other_environments_ends_in_one_line()
         next(hierroom.rollout(Elsewhere(), EnvConfig("c", size=11, max_steps=5), 3))
 
 
-@pytest.mark.parametrize("act", [lambda t: t.step(np.zeros(3, int)), lambda t: t.reset(), lambda t: t.reset(5)])
+@pytest.mark.parametrize(
+    "act",
+    [
+        lambda turns: turns.step(np.zeros(3, int)),
+        lambda turns: turns.reset(),
+        lambda turns: turns.reset(5),
+        lambda turns: turns.world.step(np.zeros(3, int)),
+        lambda turns: turns.world.reset(),
+        lambda turns: turns.ledger.write_fields({"goals": 120}),
+    ],
+)
 def test_a_meta_controller_that_observes_cannot_act(act):
     turns = make("c", 3)
     step = turns.step(np.zeros(3, int))

@@ -192,6 +192,15 @@ class Broken(Chest):
         raise ValueError("no\nstep")
 
 
+class Quitting(Chest):
+    def step(self, action):
+        raise SystemExit(3)
+
+
+def stops(env, info):
+    raise BaseException("stop")
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
@@ -201,6 +210,8 @@ class Broken(Chest):
         ({"make": Untrue}, "observations are Box, Discrete, MultiDiscrete or MultiBinary, or dicts, not Dict("),
         ({"make": Steered}, "the actions of task must be Discrete, not Box("),
         ({"make": Broken}, "step of task fails: ValueError: no step (line "),
+        ({"make": Quitting}, "step of task fails: SystemExit: 3 (line "),
+        ({"goals": {"chest": stops}}, "goal 'chest' of task fails: BaseException: stop (line "),
         ({"goals": {"chest": lambda env, info: None}}, "goal 'chest' of task must return True, False or a count"),
         ({"goals": {"chest": lambda env, info: -1}}, "count of at least 0, not -1"),
         ({"goals": {"chest": lambda env, info: info["cell"]}}, "goal 'chest' of task fails: KeyError: 'cell' (line "),
@@ -213,6 +224,18 @@ def test_what_is_wrong_with_a_users_code_is_one_line_before_anything_is_trained(
         make(task)
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+class Generous(Chest):
+    def step(self, action):
+        observation, _, *rest = super().step(action)
+        return observation, 10**400, *rest
+
+
+def test_a_reward_that_no_float_holds_ends_in_one_line():
+    turns = make(hierroom.Task(make=Generous, goals=GOALS, target="chest"))
+    with pytest.raises(InputError, match="must return numbers and truths from a step: int too large"):
+        turns.step(np.zeros(len(turns), int))
 
 
 @pytest.mark.parametrize(

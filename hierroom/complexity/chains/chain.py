@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
+from scipy.sparse.csgraph import connected_components
 
 from hierroom.complexity.chains.hitting import (
     expected_visits,
@@ -26,9 +27,7 @@ from hierroom.complexity.chains.weights import (
     as_node,
     as_nodes,
     as_probabilities,
-    as_targets,
     as_weights,
-    can_reach,
     graph_weights,
     n_nodes,
     node_index,
@@ -178,12 +177,13 @@ class Chain:
                 "name one of them, such as 'key 1, all closed' or 'room 1, open 1', or ask for the expected steps"
             )
         value = laplacian_hitting_time(self.weights, self.source, nodes[0])
-        return np.nan if np.isfinite(value) and self.is_one_way(node) else value
+        return np.nan if np.isfinite(value) and self.is_one_way() else value
 
-    def is_one_way(self, goal: str = EXIT) -> bool:
-        """Return whether the walk never returns from a goal to the start, as where it never leaves the goal."""
-        returns = can_reach(self.weights, as_targets(self.source, len(self.labels)))
-        return not returns[list(self.nodes_of(goal))].any()
+    def is_one_way(self) -> bool:
+        """Return whether the walk may go where it never returns to the start from, such as to an exit never left."""
+        _, classes = connected_components(self.weights, connection="strong")
+        is_ours = classes == classes[self.source]
+        return self.weights[is_ours][:, ~is_ours].nnz > 0
 
     def hitting_probability(self, goal: str = EXIT) -> float:
         """Probability that a goal is ever achieved."""

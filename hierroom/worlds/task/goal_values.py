@@ -25,7 +25,9 @@ def goal_values(goals: Mapping[str, GoalFunction], env: Any, info: dict[str, Any
     for name, function in goals.items():
         try:
             value = function(env, info)
-        except (Exception, SystemExit) as error:  # whatever a user's own code may raise
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # whatever a user's own code may raise
             raise_told(f"goal {name!r} of {task}", error)
         if value is not True and value is not False:
             value = _whole(value, name, task)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from hierroom.support.errors import raise_told
+from hierroom.support.errors import own_code
 from hierroom.worlds.task.goal_values import goal_values
 from hierroom.worlds.task.parts import TaskParts
 
@@ -30,14 +30,12 @@ class LocalEnvs:
     def reset(self, envs: Sequence[int], seeds: Sequence[int]) -> tuple[list[Any], list[list[int]]]:
         """Begin an episode in some environments; return what they show, and how their goals stand."""
         observations, totals = [], []
-        for number, seed in zip(envs, seeds, strict=True):
-            env = self._envs[number]
-            try:
+        with own_code(f"reset of {self._name}"):
+            for number, seed in zip(envs, seeds, strict=True):
+                env = self._envs[number]
                 observation, info = env.reset(seed=seed)
-            except Exception as error:  # whatever a user's own code may raise
-                raise_told(f"reset of {self._name}", error)
-            observations.append(observation)
-            totals.append(goal_values(self._goals, env, info, self._name))
+                observations.append(observation)
+                totals.append(goal_values(self._goals, env, info, self._name))
         return observations, totals
 
     def step(self, envs: Sequence[int], actions: Sequence[int]) -> Taken:
@@ -46,22 +44,21 @@ class LocalEnvs:
         observations, rewards, terminated = taken.observations.append, taken.rewards.append, taken.terminated.append
         truncated, totals = taken.truncated.append, taken.totals.append
         all_envs, goals, name = self._envs, self._goals, self._name
-        for number, action in zip(envs, actions, strict=True):
-            env = all_envs[number]
-            try:
+        with own_code(f"step of {name}"):
+            for number, action in zip(envs, actions, strict=True):
+                env = all_envs[number]
                 observation, reward, ends, is_cut, info = env.step(action)
-            except Exception as error:  # whatever a user's own code may raise
-                raise_told(f"step of {name}", error)
-            observations(observation)
-            rewards(reward)
-            terminated(ends)
-            truncated(is_cut)
-            totals(goal_values(goals, env, info, name))
+                observations(observation)
+                rewards(reward)
+                terminated(ends)
+                truncated(is_cut)
+                totals(goal_values(goals, env, info, name))
         return taken
 
     def render(self, env: int) -> Any:
         """Return what an environment draws."""
-        return self._envs[env].render()
+        with own_code("the environment", "cannot be drawn"):
+            return self._envs[env].render()
 
     def close(self) -> None:
         """Close all environments."""

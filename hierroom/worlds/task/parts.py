@@ -9,9 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import gymnasium
-import numpy as np
 from gymnasium import spaces
-from numpy.typing import NDArray
 
 from hierroom.goals.goal_set import GoalSet
 from hierroom.goals.rules import Rules
@@ -35,7 +33,7 @@ class Trial:
     left_out: Sequence[str]
     n_actions: int
     first_action: int
-    are_counts: NDArray[np.bool_]
+    are_counts: tuple[bool, ...]
 
 
 class TaskParts(Protocol):

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import NO_GOAL
-from hierroom.support.errors import InputError, in_one_line
+from hierroom.support.errors import own_code
 from hierroom.worlds.task.goal_values import goal_values
 from hierroom.worlds.task.parts import TaskParts
 
@@ -76,13 +76,15 @@ class TaskReplayer:
         env, task = self._task.new_env("rgb_array"), self._task
         counts, marking = np.zeros_like(state.counts), state.marking.copy()
         try:
-            _, info = env.reset(seed=self.seed_of(state.identity))
+            with own_code(f"reset of {task.name}"):
+                _, info = env.reset(seed=self.seed_of(state.identity))
             last = np.array(goal_values(task.goals, env, info, task.name), np.int64)
             for step in range(len(actions) + 1):
                 frame = _frame(env)
                 yield Moment(state.identity, state.max_steps, counts.copy(), marking, step, lambda f=frame: f)
                 if step < len(actions) and actions[step] < task.n_actions:
-                    *_, info = env.step(task.trial.first_action + int(actions[step]))
+                    with own_code(f"step of {task.name}"):
+                        *_, info = env.step(task.trial.first_action + int(actions[step]))
                     now = np.array(goal_values(task.goals, env, info, task.name), np.int64)
                     counts, last = counts + np.maximum(now - last, 0), now
         finally:
@@ -132,12 +134,8 @@ def _needs(ways: Any) -> str:
 
 
 def _frame(env: Any) -> Any:
-    try:
+    with own_code("the environment", "cannot be drawn"):
         return env.render()
-    except InputError:
-        raise
-    except Exception as error:  # whatever a user's own code may raise
-        raise InputError(f"the environment cannot be drawn: {in_one_line(error)}") from error
 
 
 @lru_cache(maxsize=256)

@@ -13,7 +13,7 @@ import numpy as np
 
 from hierroom.goals.goal_set import GoalSet
 from hierroom.goals.rules import Rules
-from hierroom.support.errors import InputError, in_one_line, require_number, shown
+from hierroom.support.errors import InputError, own_code, require_number, shown
 from hierroom.worlds.base_view import goal_status
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 from hierroom.worlds.task.goal_values import GoalFunction
@@ -132,10 +132,8 @@ class Task:
 
     def new_env(self, render_mode: str | None = None) -> gymnasium.Env:
         """Return a new environment, which draws itself in a render mode if it can."""
-        try:
+        with own_code(f"make of {self.name}"):
             env = self._make(render_mode)
-        except (Exception, SystemExit) as error:  # whatever a user's own code may raise
-            raise InputError(f"make of {self.name} fails: {in_one_line(error)}") from error
         if not isinstance(env, gymnasium.Env):
             raise InputError(f"make of {self.name} must return a gymnasium.Env, not {shown(env)}")
         return env

@@ -28,5 +28,5 @@ def try_out(task: TaskParts) -> Trial:
         if taken.terminated[0] or taken.truncated[0]:
             envs.reset([0], [0])
     envs.close()
-    are_counts = np.array([not isinstance(value, bool) for value in values])
+    are_counts = tuple(not isinstance(value, bool) for value in values)
     return Trial(entries, left_out, int(actions.n), int(actions.start), are_counts)

@@ -75,7 +75,7 @@ class TaskWorld(BaseWorld):
             try:
                 values = np.array([entry_of(one, path) for one in observations]) if path else np.array(observations)
                 shown[envs] = values
-            except (TypeError, ValueError, KeyError, IndexError) as error:
+            except (TypeError, ValueError, KeyError, IndexError, OverflowError) as error:
                 raise InputError(f"{self.variants[0]} shows a {name} outside its observation space: {error}") from error
             if shown.dtype.kind == "f" and not np.isfinite(values).all():
                 raise InputError(f"{self.variants[0]} shows a {name} that is not finite")
@@ -95,7 +95,7 @@ class TaskWorld(BaseWorld):
             try:
                 rewards[known], terminated[known] = taken.rewards, taken.terminated
                 truncated[known] |= np.array(taken.truncated, bool)
-            except (TypeError, ValueError) as error:
+            except (TypeError, ValueError, OverflowError) as error:
                 raise InputError(f"{self.variants[0]} must return numbers and truths from a step: {error}") from error
             if not np.isfinite(rewards).all():
                 raise InputError(f"{self.variants[0]} gives a reward that is not finite")

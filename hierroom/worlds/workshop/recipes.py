@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from hierroom.goals import Rules
 from hierroom.goals.goal_set import MAX_GOALS
 from hierroom.support.errors import InputError
+from hierroom.support.read_only import freeze
 
 MAX_COUNT = 254
 MAX_THINGS = 127
@@ -62,6 +63,10 @@ class Book(NamedTuple):
     rules: Rules
     things: tuple[str, ...]
     recipes: Recipes
+
+    def __reduce__(self) -> tuple[Any, tuple[Rules]]:
+        """Let copies share the recipes, which nobody can write to."""
+        return book_of, (self.rules,)
 
 
 @lru_cache(maxsize=64)
@@ -121,6 +126,7 @@ def book_of(rules: Rules) -> Book:
         last_goal=int(goals[gives[:, target] > 0][0]),
         n_goals=len(rules.names),
     )
+    freeze(recipes._asdict())  # all workshops of the process share them
     return Book(rules, things, recipes)
 
 

@@ -22,7 +22,7 @@ from hierroom.worlds.workshop.tech_tree import tech_tree
 
 @dataclass(frozen=True, eq=False)
 class WorkshopView:
-    """The view of M workshops: records of `layout.SHOP` and ``things`` [M, 3, T]; see `layout`."""
+    """The view of M workshops, read-only: records of `layout.SHOP` and ``things`` [M, 3, T]; see `layout`."""
 
     book: Book
     solver: Solver

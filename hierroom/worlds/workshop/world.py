@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -107,18 +108,10 @@ class WorkshopWorld(BaseWorld):
         if seed is not None:
             self.reset(seed)
 
-    def _show(self) -> None:
-        """Let users see the arrays, but not write to them: kernels check no bounds."""
-        self.state = WorkshopState(*map(read_only, vars(self._state).values()))
-        self.outcomes = read_only(self._outcomes)
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Leave the views out, as a copy has arrays of its own to view."""
-        return {name: value for name, value in self.__dict__.items() if name not in ("state", "outcomes")}
-
-    def __setstate__(self, copied: dict[str, Any]) -> None:
-        self.__dict__.update(copied)
-        self._show()
+    @property
+    def state(self) -> WorkshopState:
+        """The exact state of all environments, read-only."""
+        return WorkshopState(*map(read_only, vars(self._state).values()))
 
     @property
     def features(self) -> Mapping[str, Feature]:
@@ -131,8 +124,7 @@ class WorkshopWorld(BaseWorld):
             if name != "visited":
                 raise InputError(f"a workshop can remember visited, not {name!r}")
             visited = np.zeros((len(self), min(2 * self.max_steps, MOST_VISITED)), np.uint64)
-            self._state = WorkshopState(self._state.shops, self._state.things, visited)
-        self._show()
+            self._state = replace(self._state, visited=visited)
 
     def reset(self, seed: Seeds = None, envs: Indices = slice(None)) -> None:
         """Begin an episode: with a seed (0 to 2**63 - 1) an environment's first one, without one its next."""
@@ -157,7 +149,7 @@ class WorkshopWorld(BaseWorld):
     def observe(self, envs: NDArray[np.integer]) -> WorkshopView:
         """Return what environments [M] show now, read-only; if they are all there are, the next step overwrites it."""
         if envs is self.everywhere or len(self) == 1:
-            return self._view(self.state.shops, self.state.things)
+            return self._view(read_only(self._state.shops), read_only(self._state.things))
         return self.exact_view(envs)
 
     def exact_view(self, envs: NDArray[np.integer]) -> WorkshopView:
@@ -183,7 +175,7 @@ class WorkshopWorld(BaseWorld):
 
     def clocks(self) -> NDArray[np.integer]:
         """Return [N] the steps of the episodes under way."""
-        return self.state.shops["steps"]
+        return read_only(self._state.shops["steps"])
 
     def stagger_clocks(self) -> None:
         """Spread the steps of the episodes under way evenly, so that they are not all truncated together."""

@@ -236,8 +236,18 @@ def test_a_target_that_is_never_left_has_no_hitting_time_of_the_paper(n):
     assert chain.is_one_way()
     assert math.isnan(chain.hitting_time)
     assert all(math.isnan(edge.hitting_time_slope) for edge in chain.edge_sensitivity())
-    assert chain.hitting_time_to("1") > 0, "the walk comes back from there"
+    assert math.isnan(chain.hitting_time_to("1")), "nor has a node on the way there"
     assert math.isnan(analyze("c", walk=Walk(0.8, 0.2, 0.0)).hitting_time)
+
+
+@pytest.mark.parametrize("leak", [0, 1, 5])
+def test_a_walk_that_may_never_come_back_has_no_hitting_time_of_the_paper(leak):
+    """From the start, on the way or from the target: its value would be 5 again, the steps spent at the start."""
+    line = nx.path_graph(6).to_directed()
+    nx.add_cycle(line, ["elsewhere", "for ever"])
+    assert math.isfinite(Chain.from_networkx(line, 0, 5).hitting_time)
+    line.add_edge(leak, "elsewhere")
+    assert math.isnan(Chain.from_networkx(line, 0, 5).hitting_time)
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
