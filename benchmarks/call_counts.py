@@ -1,8 +1,9 @@
 """Count the files and functions of the package that a command passes through.
 
-Three ways are counted: to begin a run, from a second `hierroom.train` in one process to its first update; a step of
-the controller in the AEC environment; and loading a checkpoint. A reader who follows one of these opens so many files
-and reads so many functions; a hand-over is a call from a function in one file to a function in another.
+Four ways are counted: to begin a run, from a second `hierroom.train` in one process to its first update; the part of
+that before the untrained agents are evaluated; a step of the controller in the AEC environment; and loading a
+checkpoint. A reader who follows one of these opens so many files and reads so many functions; a hand-over is a call
+from a function in one file to a function in another.
 
 python -m benchmarks.call_counts
 python -m benchmarks.call_counts step --by-file
@@ -17,6 +18,7 @@ import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import chdir, contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from types import CodeType, FrameType
 from typing import Any
@@ -79,17 +81,17 @@ class Calls:
         return ", ".join(f"{count:,} {name}" for name, count in counts.items())
 
 
-def count_begin() -> Calls:
-    """A second `hierroom.train` in one process, from the call to the first update."""
+def count_begin(until: str = "advance") -> Calls:
+    """A second `hierroom.train` in one process until it calls a method of the trainer, by default its first update."""
     calls = Calls()
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
-        _train_until_update()
+        _train_until(until)
         with calls.counting():
-            _train_until_update()
+            _train_until(until)
     return calls
 
 
-def _train_until_update() -> None:
+def _train_until(method: str) -> None:
     class Begun(Exception):
         pass
 
@@ -97,7 +99,7 @@ def _train_until_update() -> None:
         sys.setprofile(None)
         raise Begun
 
-    with suppress(Begun), patch.object(Trainer, "advance", stop):
+    with suppress(Begun), patch.object(Trainer, method, stop):
         hierroom.train(graph="c")
 
 
@@ -119,7 +121,7 @@ def count_load() -> Calls:
     """Loading a checkpoint into a trainer."""
     calls = Calls()
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
-        _train_until_update()
+        _train_until("advance")
         run = RunFolder.open(next(Path("runs").iterdir()))
         trainer = Trainer(run.config(), begins=False)
         trainer.load_state_dict(run.load_checkpoint())
@@ -128,7 +130,12 @@ def count_load() -> Calls:
     return calls
 
 
-WAYS: dict[str, Callable[[], Calls]] = {"begin": count_begin, "step": count_step, "load": count_load}
+WAYS: dict[str, Callable[[], Calls]] = {
+    "begin": count_begin,
+    "setup": partial(count_begin, "evaluate"),
+    "step": count_step,
+    "load": count_load,
+}
 
 
 def main() -> None:

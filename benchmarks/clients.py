@@ -124,7 +124,7 @@ def main(arguments: Arguments) -> None:
         lines.append(row(client, pythons))
         print(lines[-1], flush=True)
     if arguments.out is not None:
-        page = arguments.out.read_text()
+        page = arguments.out.read_text(encoding="utf-8")
         table = "\n".join(lines) + "\n"
         new = re.sub(f"{MARKS[0]}.*{MARKS[1]}", lambda _: MARKS[0] + table + MARKS[1], page, flags=re.DOTALL)
         write_atomically(arguments.out, new.encode())

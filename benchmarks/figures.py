@@ -97,7 +97,7 @@ def pictures() -> list[Picture]:
     return [
         Picture(Path(os.path.normpath(page.parent / link)), program, tuple(shlex.split(arguments)))
         for page in PAGES
-        for program, arguments, link in PLACE.findall(page.read_text())
+        for program, arguments, link in PLACE.findall(page.read_text(encoding="utf-8"))
     ]
 
 

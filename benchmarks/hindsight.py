@@ -29,7 +29,7 @@ def differences(rows: list[dict[str, str]], graph: str, column: str) -> np.ndarr
 
 def main() -> None:
     """Print the table."""
-    with ROWS.open(newline="") as file:
+    with ROWS.open(encoding="utf-8-sig", newline="") as file:
         rows = list(csv.DictReader(file))
     table = Table(box=MARKDOWN)
     for heading in ("graph", "steps", "seeds", "success with", "without", "difference", "length with", "without"):

@@ -34,7 +34,7 @@ class Options:
 
 def shown_correlations() -> list[tuple[str, Milestone | None]]:
     """The sweeps whose correlations pages show, each with its milestone where it is not that of the rules."""
-    places = [found for page in PAGES for found in PLACE.finditer(page.read_text())]
+    places = [found for page in PAGES for found in PLACE.finditer(page.read_text(encoding="utf-8"))]
     words = [found[3].split() for found in places if found[2] in ("study", "measures")]
     return list(dict.fromkeys((name, milestone_and_words(others)[0]) for name, *others in words))
 

@@ -32,7 +32,7 @@ class ResultTable:
             InputError: if there is none.
         """
         try:
-            lines = [*csv.reader(io.StringIO(path.read_text(), newline=""))]
+            lines = [*csv.reader(io.StringIO(path.read_text(encoding="utf-8-sig"), newline=""))]
         except FileNotFoundError:
             lines = []
         if not lines:

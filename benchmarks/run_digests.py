@@ -70,7 +70,7 @@ def _hash(texts: Iterator[bytes]) -> str:
 
 
 def _rows(path: Path) -> Iterator[bytes]:
-    with path.open(newline="") as file:
+    with path.open(encoding="utf-8-sig", newline="") as file:
         for row in csv.DictReader(file):
             yield repr([(name, value) for name, value in row.items() if name not in TIMES]).encode()
 

@@ -172,7 +172,7 @@ def short_run(path: Path, seed: int) -> None:
 def sample(started: float, api: Speed, train: Speed) -> Sample:
     """How this process stands now; collected garbage does not count."""
     gc.collect()
-    status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
+    status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text(encoding="utf-8").splitlines())
     memory = int(status["RssAnon"].split()[0]) / 2**10
     files = len(os.listdir("/proc/self/fd")) - 1  # the listing itself has one open
     return Sample(time.monotonic() - started, memory, int(status["Threads"]), files, api, train)

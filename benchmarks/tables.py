@@ -169,7 +169,7 @@ def main() -> int:
     """The command. A page with a table that cannot be made is left as it is, and the others are renewed."""
     options, n_other, refusals = tyro.cli(Options, description=__doc__), 0, []
     for page in PAGES:
-        before, name = page.read_text(), page.relative_to(ROOT)
+        before, name = page.read_text(encoding="utf-8"), page.relative_to(ROOT)
         try:
             after = renewed(before)
         except InputError as error:

@@ -74,7 +74,11 @@ def steps_per_second(run: Callable[[int], None], num_envs: int, seconds: float) 
 
 def device() -> str:
     cpuinfo = Path("/proc/cpuinfo")
-    names = [line.split(":")[1].strip() for line in cpuinfo.read_text().splitlines() if line.startswith("model name")]
+    names = [
+        line.split(":")[1].strip()
+        for line in cpuinfo.read_text(encoding="utf-8").splitlines()
+        if line.startswith("model name")
+    ]
     name = names[0] if names else platform.processor()
     libraries = ", ".join(f"{package} {version(package)}" for package in ("numba", "numpy", "minigrid"))
     cores = f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}"

@@ -51,7 +51,7 @@ class raw_env(TwoAgentEnv, AECEnv):
 
         Args:
             seed: 0 to 2**63 - 1.
-            options: ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
+            options: ``{"complexity": True}`` puts the complexity report into the infos; of other keys it warns.
         """
         self.infos = self.single.reset(seed, options)
         self.agents = list(AGENTS)

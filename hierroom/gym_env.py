@@ -64,7 +64,7 @@ class EscapeRoom(RegisteredEnv, gymnasium.Env):
 
         Args:
             seed: 0 to 2**63 - 1.
-            options: ``{"complexity": True}`` puts the complexity report into the info; other keys are ignored.
+            options: ``{"complexity": True}`` puts the complexity report into the info; of other keys it warns.
         """
         infos = self.single.reset(seed, options)
         super().reset(seed=None if seed is None else int(seed))  # Gymnasium takes no number of NumPy's

@@ -5,14 +5,16 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 from typing import Any, Protocol, TypeGuard, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import NO_GOAL
-from hierroom.support.errors import InputError, in_one_line, own_code, shown
+from hierroom.support.errors import InputError, own_code, shown
 from hierroom.support.plugins import load_plugin
+from hierroom.support.read_only import read_only
 from hierroom.turns.records import META, Step
 from hierroom.turns.situation import Situation
 from hierroom.turns.turns import Turns
@@ -45,7 +47,8 @@ class MetaController(Protocol):
                 [M, 7, 7, 3] uint8, ``goal`` [M, 9] (the last one), ``action_mask`` [M, 14] and the rest.
             legal: [M, 13] bool, the goals that may be chosen; a row may be empty. Whether no goal is legal is the last
                 column of the action mask.
-            situation: everything else there is to know; ``situation.level(m)`` is the m-th environment in words.
+            situation: everything else there is to know, read-only; ``situation.level(m)`` is the m-th environment in
+                words.
 
         Returns:
             [M] goal ids 0 to 12, or -1 or 13 for no goal, which asks the controller for something new (see
@@ -178,7 +181,7 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
     )
     if _is_function(make):
         return LevelMeta(make)
-    try:
+    with own_code(f"the meta-controller {spec!r}", "cannot be made"):
         if not isinstance(make, type) and hasattr(make, "choose"):
             raise InputError(f"{spec!r} is an object with a method choose; name its class, to be made by a run")
         if not hasattr(make, "for_training"):
@@ -189,10 +192,6 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
             meta = make.for_training(num_envs)
             if meta is None:
                 raise InputError(f"for_training of the meta-controller {spec!r} must return one, not None")
-    except InputError:
-        raise
-    except (Exception, SystemExit) as error:  # whatever a user's own code may raise
-        raise InputError(f"the meta-controller {spec!r} cannot be made: {in_one_line(error)}") from error
     with own_code(f"the meta-controller {spec!r}"):  # to look at an attribute may run code
         return checked_meta(meta, repr(spec))
 
@@ -201,17 +200,23 @@ def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integ
     """Return what a meta-controller chooses [M], after it is reset where an episode begins."""
     beginning = situation.envs[situation.meta_turns == 0]
     observations, legal = situation.as_dict(), situation.legal.copy()
+    shown = situation if type(meta) in META_CONTROLLERS.values() else _unwritable(situation)
     with running(meta):
         if len(beginning) and hasattr(meta, "reset"):
             meta.reset(beginning)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
-        return meta.choose(observations, legal, situation)
+        return meta.choose(observations, legal, shown)
+
+
+def _unwritable(situation: Situation) -> Situation:
+    """Return the same situation in arrays that cannot be written to, as those of the view are."""
+    arrays = {name: read_only(value) for name, value in vars(situation).items() if isinstance(value, np.ndarray)}
+    return replace(situation, **arrays)
 
 
 def take_turn(meta: MetaController, turns: Turns) -> None:
     """Let a meta-controller take its turn wherever it is due."""
     if type(meta) is NoGoals:
-        if turns.ledger.is_meta_turn.any():
-            turns.choose_everywhere(np.full(len(turns), NO_GOAL))
+        turns.choose_no_goal()
     elif len(due := turns.due(META)):
         situation = turns.situation(due)
         turns.choose(situation, choose_goals(meta, situation))
@@ -220,8 +225,10 @@ def take_turn(meta: MetaController, turns: Turns) -> None:
 def show_step(meta: MetaController, step: Step, turns: Turns) -> None:
     """Let a meta-controller that watches see a step of these turns."""
     if hasattr(meta, "observe"):
-        with running(meta), step.read_only():
+        with running(meta):
             meta.observe(step, turns)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
+            if turns.last_records is not step.records:
+                raise RuntimeError("it took a step or began episodes in the environments that it was to observe")
 
 
 def running(meta: MetaController) -> AbstractContextManager[None]:

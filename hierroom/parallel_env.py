@@ -40,7 +40,7 @@ class parallel_env(TwoAgentEnv, ParallelEnv):
 
         Args:
             seed: 0 to 2**63 - 1.
-            options: ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
+            options: ``{"complexity": True}`` puts the complexity report into the infos; of other keys it warns.
         """
         infos = self.single.reset(seed, options)
         self.agents = list(AGENTS)
@@ -54,6 +54,8 @@ class parallel_env(TwoAgentEnv, ParallelEnv):
             return {}, {}, {}, {}, {}
         if not isinstance(actions, Mapping):
             raise InputError(f"actions are a dict by agent, not {shown(actions)}")
+        if unknown := [shown(agent) for agent in actions if agent not in AGENTS]:
+            raise InputError(f"the agents are {' and '.join(AGENTS)}; there is no {', '.join(unknown)}")
         missing = [agent for agent in AGENTS if agent not in actions]
         if missing:
             raise InputError(f"a step needs an action of each agent, and has none of {' and '.join(missing)}")

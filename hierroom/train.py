@@ -90,8 +90,7 @@ def train(
         **entries: changed entries of the config, named as on the command line but with underscores: ``graph="f"``,
             ``steps=2_000_000``, ``method="ppo"``. The ``task`` may be a `hierroom.Task` that a module holds.
     """
-    import torch
-
+    from hierroom.learners.networks.initial_weights import plain_torch
     from hierroom.runs.logs.logs import logger_names
     from hierroom.runs.session import begin, run_session
     from hierroom.runs.trained_agent import load
@@ -103,14 +102,11 @@ def train(
     if is_task(task := entries.get("task")):
         entries["task"] = name_in_module(cast(WorldMaker, task))
     loggers, config = logger_names(log), config.changed(**entries)
-    trainer, folder = begin(config, None if out is None else Path(out))
-    _warn_of_what_does_nothing(config)
-    n_threads = torch.get_num_threads()
-    try:
+    with plain_torch():
+        trainer, folder = begin(config, None if out is None else Path(out))
+        _warn_of_what_does_nothing(config)
         if run_session(trainer, folder, loggers):
             raise KeyboardInterrupt
-    finally:
-        torch.set_num_threads(n_threads)  # a session sets it for the whole process
     return load(folder.path, trust=True)  # what it names was named in this call
 
 

@@ -27,9 +27,9 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
     """N environments on the batch engine.
 
     Observations and infos are laid out as Gymnasium's own ``SyncVectorEnv`` lays out those of N `EscapeRoom` with
-    ``env_index`` 0, 1, ..., in each of its modes: where an episode ended, the next one begins in the same step (then
-    ``final_obs`` and ``final_info`` tell of the last step, and everything else of the new episode), in the next step
-    (whose action is ignored there), or where the next ``reset`` says so.
+    ``env_index`` 0, 1, ..., in each of its modes: where an episode ended, the next one begins in the next step (whose
+    action is ignored there), in the same step (then ``final_obs`` and ``final_info`` tell of the last step, and
+    everything else of the new episode), or where the next ``reset`` says so.
 
     Args:
         num_envs: N.
@@ -37,7 +37,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         max_episode_steps: ``max_steps``, as Gymnasium's specs call it; the smaller one counts.
         meta: who picks the goals, as for `EscapeRoom`.
         threads: most threads to step with.
-        autoreset_mode: ``AutoresetMode.SAME_STEP``, ``NEXT_STEP`` or ``DISABLED``, or its value as text.
+        autoreset_mode: ``AutoresetMode.NEXT_STEP``, ``SAME_STEP`` or ``DISABLED``, or its value as text.
         flat: whether observations are rows of numbers, one [N, K] uint8 array: see `vector_arrays.flat_space`.
         copy: whether observations are new arrays; else each step overwrites those of the last one.
         render_mode: ``"ansi"``, ``"rgb_array"`` or None.
@@ -50,7 +50,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
     """
 
     metadata = {  # noqa: RUF012 - Gymnasium reads it from the class
-        "autoreset_mode": AutoresetMode.SAME_STEP,
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
         "render_modes": list(VECTOR_RENDER_MODES),
         "render_fps": FRAMES_PER_SECOND,
     }
@@ -64,7 +64,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         max_episode_steps: int | None = None,
         meta: MetaSpec = "none",
         threads: int = 1,
-        autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         flat: bool = False,
         copy: bool = True,
         render_mode: str | None = None,
@@ -97,6 +97,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._is_seeded = False
         self.have_ended = np.zeros(num_envs, bool)
+        self._has_ended = False  # whether any of them is True, as most steps ask only that
         self._screen = self.turns.world.screen(render_mode)
 
     @property
@@ -111,9 +112,9 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
             seed: 0 to 2**63 - 1; one for all environments, whose indices make their episodes differ, or a list with
                 one, or None, for each.
             options: ``{"reset_mask": mask}``, [N] bool, begins an episode in those environments only;
-                ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
+                ``{"complexity": True}`` puts the complexity report into the infos; of other keys it warns.
         """
-        options, seeds = checked_options(options), self._seeds(seed)
+        options, seeds = checked_options(options, "complexity", "reset_mask"), self._seeds(seed)
         where = self._reset_mask(options)
         if where.all():
             self.turns.reset(seeds)
@@ -124,6 +125,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
             some = [one for one, is_one in zip(seeds, where, strict=True) if is_one] if is_list(seeds) else seeds
             self.turns.reset(some, np.flatnonzero(where))
         self.have_ended &= ~where
+        self._has_ended = bool(self.have_ended.any())
         super().reset(seed=int(seed) if isinstance(seed, (int, np.integer)) else None)
         take_turn(self.meta, self.turns)
         observations, infos = self._arrays.at_reset(where)
@@ -136,21 +138,23 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
 
     def step(self, actions: NDArray[np.integer]):
         """Act once in every environment."""
-        have_ended = not self._is_same_step and self.have_ended.any()
-        if have_ended and self.autoreset_mode == AutoresetMode.DISABLED:
+        had_ended = self._has_ended
+        if had_ended and self.autoreset_mode == AutoresetMode.DISABLED:
             ended = ", ".join(map(str, np.flatnonzero(self.have_ended)))
             raise InputError(f"the episodes of environments {ended} have ended: reset them first, by their reset_mask")
         step = self.turns.step(actions)
-        if have_ended:
+        if had_ended:
             self.turns.reset_ended(np.flatnonzero(self.have_ended))
         show_step(self.meta, step, self.turns)
         take_turn(self.meta, self.turns)
         results = self._arrays.at_step(step, begins_anew=self._is_same_step)
-        if not self._is_same_step:
+        if self._is_same_step:
+            if self.turns.n_ended:
+                results[4].update(self._arrays.final(step))
+        elif had_ended or self.turns.n_ended:
             self.have_ended = results[2] | results[3]
+            self._has_ended = bool(self.have_ended.any())
             self._show_last_goals(results[0])
-        elif self.turns.n_ended:
-            results[4].update(self._arrays.final(step))
         return results
 
     def render(self) -> tuple[Any, ...] | None:
@@ -163,7 +167,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
 
     def _show_last_goals(self, observations: Any) -> None:
         """Show the goal pursued last where an episode has ended and none has begun yet."""
-        if (step := self.turns.last_step) is not None and self.have_ended.any():
+        if (step := self.turns.last_step) is not None and self._has_ended:
             self._arrays.observations.write_goals(observations, step.goals, np.flatnonzero(self.have_ended))
 
     def _seeds(self, seed: Seeds) -> Seeds:

@@ -21,7 +21,7 @@ class Corridor(BaseWorld):
     goals = GoalSet.one_hot(("stone", "lamp", "end"), "end")
     n_actions = 2
     features = {  # noqa: RUF012 - as the protocol has it
-        "cell": Feature(lambda _: (6,), lambda o: o.entries["cell"][:, None]),
+        "cell": Feature((6,), lambda o: o.entries["cell"][:, None]),
         "goal-status": goal_status(3),
     }
     observation_spaces = {"cell": spaces.Discrete(6)}  # noqa: RUF012 - as the protocol has it

@@ -35,13 +35,13 @@ def _names(path: Path) -> set[str]:
 
 
 def _table(path: Path) -> list[dict[str, str]]:
-    with path.open(newline="") as file:
+    with path.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     return [{name: text for name, text in row.items() if name not in CLOCKS} for row in rows]
 
 
 def _json(path: Path) -> dict[str, Any]:
-    table = json.loads(path.read_text())
+    table = json.loads(path.read_text(encoding="utf-8"))
     return {name: value for name, value in table.items() if name not in CLOCKS and not name.startswith("seconds_to_")}
 
 

@@ -39,7 +39,7 @@ def record(ledger, actions, outcomes, *, return_ends_with_option, subgoal_horizo
     """Take the controller's turn by the kernel; return the records of the step and how many episodes ended."""
     steps = np.empty(len(outcomes), STEP)
     rules = return_ends_with_option, subgoal_horizon, n_actions, OWN_REWARD, 0.0, autoreset, EXIT_GOAL
-    return steps, compiled_record(outcomes.dtype)(outcomes, actions, ledger.records, steps, *rules)
+    return steps, compiled_record(outcomes.dtype)(outcomes, actions, ledger.written, steps, *rules)
 
 
 def fields(step):

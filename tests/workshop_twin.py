@@ -12,7 +12,11 @@ CRAFT = Rules(
         "stone": {"needs": "pick", "gives": "stone"},
         "gem": {"needs": "pick", "gives": "gem"},
         "stick": {"uses": "wood", "gives": {"stick": 2, "dust": 1}},
-        "pick": [{"uses": {"stick": 1, "stone": 1}, "gives": "pick"}, {"uses": {"stick": 2}, "gives": "pick"}],
+        "pick": [
+            {"uses": {"stick": 1, "stone": 1}, "gives": "pick"},
+            {"uses": {"stick": 2}, "gives": "pick"},
+            {"needs": {"stick": 2}, "gives": "crown"},
+        ],
         "crown": {"needs": {"gem": 1}, "uses": {"stick": 1}, "gives": "crown"},
         "ring": {"needs": {"gem": 2}, "uses": {"gem": 1}, "gives": {"crown": 1, "wood": 1}},
     },
@@ -20,7 +24,8 @@ CRAFT = Rules(
     capacity={"wood": 3, "stick": 3, "gem": 2},
     start={"wood": 1},
 )
-"""Sources, alternatives, two rules that ask for the same, one that needs and uses a thing, two that give the target."""
+"""Sources; alternatives, of which the last asks for the same as another, so that it never applies; two rules that ask
+for the same, one that needs and uses a thing, two that give the target."""
 MELT = Rules(
     {
         "melt": {"uses": "ice", "gives": "water"},
@@ -34,6 +39,22 @@ MELT = Rules(
 """Requirements in a circle, and dead ends: none here, as nothing is lost."""
 
 
+def random_rules(rng):
+    """Rules of five facts, the last of which gives everything."""
+
+    def counts(share):
+        return {fact: int(rng.integers(1, 3)) for fact in "abcde" if rng.random() < share}
+
+    def way():
+        entries = {"needs": counts(0.2), "uses": counts(0.25), "gives": counts(0.35)}
+        return {entry: facts for entry, facts in entries.items() if facts}
+
+    rules = {f"rule {n}": [way() for _ in range(rng.integers(1, 3))] for n in range(rng.integers(2, 6))}
+    rules["last"] = {"gives": [*"abcde"]}
+    capacity = {fact: int(rng.integers(1, 4)) for fact in "abcde"}
+    return Rules(rules, "e", capacity, {fact: int(rng.integers(0, min(2, capacity[fact]) + 1)) for fact in "abcd"})
+
+
 class Twin:
     """One workshop: names of things instead of arrays of numbers."""
 
@@ -42,7 +63,9 @@ class Twin:
         self.seed, self.index, self.episode = seed, index, -1
         ways = [(goal, dict(ask_of(way)), way) for goal, ways in rules.rules.items() for way in ways]
         self.ways, self.sources = [], {}
-        for goal, ask, way in ways:
+        for number, (goal, ask, way) in enumerate(ways):
+            if any((name, other) == (goal, ask) for name, other, _ in ways[:number]):
+                continue
             if not ask or any(other == ask and name != goal for name, other, _ in ways):
                 self.sources[goal] = f"source of {goal}"
                 ask = ask | {self.sources[goal]: 1}

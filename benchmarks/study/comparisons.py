@@ -25,7 +25,7 @@ from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measu
 from benchmarks.study.trained import Milestone, milestone_of
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
-from hierroom.support.files import read_toml
+from hierroom.support.reading import read_toml
 from hierroom.support.tables import markdown_table
 
 

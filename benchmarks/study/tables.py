@@ -66,7 +66,7 @@ def read_rows(path: Path) -> list[Row]:
         InputError: if it cannot be read, or a row has another number of columns than its headings.
     """
     try:
-        lines = dropwhile(lambda line: line.startswith("#"), path.read_text().splitlines())
+        lines = dropwhile(lambda line: line.startswith("#"), path.read_text(encoding="utf-8-sig").splitlines())
         rows: list[Row] = [*csv.DictReader(lines, strict=True)]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"cannot read the table {path}: {error}") from error

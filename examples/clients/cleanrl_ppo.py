@@ -12,7 +12,7 @@ import hierroom  # noqa: F401 - registers the ids
 torch.set_num_threads(1)  # so small a network gains nothing by more
 torch.manual_seed(0)
 N, T, GAMMA, LAMBDA, CLIP = 16, 64, 0.95, 0.95, 0.2
-SETTINGS = {"size": 11, "max_steps": 100, "meta": "fixed-dfs", "reward": "intrinsic"}
+SETTINGS = {"size": 11, "max_steps": 100, "meta": "fixed-dfs", "reward": "intrinsic", "autoreset_mode": "SameStep"}
 envs = RecordEpisodeStatistics(gymnasium.make_vec("hierroom/EscapeRoom-a-v0", N, flat=True, **SETTINGS))
 n_inputs, n_actions = envs.single_observation_space.shape[0], int(envs.single_action_space.n)
 actor = nn.Sequential(nn.Linear(n_inputs, 64), nn.Tanh(), nn.Linear(64, n_actions))

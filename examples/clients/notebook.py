@@ -13,4 +13,4 @@ for what in (graph, hierroom.complexity.analyze(graph)):
     shown, _ = formatter.format(what)
     print(f"{type(what).__name__}: {', '.join(sorted(shown))}")
     if "image/svg+xml" in shown:
-        Path("graph.svg").write_text(shown["image/svg+xml"])
+        Path("graph.svg").write_text(shown["image/svg+xml"], encoding="utf-8")

@@ -30,19 +30,15 @@ def offered(world: WorldSpec) -> dict[str, Feature]:
     n, ids = len(world.goals), np.arange(len(world.goals))
 
     def goal(vectors: NDArray | None) -> Feature:
-        return Feature(
-            lambda _: (n + 1,), lambda o: (o.goals % (n + 1))[:, None], vectors, is_of_goal=True, is_of_world=False
-        )
+        return Feature((n + 1,), lambda o: (o.goals % (n + 1))[:, None], vectors, is_of_goal=True, is_of_world=False)
 
     return {
         "goal": goal(world.goals.vectors),
         **world.features,
         "symbol": goal(None),
-        "previous-action": Feature(
-            lambda n_actions: (n_actions + 1,), lambda o: o.previous_actions[:, None], is_of_world=False
-        ),
+        "previous-action": Feature((world.n_actions + 1,), lambda o: o.previous_actions[:, None], is_of_world=False),
         "goal-outcome": Feature(
-            lambda _: (N_OUTCOMES,) * n,
+            (N_OUTCOMES,) * n,
             lambda o: np.where(o.goals[:, None] == ids, o.outcomes[:, None], NO_OUTCOME),
             is_by_goal=True,
         ),
@@ -88,7 +84,7 @@ class Features:
     @property
     def cardinalities(self) -> tuple[int, ...]:
         """Return the number of values of each of the K numbers."""
-        return tuple(c for feature in self._chosen for c in feature.cardinalities(self.world.n_actions))
+        return tuple(c for feature in self._chosen for c in feature.cardinalities)
 
     @property
     def arrays(self) -> tuple[tuple[int, ByteArray], ...]:
@@ -97,14 +93,13 @@ class Features:
         for feature in self._chosen:
             if feature.array is not None:
                 arrays.append((start, feature.array))
-            start += len(feature.cardinalities(self.world.n_actions))
+            start += len(feature.cardinalities)
         return tuple(arrays)
 
     @property
     def vectors(self) -> list[NDArray | None] | None:
         """For each of the K numbers the fixed numbers that stand for its values, if any; None where none has any."""
-        n_actions = self.world.n_actions
-        vectors = [feature.vectors for feature in self._chosen for _ in feature.cardinalities(n_actions)]
+        vectors = [feature.vectors for feature in self._chosen for _ in feature.cardinalities]
         return None if all(of_number is None for of_number in vectors) else vectors
 
     @property

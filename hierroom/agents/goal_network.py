@@ -43,9 +43,9 @@ class GoalNetwork(nn.Module):
         self.colour_encoder = FeatureEncoder([c for pair in zip(*of_colour, strict=True) for c in pair], hidden_size)
         self.exit_encoder = FeatureEncoder([row[-1] for row in by_feature], hidden_size)
         self.core = ResetLSTM(2 * hidden_size, hidden_size)
-        self.colour_head = nn.Linear(2 * hidden_size, n_kinds)
-        self.exit_head = nn.Linear(hidden_size, 2)
-        self.value_head = nn.Linear(hidden_size, 1)
+        self.colour_head = nn.Linear(2 * hidden_size, n_kinds, dtype=torch.float32)
+        self.exit_head = nn.Linear(hidden_size, 2, dtype=torch.float32)
+        self.value_head = nn.Linear(hidden_size, 1, dtype=torch.float32)
         for head, gain in ((self.colour_head, 0.01), (self.exit_head, 0.01), (self.value_head, 1.0)):
             nn.init.orthogonal_(head.weight, gain)  # as in `RecurrentActorCritic`
             nn.init.zeros_(head.bias)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
+from threading import Lock
 from typing import cast
 
 import torch
@@ -12,7 +13,7 @@ from torch import Tensor, nn
 
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
 from hierroom.learners.networks.array_network import ArrayActorCritic
-from hierroom.support.errors import InputError, in_one_line, own_code, shown
+from hierroom.support.errors import InputError, own_code, shown
 from hierroom.support.plugins import load_plugin
 
 ENTRY_POINT_GROUP = "hierroom.networks"
@@ -20,6 +21,7 @@ Vectors = Sequence[NDArray | None] | None
 _N_TURNS = 3
 _TOLERANCE = 1e-3
 """By how much the outputs of `PolicyNetwork.step` and of `PolicyNetwork.sequence` may differ, absolute and relative."""
+_one_tries = Lock()
 
 
 def recurrent(space: AgentSpace, hidden_size: int, vectors: Vectors) -> nn.Module:
@@ -45,10 +47,8 @@ def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vector
     if spec in NETWORKS:
         return NETWORKS[spec](space, hidden_size, vectors)
     make = load_plugin(spec, "network", NETWORKS, ENTRY_POINT_GROUP)
-    try:
+    with own_code(f"the network {spec!r}", "cannot be made"):
         network = make(space, hidden_size)
-    except (Exception, SystemExit) as error:  # whatever a user's own code may raise
-        raise InputError(f"the network {spec!r} cannot be made: {in_one_line(error)}") from error
     if not isinstance(network, nn.Module) or not isinstance(network, PolicyNetwork):
         raise InputError(f"the network {spec!r} must be a torch.nn.Module with initial_state, step and sequence")
     try_network(f"the network {spec!r}", network, space)
@@ -59,12 +59,13 @@ def try_network(name: str, network: nn.Module, space: AgentSpace) -> None:
     """Let two environments, and one alone, take three turns, and refuse what the learner could not train.
 
     Afterwards the network's weights, buffers and modes, and torch's random numbers, are as before; gradients are None.
+    A network may draw as it computes, by dropout, from torch's global generator: one is tried at a time.
     """
     if not any(parameter.requires_grad for parameter in network.parameters()):
         raise InputError(f"{name} has no weights to learn: no parameter requires a gradient")
     policy = cast(PolicyNetwork, network)
     modes = {module: module.training for module in network.modules()}
-    with own_code(f"{name}, in its first turns,"), torch.random.fork_rng([]):
+    with own_code(f"{name}, in its first turns,"), _one_tries, torch.random.fork_rng([]):
         before = deepcopy(network.state_dict())
         buffers = {path: (buffer, buffer.clone()) for path, buffer in network.named_buffers()}  # in no state, some
         for n_envs in (2, 1):

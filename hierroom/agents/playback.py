@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hierroom.agents.episode import Episode
 from hierroom.support.animation import FORMATS, animate, require_format
 from hierroom.support.errors import InputError
-from hierroom.support.files import to_json, write_atomically
+from hierroom.support.files import to_json, usable_path, write_atomically
 
 FILE_FORMATS = (*FORMATS, ".txt", ".json")
 CARD_FRAMES = 10
@@ -91,7 +91,7 @@ def require_file(path: Path) -> None:
     """Check that `save_episodes` can write a file, before anything is played."""
     if path.suffix.lower() not in FILE_FORMATS:
         raise InputError(f"episodes are written as {', '.join(FILE_FORMATS)}, not as {path.name or path}")
-    if not path.parent.is_dir():
+    if not usable_path(path).parent.is_dir():
         raise InputError(f"cannot write {path}: there is no folder {path.parent}")
     require_format(path)
 
@@ -107,9 +107,9 @@ def save_episodes(episodes: Sequence[Episode], path: Path) -> None:
         animate(film(episodes, most=MOST_IN_GIF if kind == ".gif" else None), path)
     elif kind == ".txt":
         words = "\n\n\n".join(description(episode) for episode in episodes)
-        write_atomically(path, (without_colours(words) + "\n").encode())
+        write_atomically(path, without_colours(words) + "\n")
     else:
-        write_atomically(path, (to_json([episode.to_dict() for episode in episodes]) + "\n").encode())
+        write_atomically(path, to_json([episode.to_dict() for episode in episodes]) + "\n")
 
 
 def film(

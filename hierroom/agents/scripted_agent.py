@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hierroom.controller import Observation
 from hierroom.meta import META_CONTROLLERS, LevelMeta, MetaController, checked_meta, choose_goals, running, show_step
-from hierroom.support.errors import InputError, in_one_line
+from hierroom.support.errors import own_code
 from hierroom.turns.records import Step
 from hierroom.turns.situation import Situation
 from hierroom.turns.turns import Turns
@@ -35,7 +35,7 @@ class ScriptedAgent:
         """Let it watch a primitive step, and in training learn from the options that it ended."""
         show_step(self.meta, step, turns)
         if self._learn is not None:
-            with running(self.meta), step.read_only():
+            with running(self.meta):
                 self._learn(step)
 
     def update(self, observation: Observation, progress: float) -> None:
@@ -53,13 +53,9 @@ class ScriptedAgent:
             with running(self.meta):
                 meta = self.meta.for_play(num_envs, seed=seed)
             return ScriptedAgent(checked_meta(meta, f"what for_play of {type(self.meta).__name__} returned"))
-        try:
+        needs = "cannot be copied to play elsewhere, and has no method for_play(num_envs, *, seed)"
+        with own_code(f"the meta-controller {type(self.meta).__name__}", needs):
             return ScriptedAgent(deepcopy(self.meta))
-        except Exception as error:  # whatever a user's own code may hold
-            raise InputError(
-                f"the meta-controller {type(self.meta).__name__} cannot be copied to play elsewhere "
-                f"({in_one_line(error)}); give it a method for_play(num_envs, *, seed)"
-            ) from error
 
     def state_dict(self) -> dict[str, Any]:
         """Return what the meta-controller saves of itself, nothing where it saves nothing."""
@@ -70,11 +66,8 @@ class ScriptedAgent:
         """Go back to what `state_dict` gave."""
         if not hasattr(self.meta, "load_state_dict"):
             return
-        try:
+        with own_code(f"the meta-controller {type(self.meta).__name__}", "cannot load its state"):
             self.meta.load_state_dict(state)
-        except Exception as error:  # whatever a user's own code may raise
-            name = type(self.meta).__name__
-            raise InputError(f"the meta-controller {name} cannot load its state: {in_one_line(error)}") from error
 
 
 def unsaved_memory(meta: MetaController) -> str | None:

@@ -13,12 +13,11 @@ import tyro
 from hierroom.lab.compare.curve import METRICS, MetricName
 from hierroom.support.cli import Flag, progress_bar, read_arguments
 from hierroom.support.errors import InputError, require_number
-from hierroom.support.files import to_json, write_atomically
+from hierroom.support.files import to_json, usable_path, write_atomically
 from hierroom.support.tables import csv_text, print_table
 
 if TYPE_CHECKING:
     from hierroom.lab.compare.comparison import Comparison
-    from hierroom.lab.compare.evaluated_run import EvaluatedRun
 
 REPORT = "comparison.json"  # marks the folder of an earlier comparison
 
@@ -35,7 +34,8 @@ class CompareArguments:
             or variant, the name that a sweep's plan gave. By default those that differ between the runs, variant and
             method first; not seed, graph, steps, threads, device or evaluations.
         metric: what to compare, over the steps trained.
-        out: the folder to write to: new, empty, or of an earlier comparison, which is replaced.
+        out: the folder to write to: new, empty, or of an earlier comparison, which is replaced; by default a new one,
+            compare, compare-2, ...
         resamples: resamples of the bootstrap.
         seed: fixes the resamples.
         json: print comparison.json instead of tables.
@@ -46,7 +46,7 @@ class CompareArguments:
     ]
     by: str | None = None
     metric: MetricName = "success_rate"
-    out: Path = Path("compare")
+    out: Path | None = None
     resamples: int = 2000
     seed: int = 0
     json: Flag = False
@@ -60,10 +60,14 @@ def main(argv: Sequence[str]) -> int:
     require_number("resamples", arguments.resamples, 100, 10**6, is_whole=True)
     require_number("seed", arguments.seed, 0, 2**63 - 1, is_whole=True)
     out = arguments.out
-    if out.exists() and not (out.is_dir() and ((out / REPORT).is_file() or not any(out.iterdir()))):
+    if out is not None and usable_path(out).exists() and not _may_be_replaced(out):
         raise InputError(f"{out} is neither an empty folder nor that of an earlier comparison; choose another --out")
     comparison, notes = _compared(arguments)
     report = _report(comparison, notes, arguments)
+    if out is None:
+        from hierroom.runs.folder.run_folder import claim_folder  # it brings torch along
+
+        out = claim_folder(Path("compare"))
     written = _write(comparison, report, out)
     if arguments.json:
         print(to_json(report))
@@ -72,11 +76,15 @@ def main(argv: Sequence[str]) -> int:
     return 0
 
 
+def _may_be_replaced(out: Path) -> bool:
+    return out.is_dir() and ((out / REPORT).is_file() or not any(out.iterdir()))
+
+
 def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
     # These bring torch, scipy and matplotlib along, and --help needs none of them.
     from hierroom.lab.compare.caveats import caveats
     from hierroom.lab.compare.comparison import compare
-    from hierroom.lab.compare.evaluated_run import find_runs, read_run, refuse_without_overlap
+    from hierroom.lab.compare.evaluated_run import find_runs, read_each, read_run, refuse_without_overlap
     from hierroom.lab.compare.grouping import choose_groups
     from hierroom.lab.compare.tasks import Tasks
 
@@ -84,13 +92,13 @@ def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
         paths, left_out = find_runs(arguments.runs)
         if not paths:
             raise InputError(f"no run in {', '.join(map(str, arguments.runs))} has evaluations")
-        runs: list[EvaluatedRun] = list(bar.track(map(read_run, paths), len(paths), description="reading"))
+        runs, unread = read_each(bar.track(paths, description="reading"), read_run)
         refuse_without_overlap(runs)
         groups = choose_groups(runs, arguments.by)
         tasks = Tasks.common(groups)
         track = partial(bar.track, description="estimating")
         comparison = compare(groups, tasks, arguments.metric, arguments.resamples, arguments.seed, track)
-    notes = [f"left out, as it has no evaluations: {path}" for path in left_out]
+    notes = [*unread, *(f"left out, as it has no evaluations: {path}" for path in left_out)]
     if arguments.by is None:
         notes.append(f"compared by {', '.join(comparison.by)}, as no --by was given")
     return comparison, notes + caveats(comparison)
@@ -132,7 +140,7 @@ def _write(comparison: Comparison, report: dict[str, Any], out: Path) -> list[Pa
         out / "improvement.csv": csv_text(report["improvement"], columns),
     }
     for path, text in files.items():
-        write_atomically(path, text.encode())
+        write_atomically(path, text)
     return [*files, *draw_comparison(comparison, out)]
 
 

@@ -18,6 +18,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 from hierroom.support.cli import read_arguments
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
+from hierroom.support.reading import read_json
 
 PACKAGE = Path(__file__).parents[1]
 STAMP = "hierroom-compiled.json"
@@ -49,7 +50,7 @@ def main(argv: Sequence[str]) -> int:
     if not _is_complete(stamp):
         n_compiled = compile_all(Console(stderr=True))
         files = [str(path) for path in sorted(stamp.parent.rglob("*.nb[ci]"))]
-        write_atomically(stamp, json.dumps({"made_of": _made_of(), "files": files}).encode())
+        write_atomically(stamp, json.dumps({"made_of": _made_of(), "files": files}))
     seconds = f"{time.perf_counter() - started:.1f} s"
     done = f"{n_compiled} kernels compiled in {seconds}"
     print(done if n_compiled else f"all kernels are compiled already ({seconds})")
@@ -160,7 +161,7 @@ def _plays() -> Iterator[Callable[[], object]]:
     yield partial(step, EscapeRoom(**shop, meta="fixed-dfs"), None)
     yield partial(step, EscapeRooms(4, **shop, meta="oracle", flat=True), 4)
     yield partial(step, EscapeRoom(**small, meta="random"), None)
-    yield partial(step, EscapeRooms(4, **small), 4)
+    yield partial(step, EscapeRooms(4, **small, autoreset_mode="SameStep"), 4)
     yield partial(step, EscapeRooms(4, **small, flat=True), 4)
     yield partial(step, EscapeRooms(4, **small, autoreset_mode="NextStep", copy=False), 4)
 
@@ -168,10 +169,10 @@ def _plays() -> Iterator[Callable[[], object]]:
 def _is_complete(stamp: Path) -> bool:
     """Return whether the command has compiled all of this source, and every file that it left is still there."""
     try:
-        written = json.loads(stamp.read_text())
+        written = read_json(stamp)
         files = [Path(file) for file in written["files"]]
         return written["made_of"] == _made_of() and bool(files) and all(file.exists() for file in files)
-    except (OSError, ValueError, TypeError, KeyError):
+    except (InputError, TypeError, KeyError):
         return False
 
 

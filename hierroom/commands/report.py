@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import count, zip_longest
+from itertools import chain, count, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,7 +14,7 @@ import tyro
 
 from hierroom.support.cli import Flag, progress_bar, read_arguments
 from hierroom.support.errors import InputError, require_number
-from hierroom.support.files import write_atomically
+from hierroom.support.files import usable_path, write_atomically
 
 if TYPE_CHECKING:
     from hierroom.lab.report.curves import Curves
@@ -29,7 +30,7 @@ class ReportArguments:
 
     Args:
         runs: folders of runs, or folders that contain them, such as that of a sweep.
-        out: the file to write or replace.
+        out: the file to write or replace; by default a new one, report.html, report-2.html, ...
         by: entries of the config that make a group: meta, or method,gamma; the default is that of compare.
         replays: how many runs' trained agents play, the first of each group and graph; 0: none.
         episodes: episodes of each that the page replays; an escape and a failure come first, where there are.
@@ -42,7 +43,7 @@ class ReportArguments:
     runs: Annotated[
         tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUNS", help_behavior_hint="(required)")
     ]
-    out: Path = Path("report.html")
+    out: Path | None = None
     by: str | None = None
     replays: int = 8
     episodes: int = 3
@@ -60,16 +61,23 @@ def main(argv: Sequence[str]) -> int:
     bounds = {"replays": (0, 1000), "episodes": (1, 20), "played": (1, 10**6), "seed": (0, 2**63 - 1)}
     for name, (least, most) in bounds.items():
         require_number(name, getattr(arguments, name), least, most, is_whole=True)
-    if arguments.out.suffix.lower() not in (".html", ".htm"):
-        raise InputError(f"a report is an .html file, not {arguments.out}")
-    if not arguments.out.parent.is_dir():
-        raise InputError(f"cannot write {arguments.out}: there is no folder {arguments.out.parent}")
+    out = usable_path(arguments.out) if arguments.out else _fresh(Path("report.html"))
+    if out.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"a report is an .html file, not {out}")
+    if not out.parent.is_dir():
+        raise InputError(f"cannot write {out}: there is no folder {out.parent}")
     page, notes = _page(arguments)
-    write_atomically(arguments.out, page)
+    write_atomically(out, page)
     for note in notes:
         print(f"- {note}")
-    print(f"{arguments.out} ({len(page) / 1e6:.1f} MB); open it in a browser")
+    print(f"{out} ({len(page) / 1e6:.1f} MB); open it in a browser")
     return 0
+
+
+def _fresh(path: Path) -> Path:
+    """Return the first of the files path, path-2, path-3, ... that does not exist."""
+    several = (path.with_stem(f"{path.stem}-{number}") for number in count(2))
+    return next(one for one in chain([path], several) if not os.path.lexists(one))
 
 
 def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:

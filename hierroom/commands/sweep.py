@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
@@ -16,9 +15,12 @@ from hierroom.lab.sweep.summary import summarise
 from hierroom.lab.sweep.sweep import Shard, Sweep
 from hierroom.runs.config.unread_entries import entries_without_effect
 from hierroom.runs.logs.output import warn
-from hierroom.support.cli import Flag, given, read_arguments
+from hierroom.support.cli import Flag, given, read_arguments, shell_words
 from hierroom.support.errors import InputError
 from hierroom.support.tables import print_table
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _ENTRY = re.compile(r"[A-Za-z_][\w.-]*=")
 _FLAGS = ("--list", "--markdown", "--help", "-h")  # options without a word
@@ -38,7 +40,8 @@ class SweepArguments:
         out: the folder to write to, or to go on with.
         graphs: goal graphs or sets of them, such as a b rooms:4; each graph gets runs.
         seeds: seeds 0, 1, ... of each run.
-        episodes: of the evaluation at the end of each run.
+        episodes: of the evaluations at the end of each run; by default 1000, or as many as take a quarter of the steps
+            of training together, but no fewer than 100.
         metas: other meta-controllers to evaluate the trained controllers with, where these see goals.
         processes: runs at a time; by default one for each core.
         shard: a part of the runs, such as 3/8 for the third of eight machines that share OUT or nothing.
@@ -74,7 +77,7 @@ class SweepArguments:
         words = [Path(word).name if Path(word).is_absolute() else word for word in self.what]
         for name, value in self._settings.items():
             words += [f"--{name}", *map(str, value if isinstance(value, tuple) else (value,))]
-        return shlex.join(["python", "-m", "hierroom", "sweep", *words])
+        return shell_words("python", "-m", "hierroom", "sweep", *words)
 
 
 def main(argv: Sequence[str]) -> int:
@@ -110,14 +113,32 @@ def main(argv: Sequence[str]) -> int:
     if replaced := [run.name for run in outcome.replaced]:
         both = "give both values of an entry at once to keep a row of each"
         warn(f"the row of {_first_of(replaced)} stands in the place of one of another config; {both}")
+    if sweep.plan.episodes is None and (note := _on_few_episodes(rows)):
+        warn(note)
     if changed := sweep.made_with_other_code():
         again = f"to train again, delete the rows from {table}, and the folders in {sweep.out / 'runs'}"
         warn(f"own code has changed since {_first_of(changed)} was trained; {again}")
     if outcome.is_interrupted:
-        print(f"stopped and saved; go on with:\n{shlex.join(['python', '-m', 'hierroom', 'sweep', *argv])}")
+        print(f"stopped and saved; go on with:\n{shell_words('python', '-m', 'hierroom', 'sweep', *argv)}")
         return 130
     print(f"{len(rows)} of {len(runs)} runs are in {table}")
     return 1 if outcome.failures else 0
+
+
+def _on_few_episodes(rows: pd.DataFrame) -> str:
+    """Return a note on evaluations that were cut short; empty if none was."""
+    import pandas as pd
+
+    from hierroom.lab.sweep.job import MOST_EPISODES
+
+    played = rows.filter(regex="evaluated_episodes$").apply(pd.to_numeric, errors="coerce")
+    short = played[(played < MOST_EPISODES).any(axis=1)]
+    if not len(short):
+        return ""
+    runs, fewest = f"{len(short)} of {len(rows)} runs", short.min(axis=None)
+    why = f"{MOST_EPISODES} would take more than a quarter of the steps of training"
+    more = "--episodes, given beforehand, or evaluate RUN plays more"
+    return f"the evaluations at the end of {runs} have {fewest:.0f} episodes or more, as {why}; {more}"
 
 
 def _first_of(names: Sequence[str]) -> str:

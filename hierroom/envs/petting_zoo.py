@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.envs.single_env import SingleEnv
@@ -31,20 +30,15 @@ class TwoAgentEnv:
         self.possible_agents = list(AGENTS)
         self.observation_spaces = self.single.observation_spaces
         self.action_spaces = self.single.action_spaces
+        # Methods of dicts: PettingZoo's wrapper asks for a space at each step. The same object at every call.
+        self.observation_space = self.observation_spaces.__getitem__
+        self.action_space = self.action_spaces.__getitem__
         self.state_space = self.single.turns.world.global_state_space
 
     @property
     def complexity(self) -> Any:
         """Return the `ComplexityReport` of its goal graph or rules; of several goal graphs, of the hardest."""
         return self.single.complexity
-
-    def observation_space(self, agent: str) -> spaces.Space:
-        """Return the observation space of an agent: the same object at every call."""
-        return self.observation_spaces[agent]
-
-    def action_space(self, agent: str) -> spaces.Space:
-        """Return the action space of an agent: the same object at every call."""
-        return self.action_spaces[agent]
 
     def state(self) -> NDArray[np.uint8]:
         """Return the whole grid [size, size, 4], as the world's `global_state` lays it out."""

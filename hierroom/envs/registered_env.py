@@ -10,15 +10,20 @@ import gymnasium
 from gymnasium.envs.registration import EnvSpec
 
 from hierroom.goals import graph_specs
-from hierroom.support.errors import InputError, shown
+from hierroom.support.errors import InputError, shown, warn_once
 from hierroom.worlds.env_config import EnvConfig
 
 
-def checked_options(options: Any) -> dict[str, Any]:
-    """Return the options of a reset, none as an empty dict."""
-    if options is not None and not isinstance(options, Mapping):
+def checked_options(options: Any, *known: str) -> dict[str, Any]:
+    """Return the options of a reset, none as an empty dict; warn once of what is not among those that are known."""
+    if options is None:
+        return {}
+    if not isinstance(options, Mapping):
         raise InputError(f"options of a reset are a dict or None, not {shown(options)}")
-    return dict(options or {})
+    if ignored := [shown(name) for name in options if name not in known]:
+        made = "graph and the like are given when the environment is made"
+        warn_once(f"a reset takes the options {' and '.join(known)}; it ignores {', '.join(ignored)} ({made})")
+    return dict(options)
 
 
 class RegisteredEnv:

@@ -20,7 +20,7 @@ from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig, fresh_seed
 from hierroom.worlds.world import whole_numbers
 
-_ONLY = np.zeros(1, np.int64)
+_ONLY, _TRUE = np.zeros(1, np.int64), np.ones(1, bool)
 _OUTCOMES = tuple(np.int64(outcome) for outcome in range(N_OUTCOMES))
 _AT_RESET = (NO_GOAL, 0, 0, -1, 0.0, 0.0, False, False, False, NO_GOAL, False)
 _reported = itemgetter(
@@ -55,7 +55,7 @@ class SingleEnv:
         """Begin an episode, the first one of a seed or the next one, and return its first infos."""
         if seed is not None:
             Whole(0, 2**63 - 1).check(seed, "a seed")  # a batch of one would take a list of one
-        asks_complexity = checked_options(options).get("complexity")
+        asks_complexity = checked_options(options, "complexity").get("complexity")
         self.turns.reset(fresh_seed() if seed is None and not self.has_begun else seed)
         self.has_begun = True
         self._show()
@@ -109,7 +109,7 @@ class SingleEnv:
             self.turns.choose_everywhere(self._action)
             self._show()
         elif self._action[0] not in self._waits:
-            self.turns.ledger.illegal_goals[0] += 1
+            self.turns.ledger.count_illegal_goals(_ONLY, _TRUE)
 
     def ask(self, meta: MetaController) -> None:
         """Let a meta-controller choose, if it is its turn."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.support.errors import InputError, shown
+from hierroom.support.read_only import freeze
 
 MAX_GOALS = 63
 """A signed 64-bit integer has a bit for each goal that a step achieved."""
@@ -40,6 +41,7 @@ class GoalSet:
     def __post_init__(self) -> None:
         if len(self.names) > MAX_GOALS:
             raise InputError(f"a world has at most {MAX_GOALS} goals, not {len(self.names)}")
+        freeze(self)  # all environments of the process share it
 
     @classmethod
     def one_hot(cls, names: Sequence[str], target: str) -> GoalSet:

@@ -17,7 +17,8 @@ from hierroom.goals.drawing import tree_svg
 from hierroom.goals.rules import Rules
 from hierroom.goals.tree import canonical_rooms, child_rooms, open_goals
 from hierroom.support.errors import InputError, require_number, shown
-from hierroom.support.files import read_toml, write_atomically
+from hierroom.support.files import write_atomically
+from hierroom.support.reading import as_utf8, read_toml
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -181,7 +182,7 @@ class GoalGraph:
         if self.label is not None:
             text = f"name = {json.dumps(self.label, ensure_ascii=False)}\n{text}"  # printable, so TOML reads it too
         if path is not None:
-            write_atomically(path, text.encode())
+            write_atomically(path, text)
         return text
 
     @classmethod
@@ -196,10 +197,11 @@ class GoalGraph:
             graph = cls.from_dict(table)
             if graph.label is not None:
                 return graph
+            named = as_utf8(path)
             try:
-                return cls(graph.key_rooms, graph.exit_room, path.stem)
+                return cls(graph.key_rooms, graph.exit_room, named.stem)
             except InputError:
-                return cls(graph.key_rooms, graph.exit_room, path.name)
+                return cls(graph.key_rooms, graph.exit_room, named.name)
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
 

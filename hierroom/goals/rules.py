@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.support.errors import InputError, require_number, shown
-from hierroom.support.files import read_toml, write_atomically
+from hierroom.support.files import write_atomically
+from hierroom.support.reading import read_toml
 
 Facts: TypeAlias = str | list[str] | tuple[str, ...] | Mapping[str, int]
 """A fact, a list of facts, or how many there are of each fact."""

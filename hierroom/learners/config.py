@@ -72,3 +72,7 @@ class PPOConfig:
             require_number(name, getattr(self, name), 0, 1)
         if not isinstance(self.normalize_advantages, bool):
             raise InputError(f"normalize_advantages must be True or False, not {self.normalize_advantages!r}")
+
+    def learning_rate_at(self, progress: float) -> float:
+        """Return Adam's step size when a fraction of training, from 0 to 1, is done."""
+        return self.learning_rate * (1 + progress * (self.final_learning_rate_fraction - 1))

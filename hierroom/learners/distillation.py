@@ -28,7 +28,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from hierroom.learners.health import check_health
-from hierroom.learners.networks.actor_critic import seeded_weights
+from hierroom.learners.networks.initial_weights import seeded_weights
 from hierroom.support.errors import InputError
 from hierroom.support.schema import RANDOM_STATE, Array, Exactly, Flag, Items, Table, Whole, like
 
@@ -177,10 +177,10 @@ class _Embedding(nn.Module):
 
     def __init__(self, n_rows: int, hidden_size: int, n_layers: int) -> None:
         super().__init__()
-        self.weight = nn.Parameter(torch.empty(n_rows, hidden_size))
-        self.bias = nn.Parameter(torch.zeros(hidden_size))
+        self.weight = nn.Parameter(torch.empty(n_rows, hidden_size, dtype=torch.float32))
+        self.bias = nn.Parameter(torch.zeros(hidden_size, dtype=torch.float32))
         nn.init.orthogonal_(self.weight, 2**0.5)
-        layers = [nn.Linear(hidden_size, hidden_size) for _ in range(n_layers)]
+        layers = [nn.Linear(hidden_size, hidden_size, dtype=torch.float32) for _ in range(n_layers)]
         self.layers = nn.ModuleList(layers)
         for layer in layers:
             nn.init.orthogonal_(layer.weight, 2**0.5)

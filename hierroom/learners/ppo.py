@@ -58,7 +58,8 @@ from hierroom.learners.fused.backend import FusedBackend
 from hierroom.learners.gae import generalized_advantages
 from hierroom.learners.health import check_batch, check_start, check_update
 from hierroom.learners.learner_state import check_learner_state, weights_schema
-from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic, seeded_weights
+from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
+from hierroom.learners.networks.initial_weights import seeded_weights
 from hierroom.learners.policy import Policy
 from hierroom.learners.rollout import Batch, Rollout
 from hierroom.learners.sampling import log_probabilities, sample_actions
@@ -212,7 +213,7 @@ class Learner:
             for _ in range(config.epochs)
             for part in np.array_split(self._shuffle_random.permutation(n_sequences), config.minibatches)
         ]
-        learning_rate = config.learning_rate * (1 + progress * (config.final_learning_rate_fraction - 1))
+        learning_rate = config.learning_rate_at(progress)
         means = self._backend.train(batch, advantages, importance_weights, minibatches, learning_rate)
         check_update(means, self.network.state_dict().items(), self._backend, batch, learning_rate)
         target_variance = np.var(advantages + batch.values)
@@ -243,7 +244,7 @@ class Learner:
 
     def policy(self, num_envs: int, *, seed: int) -> Policy:
         """Return a policy for evaluation that acts with the learner's current weights."""
-        return Policy(self._backend, self.space, num_envs, seed)
+        return Policy(self._backend.stepper(), self.space, num_envs, seed)
 
     def state_dict(self) -> dict:
         """Return the complete state as tensors and plain types, so that a resumed run equals an uninterrupted one."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext, suppress
+from copy import copy, deepcopy
 from typing import cast
 
 import numpy as np
@@ -13,6 +14,7 @@ from torch import Tensor, nn
 
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import PolicyNetwork
+from hierroom.learners.networks.initial_weights import plain_torch
 from hierroom.learners.rollout import Batch
 from hierroom.support.errors import own_code
 
@@ -50,11 +52,25 @@ class TorchBackend:
         """Compute a turn that is not learned from, with the network in its evaluation mode."""
         modes = [(module, module.training) for module in self._module.modules()]
         self._module.eval()
+        is_plain = not torch.is_autocast_enabled("cpu")
         try:
-            return self.step(features, states)
+            with nullcontext() if is_plain else plain_torch():
+                return self.step(features, states)
         finally:
             for module, is_training in modes:
                 module.training = is_training
+
+    def stepper(self) -> TorchBackend:
+        """Return what computes the turns of one policy: the current weights in a copy of the network.
+
+        What a network notes outside of its weights, and its modes, are so the policy's own, and several threads may act
+        with the same weights at the same time; not with a network that cannot be copied.
+        """
+        one, weights = copy(self), {id(weight): weight for weight in self._module.parameters()}
+        with suppress(Exception):  # whatever a user's own network may hold
+            one._module = deepcopy(self._module, weights)
+            one._network = cast(PolicyNetwork, one._module)
+        return one
 
     def train(
         self,

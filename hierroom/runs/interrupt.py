@@ -6,25 +6,26 @@ import signal
 import threading
 from types import FrameType
 
+_UNLESS_TAKEN = ("SIGHUP", "SIGUSR1", "SIGUSR2", "SIGXCPU")
+"""Signals of terminals and schedulers that are left to the caller who ignores them, as nohup does, or handles them."""
+
 
 class Interrupt:
     """A context in which a signal to stop only sets `is_requested`, so that training can stop in a consistent state.
 
-    The signals are Ctrl-C, SIGTERM and SIGHUP. A second Ctrl-C raises KeyboardInterrupt; the others do not, because
-    they may be sent more than once. Outside the main thread the context does nothing. ``hears_ctrl_c`` is False where
-    the parent process hears Ctrl-C and sends SIGTERM.
+    The signals are Ctrl-C, SIGTERM, and where nobody else handles them SIGHUP, SIGUSR1, SIGUSR2 and SIGXCPU. A second
+    Ctrl-C raises KeyboardInterrupt; the others do not, because they may be sent more than once. Outside the main thread
+    the context does nothing. ``hears_ctrl_c`` is False where the parent process hears Ctrl-C and sends SIGTERM.
     """
 
     def __init__(self, *, hears_ctrl_c: bool = True) -> None:
-        self.is_requested = False
+        self.is_requested = self._has_heard_ctrl_c = False
         self._hears_ctrl_c = hears_ctrl_c
 
     def __enter__(self) -> Interrupt:
-        numbers = [signal.SIGTERM]
-        if self._hears_ctrl_c:
-            numbers.append(signal.SIGINT)
-        if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
-            numbers.append(signal.SIGHUP)
+        numbers = [signal.SIGTERM, *([signal.SIGINT] if self._hears_ctrl_c else ())]
+        known = [getattr(signal, name) for name in _UNLESS_TAKEN if hasattr(signal, name)]
+        numbers += [number for number in known if signal.getsignal(number) == signal.SIG_DFL]
         is_main = threading.current_thread() is threading.main_thread()
         self._before = {number: signal.signal(number, self._note) for number in numbers if is_main}
         return self
@@ -34,6 +35,8 @@ class Interrupt:
             signal.signal(number, handler)
 
     def _note(self, number: int, frame: FrameType | None) -> None:
-        if self.is_requested and number == signal.SIGINT:
-            raise KeyboardInterrupt
+        if number == signal.SIGINT:
+            if self._has_heard_ctrl_c:
+                raise KeyboardInterrupt
+            self._has_heard_ctrl_c = True
         self.is_requested = True

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from typing import Any
 
 from rich.console import Console
@@ -20,6 +19,8 @@ from hierroom.runs.logs.plots import plot_learning_curve
 from hierroom.runs.rollout import rollout
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.runs.trainer import Trainer
+from hierroom.support.cli import shell_words
+from hierroom.support.files import delete
 from hierroom.support.tables import print_table
 from hierroom.turns.records import META
 
@@ -38,7 +39,7 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console) -> None
     if curve is not None:
         summary |= {"evaluated_success_rate": float(curve.success[-1]), "evaluated_length": float(curve.length[-1])}
     folder.save_summary(summary)
-    picture, quoted = folder.path / "learning_curve.png", shlex.quote(str(folder.path)) + trust_option(trainer.config)
+    picture, run = folder.path / "learning_curve.png", (folder.path, *trust_option(trainer.config))
     plot_learning_curve(folder, curve, picture)
     console.print(folder.path.name, soft_wrap=True, markup=False)
     print_table(_table(trainer.config, curve, summary), console)
@@ -48,13 +49,13 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console) -> None
     episode = telling_episode(agent, (trainer.config.seed + 1) % 2**63)
     name, other = ("escape", "failure") if episode.success else ("failure", "escape")
     save_episodes([episode], folder.path / f"{name}.gif")
-    (folder.path / f"{other}.gif").unlink(missing_ok=True)  # of a run that has gone on since
-    none, failures = ("", "") if episode.success else (f" (no escape in {N_PICTURED} episodes)", " --failures")
+    delete(folder.path / f"{other}.gif")  # of a run that has gone on since
+    none, failures = ("", ()) if episode.success else (f" (no escape in {N_PICTURED} episodes)", ("--failures",))
     for what, text in {
         "learning curve": picture,
         f"one {name}": f"{folder.path / f'{name}.gif'}{none}",
-        "watch it": f"python -m hierroom watch {quoted}{failures}",
-        "evaluate it": f"python -m hierroom evaluate {quoted}",
+        "watch it": shell_words("python", "-m", "hierroom", "watch", *run, *failures),
+        "evaluate it": shell_words("python", "-m", "hierroom", "evaluate", *run),
     }.items():
         console.print(f"{what:<15} {text}", soft_wrap=True, markup=False)
 
@@ -71,7 +72,7 @@ def _table(config: TrainConfig, curve: LearningCurve | None, summary: dict[str, 
         rows[f"success, evaluated over {config.evaluation_episodes} episodes"] = f"{curve.success[-1]:.1%}"
         rows["episode length, evaluated"] = f"{curve.length[-1]:.1f}"
     n_last = min(WINDOW, summary["episodes"])
-    rows[f"success, last {n_last} episodes of training"] = f"{summary['success_rate']:.1%}"
+    rows[f"success, last {n_last} episodes of training"] = f"{summary['training_success_rate']:.1%}"
     rows["steps"] = f"{summary['steps']:,}"
     for milestone in MILESTONES if curve is not None else ():
         steps = summary[f"steps_to_{milestone}"]

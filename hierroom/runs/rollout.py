@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from hierroom.agents.episode import Episode
-from hierroom.agents.player import Player, make_player
+from hierroom.agents.player import Pair, Player, make_player
 from hierroom.agents.recorder import record
 from hierroom.runs.trained_agent import TrainedAgent
-from hierroom.support.errors import InputError, require_number
+from hierroom.support.errors import InputError, own_code, require_number
+from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
 
@@ -57,8 +58,23 @@ def rollout(
     config = config or EnvConfig()
     whole = replace(config, curriculum_stages=1, levels=config.levels or "evaluation")
     turns = Turns(whole, num_envs, seed=seed, measure_shortest=True)
-    player = make_player(agent, seed) if isinstance(agent, str) else agent
+    player = make_player(agent, seed) if isinstance(agent, str) else agent if isinstance(agent, Pair) else _Given(agent)
     return record(turns, player, episodes, progress)
+
+
+class _Given:
+    """A user's own player: what it raises becomes one line."""
+
+    def __init__(self, player: Player) -> None:
+        self._player = player
+
+    def step(self, turns: Turns) -> Step:
+        name = f"the player {type(self._player).__name__}"
+        with own_code(name):
+            step = self._player.step(turns)
+        if isinstance(step, Step) and step is not turns.last_step:
+            raise InputError(f"{name} must return what its last call of turns.step gave, not another Step")
+        return step
 
 
 def _config_of(env: Any) -> EnvConfig:

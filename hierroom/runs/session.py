@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import json
-import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-import torch
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent, unsaved_memory
+from hierroom.learners.networks.initial_weights import one_torch_thread
 from hierroom.runs.assembly import evaluation_seed
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
@@ -20,6 +20,7 @@ from hierroom.runs.folder import checkpoint
 from hierroom.runs.folder.provenance import record_session
 from hierroom.runs.folder.run_folder import RunFolder, claim_folder
 from hierroom.runs.folder.trust import named_code, trust_option
+from hierroom.runs.folder.weights import digest
 from hierroom.runs.interrupt import Interrupt
 from hierroom.runs.logs.learning_curve import LearningCurve, evaluation_points, evaluation_rows
 from hierroom.runs.logs.logs import DEFAULT, NONE, Logs
@@ -27,6 +28,7 @@ from hierroom.runs.logs.output import lasting_output, warn
 from hierroom.runs.logs.scalars import evaluation_scalars, metric_scalars
 from hierroom.runs.results import write_results
 from hierroom.runs.trainer import Trainer
+from hierroom.support.cli import shell_words
 from hierroom.support.errors import DivergenceError, InputError
 from hierroom.support.files import to_json
 from hierroom.turns.records import META
@@ -47,7 +49,8 @@ def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Tra
     folder = RunFolder.create(out or claim_folder(Path("runs") / run_name(config)), config)
     with ExitStack() as stack:
         stack.enter_context(folder.lock)
-        _record(folder, config, variant)
+        weights = trainer.controller.weights["learner"]["backend"]["network"]
+        _record(folder, config, variant, digest({}, weights) if config.warm_start else "")
         folder.save_checkpoint(trainer.state_dict())  # so that the run can be resumed from the very start
         folder.load_checkpoint()  # a disk that loses what is written is noticed now
         stack.pop_all()  # `run_session` releases it
@@ -73,6 +76,7 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
             taken = f"{folder.path} has taken {trainer.steps:,} steps"
             raise InputError(f"{taken}; --steps must be more, not {config.steps:,}")
         if state is not None:
+            _warn_of_learning_rates(trainer, folder.config().steps)
             folder.keep_rows(state)
         folder.save_config(config)  # with the new number of steps, in case it is interrupted again
         _record(folder, config)
@@ -82,10 +86,20 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
     return trainer, folder
 
 
+def _warn_of_learning_rates(trainer: Trainer, steps: int) -> None:
+    """Warn of each agent whose learning rate jumps, as it falls over other steps in all than it did until now."""
+    ends = trainer.steps / steps, trainer.steps / trainer.config.steps
+    for name, agent in trainer.agents.items():
+        if isinstance(agent, PPOAgent) and steps != trainer.config.steps:
+            was, now = (agent.learner.config.learning_rate_at(min(progress, 1.0)) for progress in ends)
+            if was != now:
+                over = f"it falls over {trainer.config.steps:,} steps now, and did over {steps:,}"
+                warn(f"the learning rate of {name} goes on at {now:.1e} after {was:.1e}: {over}")
+
+
 def run_session(trainer: Trainer, folder: RunFolder, log: Sequence[str] = DEFAULT) -> int:
     """Train until the end or an interrupt, print results even if nobody reads them, and return the exit code."""
-    torch.set_num_threads(1)  # more threads gain nothing at these sizes
-    with folder.lock, lasting_output():
+    with one_torch_thread(), folder.lock, lasting_output():  # more threads gain nothing at these sizes
         console = Console()
 
         def say(line: str) -> None:
@@ -105,8 +119,9 @@ def run_session(trainer: Trainer, folder: RunFolder, log: Sequence[str] = DEFAUL
             train(trainer, folder, interrupt, report, log)
         if not trainer.is_done:
             say("stopped and saved; go on with:")
-            again = f"python -m hierroom train --resume {shlex.quote(str(folder.path))}{trust_option(trainer.config)}"
-            say(again + (f" --log {','.join(log) or NONE}" if tuple(log) != DEFAULT else ""))
+            logged = () if tuple(log) == DEFAULT else ("--log", ",".join(log) or NONE)
+            again = "--resume", folder.path, *trust_option(trainer.config), *logged
+            say(shell_words("python", "-m", "hierroom", "train", *again))
             return 130
         write_results(trainer, folder, console)
         return 0
@@ -179,7 +194,7 @@ def _status(trainer: Trainer, row: Mapping[str, float], evaluated: str) -> str:
     stages = trainer.turns.world.stage_titles
     stage = f"stage {row['stage']:.0f} of {len(stages)}, " if stages else ""
     length = "" if stage else f" length {row['episode_length']:.0f},"  # they fit into 80 columns
-    return f"{row['steps_per_second']:,.0f} steps/s, {stage}success {row['success_rate']:.0%}{evaluated},{length}"
+    return f"{trainer.steps_per_second:,.0f} steps/s, {stage}success {row['success_rate']:.0%}{evaluated},{length}"
 
 
 @contextmanager
@@ -199,10 +214,10 @@ def _progress_bar(trainer: Trainer, console: Console) -> Iterator[Callable[[str]
 
 def _restart_advice(folder: RunFolder) -> str:
     """Say how to go on with a run that has diverged; resuming it unchanged would repeat the same numbers."""
-    steps, path = folder.load_checkpoint()["steps"], shlex.quote(str(folder.path))
-    begin_again = f"--config {path}/config.json" + (f" --warm-start {path}" if steps else "")
-    begin_again += trust_option(folder.config())
-    return f"The checkpoint after {steps:,} steps is kept; begin again with {begin_again} and what is to change"
+    steps, path = folder.load_checkpoint()["steps"], folder.path
+    warm_start = ("--warm-start", path) if steps else ()
+    again = shell_words("--config", path / "config.json", *warm_start, *trust_option(folder.config()))
+    return f"The checkpoint after {steps:,} steps is kept; begin again with {again} and what is to change"
 
 
 def _try_out(trainer: Trainer) -> None:
@@ -215,6 +230,6 @@ def _try_out(trainer: Trainer) -> None:
         raise InputError(f"what this run would save could not be loaded again: {error}") from error
 
 
-def _record(folder: RunFolder, config: TrainConfig, variant: str = "") -> None:
-    for line in record_session(folder.path, config, variant):
+def _record(folder: RunFolder, config: TrainConfig, variant: str = "", warm_start: str = "") -> None:
+    for line in record_session(folder.path, config, variant, warm_start):
         warn(line)

@@ -53,6 +53,11 @@ class Trainer:
         """Return whether the config's steps are taken."""
         return self.steps >= self.config.steps
 
+    @property
+    def steps_per_second(self) -> float:
+        """Return the steps per second of all training so far, without compilation and evaluations."""
+        return self.steps / self.seconds if self.seconds else 0.0
+
     def advance(self) -> None:
         """Act in every environment until the controller has learned once more (paper, Algorithm 1).
 
@@ -148,10 +153,10 @@ class Trainer:
     def summary(self) -> dict[str, Any]:
         """Return the numbers of the end of training."""
         row, world = self.metrics(), self.turns.world
-        names = ("success_rate", "episode_length", "episode_return", "episodes", "steps", "seconds", "compile_seconds")
         return {
-            **{name: row[name] for name in names},
-            "steps_per_second": self.steps / self.seconds if self.seconds else 0.0,
+            **{f"training_{name}": row[name] for name in ("success_rate", "episode_length", "episode_return")},
+            **{name: row[name] for name in ("episodes", "steps", "seconds", "compile_seconds")},
+            "steps_per_second": self.steps_per_second,
             "rollout_bytes": self.controller.learner.n_rollout_bytes,
             **({"stage": row["stage"], "stages": len(world.stage_titles)} if world.stage_titles else {}),
         }

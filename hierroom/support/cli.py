@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import gc
 import io
 import os
+import shlex
+import signal
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import tyro
@@ -36,6 +41,23 @@ def given(arguments: object, *names: str) -> dict[str, Any]:
     """Return those of the named options that have a value."""
     values = {name: getattr(arguments, name) for name in names}
     return {name: value for name, value in values.items() if value not in (None, ())}
+
+
+def shell_words(*words: str | Path) -> str:
+    """Return the words of a command so that a shell reads them back; a path that begins with a dash is no option."""
+    return " ".join(f"./{_quoted(word)}" if _looks_like_option(word) else _quoted(word) for word in words)
+
+
+def _looks_like_option(word: str | Path) -> bool:
+    return isinstance(word, Path) and str(word).startswith("-")
+
+
+def _quoted(word: str | Path) -> str:
+    text = str(word)
+    if text.isprintable():
+        return shlex.quote(text)
+    plain = (c if c.isprintable() and c not in "\\'" else "".join(f"\\x{b:02x}" for b in os.fsencode(c)) for c in text)
+    return f"$'{''.join(plain)}'"
 
 
 def progress_bar() -> Progress:
@@ -83,6 +105,7 @@ def _whole_number(text: str) -> int:
 def run(command: Callable[[], int]) -> None:
     """Run a command and exit with its code, or 2 for invalid input; closed or unread output is no failure."""
     _open_streams()
+    warnings.formatwarning = lambda message, *_, **__: one_line(f"warning: {message}") + "\n"
     try:
         code = command()
     except KeyboardInterrupt:
@@ -94,6 +117,9 @@ def run(command: Callable[[], int]) -> None:
         code = 0 if isinstance(error.__context__, BrokenPipeError) else error.code
     except Exception as error:
         code = _report(error)
+    if signal.getsignal(signal.SIGINT) != signal.SIG_IGN:  # one more Ctrl-C ends what Python does at exit, in silence
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    gc.freeze()  # or Python looks for garbage in all that was loaded, for seconds on a busy machine
     sys.exit(_flush(code))
 
 
@@ -130,7 +156,7 @@ def _open_streams() -> None:
             os.open(os.devnull, os.O_RDWR)
         stream = getattr(sys, name)
         if stream is None:
-            setattr(sys, name, open(os.devnull, "r+"))  # noqa: SIM115 - it is open until the process ends
+            setattr(sys, name, open(os.devnull, "r+", encoding="utf-8"))  # noqa: SIM115 - it is open until the process ends
         elif number and isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
 

@@ -6,9 +6,10 @@ import math
 import os
 import sysconfig
 import traceback
-from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+import warnings
+from collections.abc import Collection
 from dataclasses import fields
+from functools import cache
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -92,20 +93,44 @@ def one_line(text: str) -> str:
     return plain if len(plain) <= _MAX_CHARACTERS else f"{plain[:half]} ... {plain[-half:]}"
 
 
-@contextmanager
-def own_code(name: str) -> Iterator[None]:
-    """Turn any error of the user's code in this context into one line, in which ``name`` is the code's name."""
+class own_code:
+    """A context for code of the user, called ``name`` in messages: anything it raises but Ctrl-C becomes one line.
+
+    A working folder that it leaves is gone back to, as relative paths of a command would be elsewhere.
+    """
+
+    __slots__ = ("_fails", "_folder", "_name")
+
+    def __init__(self, name: str, fails: str = "fails") -> None:
+        self._name, self._fails = name, fails
+
+    def __enter__(self) -> None:
+        self._folder = _working_folder()
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        if self._folder is not None and _working_folder() != self._folder:
+            os.chdir(self._folder)
+            warn_once(f"{self._name} changes the working folder, which is {self._folder} again")
+        if error is not None and not isinstance(error, (InputError, DivergenceError, KeyboardInterrupt)):
+            raise_told(self._name, error, self._fails)
+
+
+def raise_told(name: str, error: BaseException, fails: str = "fails") -> NoReturn:
+    """Raise as one line what code of the user, called ``name``, has raised."""
+    raise InputError(f"{name} {fails}: {in_one_line(error)}") from error
+
+
+def _working_folder() -> str | None:
     try:
-        yield
-    except (Exception, SystemExit) as error:
-        raise_told(name, error)
+        return os.getcwd()
+    except OSError:  # it was deleted
+        return None
 
 
-def raise_told(name: str, error: BaseException) -> NoReturn:
-    """Raise an error of a user's code as one line, where `own_code` would be too slow."""
-    if isinstance(error, (InputError, DivergenceError)):
-        raise error
-    raise InputError(f"{name} fails: {in_one_line(error)}") from error
+@cache
+def warn_once(text: str) -> None:
+    """Give a Python warning with a text, the first time it is asked for in this process."""
+    warnings.warn(text, stacklevel=2)
 
 
 def in_one_line(error: BaseException) -> str:
@@ -121,6 +146,7 @@ def in_one_line(error: BaseException) -> str:
     return f"{text} (line {places[-1].lineno} of {places[-1].filename})" if places else text
 
 
-_LIBRARIES = {sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")}
-_NOT_OWN = ("<", *(f"{folder}{os.sep}" for folder in (Path(__file__).parents[1], *_LIBRARIES)))
+LIBRARIES = {sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")}
+"""Folders of Python and of installed packages."""
+_NOT_OWN = ("<", *(f"{folder}{os.sep}" for folder in (Path(__file__).parents[1], *LIBRARIES)))
 """Beginnings of the names of files that are not a user's: this package's, Python's, and installed ones."""

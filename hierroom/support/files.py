@@ -1,4 +1,4 @@
-"""Writing files atomically, reading TOML, and JSON without infinities and NaNs."""
+"""One opener for regular files, files written atomically, and JSON without infinities and NaNs."""
 
 from __future__ import annotations
 
@@ -9,20 +9,38 @@ import os
 import re
 import secrets
 import stat
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, shown
 
 _UNFINISHED = re.compile(r"\.[0-9a-f]{16}\.part")
+_LINK, _SPECIAL = "it is a link, which is not followed", "it is no regular file"
+_SHARED = "it is another file too (a hard link), which would change with it; make a copy of its own"
 
 
-def write_atomically(path: str | Path, content: bytes | Iterable[bytes]) -> None:
-    """Write a file in an existing folder so that it holds the old or the new content, even after a crash."""
-    path = Path(path)
+def usable_path(path: str | Path) -> Path:
+    """Return a path of the user, whether or not there is anything; refuse one that the system does not look up."""
+    try:
+        os.lstat(path)
+    except (FileNotFoundError, NotADirectoryError):
+        pass
+    except OSError as error:  # a name that is too long, a folder without permission
+        raise InputError(f"{error.strerror}: {shown(os.fspath(path))}") from error
+    except ValueError as error:  # a character that no path has
+        raise InputError(f"{shown(os.fspath(path))} cannot be a path: {error}") from error
+    return Path(path)
+
+
+def write_atomically(path: str | Path, content: str | bytes | Iterable[bytes]) -> None:
+    """Write a file in an existing folder so that it holds the old or the new content, even after a crash.
+
+    Text is written as UTF-8. A link in its place is replaced, and not followed; a device or a pipe is refused.
+    """
+    path = usable_path(path)
+    content = content.encode(errors="backslashreplace") if isinstance(content, str) else content
     # Nobody can know the name beforehand, and a file or link that has it nevertheless is not opened ("x").
     unfinished = path.with_name(f".{secrets.token_hex(8)}.part")
     try:
@@ -31,45 +49,74 @@ def write_atomically(path: str | Path, content: bytes | Iterable[bytes]) -> None
                 file.write(piece)
             file.flush()
             os.fsync(file.fileno())
+        if path.exists() and not (path.is_file() or path.is_dir() or path.is_symlink()):  # a folder is refused anyway
+            raise OSError(errno.EINVAL, _SPECIAL)
         os.replace(unfinished, path)
         sync_folder(path.parent)
     except BaseException as error:
         with suppress(OSError):
-            unfinished.unlink(missing_ok=True)
+            delete(unfinished)
         if isinstance(error, OSError):
             raise InputError(f"cannot write {path}: {error.strerror}") from error
         raise
 
 
-def read_toml(path: Path, kind: str) -> dict[str, Any]:
-    """Return the table in a TOML file; ``kind``, such as ``config``, is for messages."""
-    try:
-        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
-    except OSError as error:
-        raise InputError(f"cannot read the {kind} {path}: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:  # TOMLDecodeError and UnicodeDecodeError among them
-        raise InputError(f"{path} is not a TOML file: {error}") from error
-
-
 @contextmanager
-def _open_to_write(path: Path, flags: int = 0) -> Iterator[int]:
-    """Open a regular file, by its number; follow no link, as whoever planted it would choose the file."""
-    plain = sum(getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY"))
+def open_regular(path: Path, flags: int = os.O_RDONLY, what: str = "") -> Iterator[int]:
+    """Open a regular file, by its number; ``what``, such as ``the config ``, is for messages.
+
+    A file to write is no link and has no second name, as whoever planted it would choose the file that changes.
+    """
+    is_read = flags & (os.O_WRONLY | os.O_RDWR) == 0
+    plain = sum(getattr(os, name, 0) for name in ("O_NONBLOCK", "O_BINARY", "" if is_read else "O_NOFOLLOW"))
     try:
-        number = os.open(path, os.O_WRONLY | plain | flags, 0o666)
+        if not is_read:
+            refuse_foreign(changed=[path])  # not every system has O_NOFOLLOW, and these messages are better
+        number = os.open(path, flags | plain, 0o666)
         try:
-            if not stat.S_ISREG(os.fstat(number).st_mode):
-                raise OSError(errno.EINVAL, "it is no regular file")
+            if reason := (_why_foreign if is_read else _why_shared)(os.fstat(number)):
+                raise OSError(errno.EINVAL, reason)
             yield number
         finally:
             os.close(number)
     except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}") from error
+        raise InputError(f"cannot {'read' if is_read else 'write'} {what}{path}: {error.strerror}") from error
+
+
+def refuse_foreign(
+    *, replaced: Iterable[Path] = (), changed: Iterable[Path] = (), folders: Iterable[Path] = ()
+) -> None:
+    """Refuse what stands in the place of our own files and folders and is none of ours, before anything is written.
+
+    That are links and special files, and where a file is ``changed`` and not ``replaced`` as a whole also hard links.
+    """
+    for paths, why in ((replaced, _why_foreign), (changed, _why_shared), (folders, _why_no_folder)):
+        for path in paths:
+            try:
+                reason = why(path.lstat())
+            except FileNotFoundError:
+                continue
+            except OSError as error:
+                reason = error.strerror
+            if reason:
+                raise InputError(f"cannot write {path}: {reason}")
+
+
+def _why_foreign(status: os.stat_result) -> str:
+    return "" if stat.S_ISREG(status.st_mode) else _LINK if stat.S_ISLNK(status.st_mode) else _SPECIAL
+
+
+def _why_shared(status: os.stat_result) -> str:
+    return _why_foreign(status) or ("" if status.st_nlink < 2 else _SHARED)
+
+
+def _why_no_folder(status: os.stat_result) -> str:
+    return "" if stat.S_ISDIR(status.st_mode) else _LINK if stat.S_ISLNK(status.st_mode) else "it is no folder"
 
 
 def append_whole(path: Path, content: bytes) -> None:
     """Append all of some content to a file, which may be new, or nothing where that fails."""
-    with _open_to_write(path, os.O_APPEND | os.O_CREAT) as file:
+    with open_regular(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT) as file:
         size = os.fstat(file).st_size
         try:
             while content:  # a disk that is nearly full takes a part of it
@@ -82,14 +129,21 @@ def append_whole(path: Path, content: bytes) -> None:
 
 def truncate(path: Path, size: int) -> None:
     """Delete all that follows the first ``size`` bytes of a file."""
-    with _open_to_write(path) as file:
+    with open_regular(path, os.O_WRONLY) as file:
         os.ftruncate(file, size)
+
+
+def delete(path: Path) -> None:
+    """Delete a regular file, if there is one; a link or a folder in its place stays."""
+    with suppress(FileNotFoundError):
+        if stat.S_ISREG(path.lstat().st_mode):
+            path.unlink()
 
 
 def sync(path: Path) -> None:
     """Make the content of a file, if it exists, outlive a loss of power."""
     if path.exists():
-        with _open_to_write(path) as file:
+        with open_regular(path, os.O_WRONLY) as file:
             os.fsync(file)
 
 
@@ -108,7 +162,7 @@ def remove_unfinished(folder: Path) -> None:
     try:
         for path in [*folder.rglob(".*.part")]:
             if is_unfinished(path):
-                path.unlink(missing_ok=True)
+                delete(path)
     except OSError as error:
         raise InputError(f"cannot tidy {folder}: {error.strerror}") from error
 

@@ -84,7 +84,8 @@ class Array(Schema):
     is_finite: bool = True  # whether floats must be finite
 
     def _look(self, value: Any, name: str) -> _Parts:
-        dtype, array = np.dtype(self.dtype), as_array(value, name)
+        is_simple = type(value) is np.ndarray and value.flags.c_contiguous
+        dtype, array = np.dtype(self.dtype), value if is_simple else as_array(value, name)
         if array.dtype != dtype or array.shape != self.shape:
             wanted, found = f"{dtype} and shape {self.shape}", f"{array.dtype} and shape {array.shape}"
             raise InputError(f"{name} must be an array of {wanted}, not of {found}")

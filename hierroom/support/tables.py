@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
+from hierroom.support.cells import plain_cell
+
 if TYPE_CHECKING:  # each takes its time to load, and few programs print tables
     import pandas as pd
     from rich.console import Console
@@ -54,7 +56,8 @@ def csv_text(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] | None = 
     """Return rows as CSV with headings, in full precision; None, NaN and missing keys are empty cells."""
     import pandas as pd
 
-    return pd.DataFrame([*rows], columns=columns, dtype=object).to_csv(index=False, lineterminator="\n")
+    plain = [{name: plain_cell(one) if isinstance(one, str) else one for name, one in row.items()} for row in rows]
+    return pd.DataFrame(plain, columns=columns, dtype=object).to_csv(index=False, lineterminator="\n")
 
 
 def telling_columns(table: pd.DataFrame) -> list[str]:

@@ -18,7 +18,7 @@ class ThreadPool:
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future:
         """Let a thread call a function; return the future of its result."""
         if self._executor is None or self._process != os.getpid():
-            self._process, self._executor = os.getpid(), ThreadPoolExecutor(self._threads)
+            self._executor, self._process = ThreadPoolExecutor(self._threads), os.getpid()  # no thread sees a dead one
         return self._executor.submit(function, *arguments)
 
     def __reduce__(self) -> tuple[type[ThreadPool], tuple[int]]:

@@ -116,6 +116,15 @@ def record_turns(
 
 
 @njit(cache=True, nogil=True)
+def is_any_turn(ledgers):
+    """Return whether the meta-controller has a turn in any of N environments; NumPy's `any` of a field takes longer."""
+    is_any = False
+    for n in range(ledgers.shape[0]):
+        is_any |= ledgers[n].is_meta_turn
+    return is_any
+
+
+@njit(cache=True, nogil=True)
 def take_goals(masks, ledgers, actions):
     """Take the meta-controller's turn wherever it has one; elsewhere it can only wait.
 

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.support.compile.kernel import compiled
-from hierroom.turns.kernels import record_turns, take_goals
+from hierroom.support.read_only import read_only
+from hierroom.turns.kernels import is_any_turn, record_turns, take_goals
 from hierroom.turns.records import LEDGER, STEP, reset_values
 
 
@@ -25,21 +26,23 @@ class Ledger:
     for something new: it is reached where a goal is achieved, or comes into view, for the first time this episode.
 
     Args:
-        records: [N] records of `records.LEDGER`; their fields are the attributes.
+        written: [N] records of `records.LEDGER`, which kernels write; users see ``records``, which is read-only, and
+            its fields, which are the attributes.
     """
 
     if TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> NDArray: ...
 
-    def __init__(self, records: np.ndarray) -> None:
-        self.records = records
+    def __init__(self, written: np.ndarray) -> None:
+        self.written, self._fields = written, {name: written[name] for name in LEDGER.names or ()}
+        self.records = read_only(written)
         for name in LEDGER.names or ():
-            setattr(self, name, records[name])
+            setattr(self, name, self.records[name])
 
     def __reduce__(self) -> tuple[type[Ledger], tuple[np.ndarray]]:
         """Copy it with the fields of its own records as arrays."""
-        return Ledger, (self.records,)
+        return Ledger, (self.written,)
 
     @classmethod
     def at_reset(cls, num_envs: int, n_actions: int) -> Ledger:
@@ -51,13 +54,25 @@ class Ledger:
     def write_fields(self, values: Mapping[str, Any], envs: NDArray[np.integer] | slice = slice(None)) -> None:
         """Write values by name, one for each environment or one for all of them, for some environments."""
         for name, value in values.items():
-            self.records[name][envs] = value
+            self._fields[name][envs] = value
 
     def begin_options(self, envs: NDArray[np.integer], goals: NDArray[np.integer]) -> None:
         """Take the meta-controller's turn in environments [M]: pursue these goals [M], -1 for none."""
-        self.goals[envs] = goals
-        self.meta_turns[envs] += 1
-        self.is_meta_turn[envs] = False
+        self._fields["goals"][envs] = goals
+        self._fields["meta_turns"][envs] += 1
+        self._fields["is_meta_turn"][envs] = False
+
+    def count_illegal_goals(self, envs: NDArray[np.integer], are_illegal: NDArray[np.bool_]) -> None:
+        """Count the choices [M] of meta-controllers in environments [M] that are illegal."""
+        self._fields["illegal_goals"][envs] += are_illegal
+
+    def is_any_turn(self) -> bool:
+        """Return whether the meta-controller has a turn in any environment."""
+        return compiled_any()(self.written)
+
+    def take_goals(self, masks: NDArray[np.bool_], actions: NDArray[np.int64]) -> None:
+        """Take the meta-controller's turn wherever it has one: see `kernels.take_goals`."""
+        compiled_take()(masks, self.written, actions)
 
 
 @cache
@@ -65,6 +80,12 @@ def compiled_record(outcome: np.dtype) -> Callable[..., int]:
     """Compile `kernels.record_turns` for the outcomes of a world."""
     arrays = np.zeros(1, outcome), np.zeros(1, np.int64), np.zeros(1, LEDGER), np.zeros(1, STEP)
     return compiled(record_turns, *arrays, True, 1, 1, 1, 1.0, True, 1)
+
+
+@cache
+def compiled_any() -> Callable[..., bool]:
+    """Compile `kernels.is_any_turn` for the type of a batch's records."""
+    return compiled(is_any_turn, np.zeros(1, LEDGER))
 
 
 @cache

@@ -5,8 +5,6 @@ Compiled kernels read and write them; the classes give their fields as arrays by
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -97,13 +95,14 @@ def reset_values(n_actions: int) -> dict[str, Any]:
 
 
 class Step:
-    """The results of one primitive step in N environments, in arrays that nobody else holds.
+    """The results of one primitive step in N environments, in arrays that nobody else holds and that are read-only.
 
     Args:
         records: [N] records of `STEP`.
         n_goals: number of goals G.
-        before: the state that the step began in, where the controller's reward needs it and the world has it; or None.
-    after: the state that it led to, before any environment was reset; None where ``before`` is.
+        before: the state that the step began in, where the controller's reward needs one and the world has it.
+        after: the state that it led to, before any environment was reset; None where ``before`` is.
+        lacks_visits: whether it is for a reward that did not ask for what ``is_novel`` needs.
 
     Attributes:
         actions: [N] int, the controller's actions; the number of actions where it was none of them.
@@ -137,9 +136,11 @@ class Step:
 
     __slots__ = ("_lacks_visits", "after", "before", "n_goals", "records")
 
-    def __init__(self, records: np.ndarray, n_goals: int, before: Any = None, after: Any = None) -> None:
+    def __init__(
+        self, records: np.ndarray, n_goals: int, before: Any = None, after: Any = None, *, lacks_visits: bool = False
+    ) -> None:
         self.records, self.n_goals, self.before, self.after = records, n_goals, before, after
-        self._lacks_visits = False
+        self._lacks_visits = lacks_visits
 
     def __getattr__(self, name: str) -> Any:
         """Return a field by its name; it is looked up when it is asked for, because most are not."""
@@ -183,23 +184,15 @@ class Step:
         terminated, truncated = records["terminated"], records["truncated"] & ~records["terminated"]
         return envs, records["meta_rewards"], records["meta_elapsed"], terminated, truncated
 
-    @contextmanager
-    def read_only(self, *, lacks_visits: bool = False) -> Iterator[None]:
-        """Run a user's code in this context: it cannot change what happened.
+    def without_visits(self) -> Step:
+        """Return the step for a reward that did not ask for what ``is_novel`` needs."""
+        return Step(self.records, self.n_goals, self.before, self.after, lacks_visits=True)
 
-        With ``lacks_visits`` it did not ask for what ``is_novel`` needs.
-        """
-        self.records.flags.writeable = False  # of every array that is asked for within
-        self._lacks_visits = lacks_visits
-        try:
-            yield
-        finally:
-            self.records.flags.writeable, self._lacks_visits = True, False
 
-    def clear(self, envs: NDArray[np.integer], n_actions: int, shortest: NDArray[np.integer]) -> None:
-        """Note that nothing was done in environments [M], whose episodes have the shortest lengths [M]."""
-        nothing = np.zeros(len(envs), STEP)
-        nothing["actions"], nothing["shortest"] = n_actions, shortest
-        for name in ("goals", "events", "achieved_instead"):
-            nothing[name] = NO_GOAL
-        self.records[envs] = nothing
+def clear_steps(records: np.ndarray, envs: NDArray[np.integer], n_actions: int, shortest: NDArray[np.integer]) -> None:
+    """Note that nothing was done in environments [M], whose episodes have the shortest lengths [M]."""
+    nothing = np.zeros(len(envs), STEP)
+    nothing["actions"], nothing["shortest"] = n_actions, shortest
+    for name in ("goals", "events", "achieved_instead"):
+        nothing[name] = NO_GOAL
+    records[envs] = nothing

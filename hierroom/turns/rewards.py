@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.errors import InputError, in_one_line, own_code, raise_told, shown
+from hierroom.support.errors import InputError, own_code, shown
 from hierroom.support.plugins import load_plugin
 from hierroom.turns.records import Step
 from hierroom.worlds.env_config import NOVELTY_BONUS, RewardName
@@ -117,21 +117,20 @@ class ControllerReward:
     memories: tuple[str, ...]
     needs_states: bool
 
-    def write(self, step: Step) -> None:
-        """Write the rewards for a step into its ``rewards``."""
-        try:
-            with step.read_only(lacks_visits="visited" not in self.memories):
-                given = np.array(self.rewards(step))
-        except (Exception, SystemExit) as error:  # whatever a user's own code may raise
-            raise_told(self.name, error)
-        if given.shape != step.rewards.shape or given.dtype.kind not in "fiub":
+    def of(self, step: Step) -> NDArray[np.float64]:
+        """Return the rewards [N] for a step."""
+        shown = step if "visited" in self.memories else step.without_visits()
+        with own_code(self.name):
+            given = np.array(self.rewards(shown))
+        if given.shape != (len(step.records),) or given.dtype.kind not in "fiub":
             raise InputError(
-                f"{self.name} must return {len(step.rewards)} numbers, one for each environment, "
+                f"{self.name} must return {len(step.records)} numbers, one for each environment, "
                 f"not an array of {given.dtype} and shape {given.shape}"
             )
-        step.rewards[:] = given
-        if not np.isfinite(step.rewards).all():
-            raise InputError(f"{self.name} must return finite numbers, not {given[~np.isfinite(step.rewards)][0]}")
+        rewards = given.astype(np.float64)
+        if not np.isfinite(rewards).all():
+            raise InputError(f"{self.name} must return finite numbers, not {given[~np.isfinite(rewards)][0]}")
+        return rewards
 
 
 def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> ControllerReward:
@@ -154,10 +153,8 @@ def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> Contr
             else load_plugin(spec, "reward", REWARDS, ENTRY_POINT_GROUP, "Class or :function")
         )
     if isinstance(reward, type):
-        try:
+        with own_code(name, "cannot be made"):
             reward = reward()
-        except (Exception, SystemExit) as error:  # whatever a user's own code may raise
-            raise InputError(f"{name} cannot be made: {in_one_line(error)}") from error
     rewards = getattr(reward, "rewards", None)
     if not callable(rewards):
         if not callable(reward):

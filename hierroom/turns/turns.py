@@ -6,6 +6,7 @@ The AEC, parallel and Gymnasium environments and the trainer are views of this o
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from copy import deepcopy
 from typing import Any
 
 import numpy as np
@@ -15,9 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 from hierroom.controller import Observation, observation_spaces
 from hierroom.support.array_pool import ArrayPool
 from hierroom.support.errors import InputError
-from hierroom.turns.kernels import KERNEL_REWARDS, OWN_REWARD
-from hierroom.turns.ledger import Ledger, compiled_record, compiled_take
-from hierroom.turns.records import META, N_OUTCOMES, STEP, Step, ledger_schema, reset_values
+from hierroom.support.read_only import freeze, read_only
+from hierroom.turns.kernels import KERNEL_REWARDS, NO_GOAL, OWN_REWARD
+from hierroom.turns.ledger import Ledger, compiled_record
+from hierroom.turns.records import META, N_OUTCOMES, STEP, Step, clear_steps, ledger_schema, reset_values
 from hierroom.turns.rewards import make_reward
 from hierroom.turns.situation import Situation
 from hierroom.worlds.env_config import EnvConfig
@@ -41,7 +43,7 @@ class Turns:
         world: the `World`.
         ledger: who acts next in each environment, and what else is known of the turns.
         reward: the controller's `ControllerReward`.
-        last_records: [N] records of what the last step did, or None before the first one since a reset.
+        last_records: [N] records of what the last step did, read-only, or None before the first one since a reset.
         n_ended: in how many environments it ended the episode.
     """
 
@@ -65,6 +67,7 @@ class Turns:
         self.ledger = Ledger.at_reset(num_envs, world.n_actions)
         self.n_ended = 0
         self._steps = ArrayPool(self._empty_steps)
+        self._written: np.ndarray | None = None  # what `last_records` shows
         self.last_records: np.ndarray | None = None
         self._last_step: Step | None = None
         self._n_goals = len(world.goals)
@@ -75,7 +78,7 @@ class Turns:
         self._everywhere: NDArray[np.integer] = world.everywhere
         self._all_legal = np.ones((num_envs, world.n_actions), bool)
         self._all_legal.setflags(write=False)
-        self._actions = np.zeros(num_envs, np.int64)
+        self._actions, self._no_goals = np.zeros(num_envs, np.int64), np.full(num_envs, NO_GOAL)
         if world.has_begun:
             self._begin(self._everywhere)
 
@@ -83,7 +86,8 @@ class Turns:
         return len(self._everywhere)
 
     def _empty_steps(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
-        return (np.empty(len(self), STEP),), {}
+        records = np.empty(len(self), STEP)
+        return (records, read_only(records)), {}
 
     @property
     def last_step(self) -> Step | None:
@@ -113,7 +117,7 @@ class Turns:
     def _begin(self, envs: NDArray[np.integer]) -> None:
         self.ledger.write_fields(reset_values(self.world.n_actions), envs)
         if self._measure_shortest:
-            self.ledger.shortest[envs] = self.world.shortest_lengths(envs)
+            self.ledger.write_fields({"shortest": self.world.shortest_lengths(envs)}, envs)
 
     def due(self, agent: str) -> NDArray[np.integer]:
         """Return the environments [M] in which an agent acts now; the controller acts everywhere."""
@@ -164,13 +168,18 @@ class Turns:
         """
         envs = situation.envs
         goals, is_legal = situation.validate_goals(actions)
-        self.ledger.illegal_goals[envs] += ~is_legal
+        self.ledger.count_illegal_goals(envs, ~is_legal)
         is_turn = self.ledger.is_meta_turn[envs]
         self.ledger.begin_options(envs[is_turn], goals[is_turn])
 
+    def choose_no_goal(self) -> None:
+        """Take the meta-controller's turn wherever it has one, in pursuit of no goal."""
+        if self.ledger.is_any_turn():
+            self.choose_everywhere(self._no_goals)
+
     def choose_everywhere(self, actions: NDArray[np.int64]) -> None:
         """Take the meta-controller's turn wherever it has one, without a `Situation`: see `kernels.take_goals`."""
-        compiled_take()(self.meta_masks(), self.ledger.records, actions)
+        self.ledger.take_goals(self.meta_masks(), actions)
 
     def meta_masks(self) -> NDArray[np.bool_]:
         """Return the meta-controller's legal actions everywhere, [N, G + 1]; where it has no turn it can only wait."""
@@ -190,13 +199,13 @@ class Turns:
 
     def take_step(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Take the controller's turn as `step` does, after a reset, with valid actions; return `last_records`."""
-        world, reward, ledger = self.world, self.reward, self.ledger
-        before = world.get_state() if self._keeps_states else None
-        outcomes, (records,) = world.step(actions), self._steps.take()[0]
+        world, reward, ledger = self.world, self.reward, self.ledger.written
+        before = freeze(world.get_state()) if self._keeps_states else None
+        outcomes, (records, shown) = world.step(actions), self._steps.take()[0]
         self.n_ended = compiled_record(outcomes.dtype)(
             outcomes,
             actions,
-            ledger.records,
+            ledger,
             records,
             reward.ends_with_option,
             self._subgoal_horizon,
@@ -206,22 +215,21 @@ class Turns:
             self._autoreset,
             world.goals.target,
         )
-        self.last_records, self._last_step = records, None
+        self._written, self.last_records, self._last_step = records, shown, None
         if self._kernel_reward == OWN_REWARD:
-            after = None if before is None else world.state_after(before, actions)
-            self._last_step = Step(records, self._n_goals, before, after)
-            reward.write(self._last_step)
+            after = None if before is None else freeze(world.state_after(before, actions))
+            self._last_step = Step(shown, self._n_goals, before, after)
+            records["rewards"] = reward.of(self._last_step)
         if self.n_ended and self._autoreset and self._measure_shortest:
             begun = np.flatnonzero(records["episode_ended"])
-            ledger.shortest[begun] = world.shortest_lengths(begun)
-        return records
+            self.ledger.write_fields({"shortest": world.shortest_lengths(begun)}, begun)
+        return shown
 
     def reset_ended(self, envs: NDArray[np.integer]) -> None:
         """Begin the next episode in environments [M] that had ended before the last step, and clear its records."""
-        step = self.last_step
-        assert step is not None
+        assert self._written is not None
         self.reset(None, envs)
-        step.clear(envs, self.world.n_actions, self.ledger.shortest[envs])
+        clear_steps(self._written, envs, self.world.n_actions, self.ledger.shortest[envs])
 
     def final_observation(self, agent: str, step: Step, envs: NDArray[np.integer]) -> Observation:
         """Return what an agent observes of environments [M] right after a step, before a reset or the next goal.
@@ -239,8 +247,11 @@ class Turns:
         return Observation(envs, view, goals, step.goals[envs], step.actions[envs], outcomes, masks)
 
     def observation_space(self, agent: str) -> spaces.Dict:
-        """Return the space of an agent's observations of one environment, as `Observation.as_dict` gives them."""
-        world, goals = self.world.observation_spaces, self.world.goals
+        """Return a new space of an agent's observations of one environment, as `Observation.as_dict` gives them.
+
+        Spaces draw samples from generators of their own, so no two environments or agents share one.
+        """
+        world, goals = deepcopy(self.world.observation_spaces), self.world.goals
         if agent == META:
             outcome = {"outcome": spaces.Discrete(N_OUTCOMES)}
             return spaces.Dict({**observation_spaces(world, goals, goals.n_choices), **outcome})

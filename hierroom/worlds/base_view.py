@@ -142,4 +142,4 @@ class BaseView:
 
 def goal_status(n_goals: int) -> Feature:
     """Return the feature that says of each goal whether it is within reach (1) and was achieved (2), or both (3)."""
-    return Feature(lambda _: (4,) * n_goals, lambda o: o.view.reachable + 2 * (o.view.counts > 0), is_by_goal=True)
+    return Feature((4,) * n_goals, lambda o: o.view.reachable + 2 * (o.view.counts > 0), is_by_goal=True)

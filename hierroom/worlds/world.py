@@ -16,6 +16,7 @@ from hierroom.goals import GoalGraph
 from hierroom.goals.goal_set import GoalSet
 from hierroom.support.byte_array import ByteArray
 from hierroom.support.errors import InputError
+from hierroom.support.read_only import freeze
 
 OUTCOME_FIELDS = (
     ("achieved", "i8"),  # bit g: this step achieved goal g
@@ -56,7 +57,7 @@ class Feature:
     """One thing that a network can read of an observation: one whole number or several.
 
     Args:
-        cardinalities: from the controller's number of actions to the number of values of each of its numbers.
+        cardinalities: the number of values of each of its numbers.
         encode: from an observation of M environments to [M, numbers] whole numbers below the cardinalities.
         vectors: [cardinality, d] fixed numbers that stand for each value; None: the network learns a row for each.
         memories: what the world must remember for it.
@@ -66,7 +67,7 @@ class Feature:
         array: how its numbers are the bytes of an array, where they are no categories.
     """
 
-    cardinalities: Callable[[int], tuple[int, ...]]
+    cardinalities: tuple[int, ...]
     encode: Callable[[Any], NDArray]
     vectors: NDArray | None = None
     memories: tuple[str, ...] = ()
@@ -74,6 +75,9 @@ class Feature:
     is_of_goal: bool = False
     is_of_world: bool = True
     array: ByteArray | None = None
+
+    def __post_init__(self) -> None:
+        freeze(self)  # all agents of the process share it
 
 
 class Replayer(Protocol):

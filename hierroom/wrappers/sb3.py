@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, cast
 
-from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector import VectorEnv
 
 from hierroom.support.errors import InputError
 from hierroom.vector_env import EscapeRooms
@@ -17,7 +17,8 @@ def sb3_view(envs: VectorEnv) -> BatchVecEnv:
     """The environments of the batch engine as a ``VecEnv`` of Stable-Baselines3, many times as fast as its own.
 
     Args:
-        envs: what `gymnasium.make_vec` gives for an id of hierroom, N environments; they may have features.
+        envs: what `gymnasium.make_vec` gives for an id of hierroom, N environments in any ``autoreset_mode``; they may
+            have features.
 
     Returns:
         the ``VecEnv``. `seed` takes one seed for all environments, whose indices make their episodes differ. At the
@@ -26,9 +27,6 @@ def sb3_view(envs: VectorEnv) -> BatchVecEnv:
     """
     if not isinstance(envs, VectorEnv) or not hasattr(envs.unwrapped, "turns"):
         raise InputError(f"sb3_view takes what gymnasium.make_vec gives for an id of hierroom, not {envs!r}")
-    mode = envs.metadata.get("autoreset_mode")
-    if mode != AutoresetMode.SAME_STEP:
-        raise InputError(f"sb3_view takes environments whose autoreset_mode is {AutoresetMode.SAME_STEP}, not {mode}")
     if not cast(EscapeRooms, envs.unwrapped).copies:
         raise InputError("sb3_view takes environments with copy=True: Stable-Baselines3 keeps observations for later")
     try:

@@ -44,12 +44,17 @@ class BatchVecEnv(VecEnv):
         dones, infos = terminated | truncated, _by_environment(told)
         if dones.any():
             ended = np.flatnonzero(dones)
-            for n, final in zip(ended, _by_environment(told["final_info"], ended), strict=True):
+            if "final_obs" in told:  # the next episodes have begun in the same step
+                finals, last = _by_environment(told["final_info"], ended), told["final_obs"][ended]
+            else:
+                finals, last = [{} for _ in ended], _split(observations, ended)
+                observations, _ = self.envs.reset(options={"reset_mask": dones.copy()})
+            for n, final, observation in zip(ended, finals, last, strict=True):
                 infos[n] = {
                     **infos[n],
                     **final,
                     "is_success": bool(terminated[n]),
-                    "terminal_observation": told["final_obs"][n],
+                    "terminal_observation": observation,
                     "TimeLimit.truncated": bool(truncated[n] and not terminated[n]),
                 }
         return observations, rewards.astype(np.float32), dones, infos
@@ -92,6 +97,13 @@ class BatchVecEnv(VecEnv):
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
         """False for each: environments of the batch engine are not wrapped one by one."""
         return [False for _ in self._get_indices(indices)]
+
+
+def _split(observations: Any, envs: NDArray[np.integer]) -> list[Any]:
+    """Observations of N environments, a dict of arrays or one array, as one for each of some environments."""
+    if isinstance(observations, Mapping):
+        return [{name: values[env] for name, values in observations.items()} for env in envs]
+    return [observations[env] for env in envs]
 
 
 def _by_environment(infos: Mapping[str, Any], envs: Any = slice(None)) -> list[dict[str, Any]]:

@@ -63,8 +63,8 @@ def test_fixed_dfs_is_uniform_over_depth_first_paths(graph, goal_mask):
     """In 3000 levels of the same colours, where every goal is achieved as soon as it is chosen, by magic."""
     n = 3000
     turns, meta = make(graph, n, goal_mask=goal_mask), make_meta("fixed-dfs")
-    turns.world.state.levels["colours"] = turns.world.state.levels["branches"] = np.arange(6)
-    levels, paths = turns.world.state.levels, [() for _ in range(n)]
+    turns.world._state.levels["colours"] = turns.world._state.levels["branches"] = np.arange(6)
+    levels, paths = turns.world._state.levels, [() for _ in range(n)]
     for turn in range(1, 2 * graph.n_rooms):
         take_turn(meta, turns)
         for i, goal in enumerate(turns.goals.tolist()):
@@ -76,7 +76,7 @@ def test_fixed_dfs_is_uniform_over_depth_first_paths(graph, goal_mask):
                 elif kind == "door":
                     levels[i].doors |= 1 << int(room) - 1
                     levels[i].opened_at[int(room) - 1] = turn
-        turns.ledger.is_meta_turn[:] = True
+        turns.ledger.write_fields({"is_meta_turn": True})
     expected, counts = depth_first_paths(graph), Counter(paths)
     assert counts.keys() == expected.keys()
     if len(expected) > 1:
@@ -102,7 +102,7 @@ def test_where_no_goal_is_legal_none_is_chosen(spec):
 
 def test_random_goals_are_legal_and_uniform():
     turns = make(GoalGraph.named("e"), 3000)
-    turns.world.state.levels["colours"] = turns.world.state.levels["branches"] = np.arange(6)
+    turns.world._state.levels["colours"] = turns.world._state.levels["branches"] = np.arange(6)
     take_turn(make_meta("random"), turns)
     colours = turns.world.state.levels["colours"][:, :3]
     chosen = (colours == turns.goals[:, None]).nonzero()

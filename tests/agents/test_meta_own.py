@@ -4,6 +4,7 @@ import gc
 import re
 import sys
 import textwrap
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -40,6 +41,13 @@ MINE = """
     class Choosy:
         def __init__(self, taste):
             self.taste = taste
+
+    class Odd:
+        def __init__(self):
+            class Stop(BaseException):
+                pass
+
+            raise Stop("no more")
 
     class Broken:
         def __init__(self):
@@ -107,6 +115,7 @@ def test_an_entry_point_of_an_installed_package(outside, tmp_path, monkeypatch):
         ("{outside}:Forgetful", "a meta-controller that learns has the methods state_dict and load_state_dict too"),
         ("{outside}:Choosy", "the meta-controller '{outside}:Choosy' cannot be made: TypeError: "),
         ("{outside}:Broken", "the meta-controller '{outside}:Broken' cannot be made: RuntimeError: out of cheese"),
+        ("{outside}:Odd", "the meta-controller '{outside}:Odd' cannot be made: Stop: no more (line "),
         (
             "{outside}:Telling",
             "statistics of a meta-controller are numbers by name; 'gain' of '{outside}:Telling' is '",
@@ -122,6 +131,17 @@ def test_an_invalid_spec_raises_input_error(outside, spec, said):
     with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
         make_meta(spec)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("at", ["import", "choose"])
+def test_a_working_folder_that_own_code_leaves_is_gone_back_to(outside, at, tmp_path):
+    name = f"{outside}_{at}"
+    leaves = f"import os\nos.chdir({str(tmp_path.parent)!r})"
+    code = {"import": leaves, "choose": ""}[at] + "\ndef choose(level):\n" + textwrap.indent(leaves, "    ")
+    (tmp_path / f"{name}.py").write_text(code)
+    with pytest.warns(UserWarning, match=f"changes the working folder, which is {tmp_path} again$"):
+        take_turn(make_meta(f"{name}:choose"), make("a", 2))
+    assert Path.cwd() == tmp_path
 
 
 def test_methods_that_make_one_must_return_one(outside, monkeypatch):
@@ -216,7 +236,7 @@ class Diary:
 
 def test_a_meta_controller_chooses_after_each_option_and_is_reset_with_each_episode():
     turns, diary = make("a", 3, max_steps=10, subgoal_horizon=4), Diary()
-    turns.world.state.levels["steps"] = [0, 0, 6]
+    turns.world._state.levels["steps"] = [0, 0, 6]
     for _ in range(11):
         take_turn(diary, turns)
         turns.step([1, 1, 1])
@@ -320,7 +340,7 @@ def test_one_that_watches_sees_every_step_of_the_gymnasium_environments():
     for _ in range(9):
         single.step(1)
     assert [lengths.item() for _, lengths, _ in one.seen] == list(range(1, 10))
-    rooms = EscapeRooms(3, "c", size=11, max_steps=9, meta=many)
+    rooms = EscapeRooms(3, "c", size=11, max_steps=9, meta=many, autoreset_mode="SameStep")
     rooms.reset(seed=0)
     for _ in range(25):
         rooms.step(np.ones(3, int))

@@ -7,9 +7,10 @@ import signal
 import sys
 import threading
 import time
+from pathlib import Path
 
 import pytest
-from children import run_child
+from children import run_child, run_python
 
 from hierroom.runs.interrupt import Interrupt
 from hierroom.runs.logs.output import LastingStream, lasting_output, warn
@@ -94,18 +95,51 @@ def test_characters_that_a_stream_lacks_are_written_as_escapes():
 
 
 @pytest.mark.usefixtures("heeded_hangup")
-@pytest.mark.parametrize(("number", "twice"), [(signal.SIGINT, True), (signal.SIGTERM, False), (signal.SIGHUP, False)])
-def test_only_a_second_control_c_does_not_wait(number, twice):
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP", "SIGUSR1", "SIGUSR2", "SIGXCPU"])
+def test_only_a_second_control_c_does_not_wait(name):
+    number = signal.Signals[name]
     before = signal.getsignal(number)
     with Interrupt() as interrupt:
         os.kill(os.getpid(), number)
         assert interrupt.is_requested
-        if twice:
+        if number == signal.SIGINT:
             with pytest.raises(KeyboardInterrupt):
                 os.kill(os.getpid(), number)
         else:
             os.kill(os.getpid(), number)
+            os.kill(os.getpid(), signal.SIGINT)  # the first Ctrl-C
     assert signal.getsignal(number) is before
+
+
+@pytest.mark.parametrize("name", ["SIGUSR1", "SIGXCPU"])
+def test_a_signal_that_the_caller_handles_stays_the_callers(name):
+    number, heard = signal.Signals[name], []
+    before = signal.signal(number, lambda *_: heard.append(name))
+    try:
+        with Interrupt() as interrupt:
+            os.kill(os.getpid(), number)
+            assert (interrupt.is_requested, heard) == (False, [name])
+    finally:
+        signal.signal(number, before)
+
+
+def test_control_c_after_the_end_of_a_command_is_silent(tmp_path):
+    code = """
+import atexit, os, signal
+from hierroom.support.cli import run
+atexit.register(lambda: os.kill(os.getpid(), signal.SIGINT))
+run(lambda: 0)
+"""
+    done = run_python("-c", code, cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
+
+
+def test_a_shell_reads_the_words_of_a_printed_command_back():
+    words = ["-a", "a b", "it's", "$HOME", "*", "", "new\nline", "\x1b[31m", "back\\\tslash", "Grün\t", "\udcff.toml"]
+    line = cli.shell_words(*words, Path("-dash"), Path("a b/-c"))
+    assert line.isprintable()
+    done = run_child(["bash", "-c", f"printf '%s\\0' {line}"], text=False)
+    assert [os.fsdecode(word) for word in done.stdout.split(b"\0")[:-1]] == [*words, "./-dash", "a b/-c"]
 
 
 def test_what_nohup_ignores_stays_ignored():

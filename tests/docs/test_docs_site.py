@@ -41,7 +41,7 @@ def test_files_outside_the_docs_that_pages_link_to_are_in_the_site(site):
     shown = site / "examples" / "clients" / "torchrl_ppo.py"
     assert shown.read_bytes() == (ROOT / "examples" / "clients" / "torchrl_ppo.py").read_bytes()
     assert 'href="examples/clients/torchrl_ppo.py"' in (site / "clients.html").read_text()
-    assert 'href="results.html#a-learned-meta-controller"' in (site / "index.html").read_text()
+    assert 'href="environments.html#who-observes-what"' in (site / "index.html").read_text()
 
 
 def test_pages_load_nothing_from_elsewhere(site):

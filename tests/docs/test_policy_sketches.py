@@ -89,7 +89,7 @@ def test_the_goal_picks_the_sub_policy(method):
     assert (turns.goals >= 0).all()
     observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
     np.testing.assert_array_equal(agent.features.encode(observation)[:, 0], turns.goals)
-    turns.ledger.goals[:] = -1
+    turns.ledger.write_fields({"goals": -1})
     observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
     assert (agent.features.encode(observation)[:, 0] == N_GOALS).all()
 

@@ -2,6 +2,7 @@
 
 import copy
 import itertools
+import warnings
 
 import gymnasium
 import numpy as np
@@ -150,6 +151,16 @@ def test_returned_arrays_belong_to_the_caller(api):
         spoil(told)
         kept.append((expected, copy.deepcopy(expected)))
     assert equal(*map(list, zip(*kept, strict=True)))
+
+
+@pytest.mark.parametrize("make_one", [hierroom.env, hierroom.parallel_env, EscapeRoom, lambda: EscapeRooms(2)])
+def test_reset_warns_once_of_options_that_it_ignores(make_one):
+    ignored = {f"graph {id(make_one)}": "b"}  # nobody has warned of it in this process
+    with pytest.warns(UserWarning, match=r"^a reset takes the options complexity.*; it ignores 'graph "):
+        make_one().reset(seed=1, options=ignored)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        make_one().reset(seed=1, options=ignored)
 
 
 def test_reset_takes_any_options_and_tells_complexity_if_asked():

@@ -68,6 +68,10 @@ def test_invalid_arguments_raise_input_error(api, arguments, said, tmp_path, mon
         (lambda: EscapeRoom().render(), "reset the environment before"),
         (lambda: stepped_together([0, 1]), "actions are a dict by agent, not a list"),
         (lambda: EscapeRooms(2, flat="no"), "flat must be True or False, not 'no'"),
+        (
+            lambda: stepped_together({"meta_0": 13, "controller_0": 0, "x": 0}),
+            "the agents are meta_0 and controller_0; t",
+        ),
         (lambda: stepped_together({"meta_0": 13}), "a step needs an action of each agent, and has none of control"),
     ],
 )

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from api_scripts import same
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.wrappers import vector as wrappers
 
 from hierroom.gym_env import EscapeRoom
 from hierroom.support.errors import InputError
@@ -62,7 +63,7 @@ def test_without_copies_the_same_arrays_hold_the_same(flat):
 
 
 def test_the_last_infos_of_an_episode_tell_whether_it_escaped():
-    env, ends = EscapeRooms(4, graph="a", size=11, max_steps=60), []
+    env, ends = EscapeRooms(4, graph="a", size=11, max_steps=60, autoreset_mode="SameStep"), []
     env.reset(seed=1)
     for _ in range(120):
         actions = [int(shortest_actions(env.turns.world.get_state(n))[0]) if n < 2 else 1 for n in range(4)]
@@ -82,12 +83,28 @@ def test_each_mode_is_in_the_metadata_and_an_invalid_one_raises_input_error():
         for given in (mode, mode.value):
             env = EscapeRooms(2, autoreset_mode=given, **SMALL)
             assert env.metadata["autoreset_mode"] is env.autoreset_mode is mode
-    assert EscapeRooms.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+    usual = EscapeRooms(2, **SMALL)
+    assert EscapeRooms.metadata["autoreset_mode"] is usual.autoreset_mode is AutoresetMode.NEXT_STEP
     with pytest.raises(InputError, match=r"^autoreset_mode must be one of NextStep, SameStep, Disabled, not 'never'$"):
         EscapeRooms(2, autoreset_mode="never")
-    made = gymnasium.make_vec("hierroom/EscapeRoom-a-v0", 2, autoreset_mode="NextStep", flat=True)
+    made = gymnasium.make_vec("hierroom/EscapeRoom-a-v0", 2, flat=True)
     assert made.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
     assert made.reset(seed=0)[0].shape == (2, 177)
+
+
+@pytest.mark.parametrize(
+    "wrap", [wrappers.NormalizeObservation, wrappers.NormalizeReward, wrappers.RecordEpisodeStatistics]
+)
+def test_the_wrappers_of_gymnasium_take_the_usual_environments(wrap):
+    envs = wrap(gymnasium.make_vec("hierroom/EscapeRoom-a-v0", 4, flat=True, size=11, max_steps=9))
+    observations, _ = envs.reset(seed=0)
+    ended = 0
+    for _ in range(25):
+        observations, rewards, terminated, truncated, _ = envs.step(envs.action_space.sample())
+        ended += (terminated | truncated).sum()
+        assert np.isfinite(observations).all()
+        assert np.isfinite(rewards).all()
+    assert ended >= 8
 
 
 def test_without_autoreset_ended_environments_must_be_reset():

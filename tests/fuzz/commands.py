@@ -82,9 +82,11 @@ def world(folder: Path) -> Iterator[None]:
     os.chdir(folder)
     try:
         with mock.patch.object(provenance, "describe_git", return_value=None):
-            Path("own.toml").write_text("gamma = 0.9\n")
-            Path("deep.toml").write_text(f"gamma = {'[' * 500}{']' * 500}\nkey_rooms = {'[' * 5000}")
-            Path("digits.toml").write_text(f"steps = {MANY_DIGITS}\nkey_rooms = [{MANY_DIGITS}]\nexit_room = 1\n")
+            Path("own.toml").write_text("gamma = 0.9\n", encoding="utf-8")
+            Path("deep.toml").write_text(f"gamma = {'[' * 500}{']' * 500}\nkey_rooms = {'[' * 5000}", encoding="utf-8")
+            Path("digits.toml").write_text(
+                f"steps = {MANY_DIGITS}\nkey_rooms = [{MANY_DIGITS}]\nexit_room = 1\n", encoding="utf-8"
+            )
             GoalGraph(tuple(range(1500)), 1500).to_toml("chain.toml")
             GoalGraph((0, 1, 1), 3).to_toml("fork.toml")
             if not Path("run").exists() and train_quietly(["--out", "run", *SMALL_OPTIONS]) != 0:

@@ -74,7 +74,7 @@ def damaged(text: str, rng: random.Random) -> str:
 
 
 def attempts(seed: int) -> Iterator[tuple[str, str | None]]:
-    rng, right = random.Random(seed), Path("kept/config.json").read_text()
+    rng, right = random.Random(seed), Path("kept/config.json").read_text(encoding="utf-8")
     before = TrainConfig.from_dict(json.loads(right))
     while True:
         text = edited(right, rng)
@@ -89,7 +89,7 @@ def silent_change(before: TrainConfig) -> str | None:
 
     It does not ask what the commands ask, so that it notices if they forget an entry.
     """
-    after = TrainConfig.from_dict(json.loads(Path("run/config.json").read_text()))
+    after = TrainConfig.from_dict(json.loads(Path("run/config.json").read_text(encoding="utf-8-sig")))
     tables = before.to_dict(), after.to_dict()
     places = {path for table in tables for path in paths(table) if path[-1] not in MAY_CHANGE}
     differing = sorted(".".join(path) for path in places if _at(tables[0], path) != _at(tables[1], path))

@@ -40,6 +40,7 @@ def compare(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "120")
 
     def run(*arguments, draws=False, **options):
+        options = {"out": "compare", **options}
         flags = [text for name, value in options.items() for text in (f"--{name}", str(value))]
         with monkeypatch.context() as patch:
             if not draws:
@@ -51,7 +52,7 @@ def compare(tmp_path, monkeypatch, capsys):
 
 
 def rows(path):
-    with Path(path).open(newline="") as file:
+    with Path(path).open(encoding="utf-8", newline="") as file:
         return list(csv.DictReader(file))
 
 
@@ -119,7 +120,7 @@ def test_a_metric_without_values_at_first(runs, compare):
 
 def test_json_is_what_was_written(runs, compare):
     printed = json.loads(compare(runs, "--json", by="meta"))
-    assert printed == json.loads(Path("compare/comparison.json").read_text())
+    assert printed == json.loads(Path("compare/comparison.json").read_text(encoding="utf-8"))
     assert printed["by"] == ["meta"]
     assert [group["meta"] for group in printed["groups"]] == ["fixed-dfs", "random"]
     assert [len(group["runs"]) for group in printed["groups"]] == [4, 4]
@@ -184,10 +185,12 @@ def test_what_a_sweep_calls_a_run_is_what_it_is_called_here(tmp_path, compare):
     assert {one["group"] for one in rows("compare/summary.csv")} == {"quick", "slow, HiPPO", "no variant"}
     compare(tmp_path / "r", by="variant,method")
     assert {one["group"] for one in rows("compare/summary.csv")} == {"quick, hippo", "slow, HiPPO, hippo", "hippo"}
-    (path / "provenance.json").write_text("[")
-    assert "compared by variant, as no --by was given" in compare(tmp_path / "r"), "a broken file has no variant"
+    (path / "provenance.json").write_text("[" * 10**5 + "]" * 10**5, encoding="utf-8")
+    printed = compare(tmp_path / "r", by="variant")
+    assert f"- left out: cannot read {path / 'provenance.json'}: maximum recursion depth exceeded" in printed
+    assert {one["group"] for one in rows("compare/summary.csv")} == {"quick", "slow, HiPPO"}
+    (path / "provenance.json").unlink()
     shutil.copytree(path, tmp_path / "r" / "renamed")
-    (tmp_path / "r" / "renamed" / "provenance.json").unlink()
     record_session(tmp_path / "r" / "renamed", RunFolder(path).config(), "quick")
     with pytest.raises(InputError, match=r"other and .*renamed have the same seed, 0, and"):
         compare(tmp_path / "r", by="gamma")
@@ -197,7 +200,7 @@ def test_one_group_is_a_learning_curve(tmp_path, compare):
     for seed in range(2):
         make_run(tmp_path / "r" / str(seed), {"c": line(0.5)}, seed=seed)
     assert "compared by method" in compare(tmp_path / "r")
-    assert Path("compare/improvement.csv").read_text().startswith("group,other,score")
+    assert Path("compare/improvement.csv").read_text(encoding="utf-8").startswith("group,other,score")
     assert rows("compare/improvement.csv") == []
 
 
@@ -261,10 +264,43 @@ def test_a_folder_is_named_without_its_seed_wherever_that_stands(tmp_path, folde
     assert read_run(run).choice("warm_start") == name
 
 
+def test_what_a_folder_calls_a_run_is_one_line_that_no_terminal_obeys(tmp_path):
+    path = make_run(tmp_path / "run", {"a": line(0.5)}, network="own:\udcff")
+    (path / "provenance.json").write_text(r'{"sessions": [{"variant": "=x\ud800\u001b[31m\n"}]}')
+    run = read_run(path)
+    assert (run.choice("variant"), run.choice("network")) == (r"=x\ud800\x1b[31m\n", r"own:\udcff")
+
+
 def test_runs_that_are_mixed_are_told(tmp_path, compare):
     for seed, gamma in enumerate((0.9, 0.95)):
         make_run(tmp_path / "r" / f"{seed}", {"c": line(0.5)}, seed=seed, gamma=gamma, size=11 + 2 * seed)
     assert "hippo mixes runs that differ in size (11, 13), gamma (0.9, 0.95)" in compare(tmp_path / "r", by="method")
+
+
+@pytest.mark.parametrize("differs", ["module", "resumed", "hierroom", "numpy", "weights"])
+def test_runs_of_different_code_are_told(tmp_path, compare, monkeypatch, differs):
+    (tmp_path / "mine.py").write_text("one")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("hierroom.runs.folder.provenance.describe_git", lambda *_: None)
+    for seed in range(2):
+        path = make_run(tmp_path / "r" / f"{seed}", {"c": line(0.5)}, seed=seed, meta="mine:M", warm_start="base")
+        config = RunFolder(path).config()
+        record_session(path, config, warm_start=64 * "a")
+        assert not seed or "different code" not in compare("r")
+    if differs in ("module", "resumed"):
+        (tmp_path / "mine.py").write_text("two")
+    if differs == "hierroom":
+        monkeypatch.setattr("hierroom.__version__", "9.9.9")
+    if differs == "numpy":
+        monkeypatch.setattr("hierroom.runs.folder.provenance.version", lambda name: "9.9.9")
+    if differs != "resumed":
+        (path / "provenance.json").unlink()
+    record_session(path, config, warm_start=64 * ("b" if differs == "weights" else "a"))
+    name = {"module": "mine.py", "resumed": "mine.py", "weights": "the weights of base"}.get(differs, differs)
+    told = next(one for one in compare("r").splitlines() if "different code" in one)
+    assert told.startswith("- hippo was trained with different code: ")
+    assert f"{name} (" in told
+    assert ("9.9.9" in told) == (differs in ("hierroom", "numpy"))
 
 
 def test_an_unfinished_run_ends_the_comparison(runs, compare):
@@ -371,7 +407,8 @@ def test_what_is_not_a_run(tmp_path, runs, compare):
     refused(compare, "empty is neither a run folder", tmp_path / "empty")
     refused(compare, "give the folders of the runs")
     (runs / "random-0" / "config.json").write_text("{")
-    refused(compare, r"random-0.config\.json", runs)
+    assert f"- left out: cannot read {runs / 'random-0' / 'config.json'}: Expecting" in compare(runs)
+    refused(compare, r"cannot read .*random-0.config\.json: Expecting", runs / "random-0")
 
 
 def test_a_run_without_evaluations(runs, compare):
@@ -439,23 +476,48 @@ def test_too_many_groups(tmp_path, compare):
     [
         (lambda text: text.replace("length_over_shortest", "detour"), "has no column length_over_shortest"),
         (lambda text: text + text.splitlines()[-1] + "\n", "the steps of graph c do not increase"),
-        (lambda text: text.replace(",200,", ",,"), "episodes is a number of at least 1, not ''"),
+        (lambda text: text.replace(",200,", ",,"), "line 2: episodes is a whole number of at least 1, not ''"),
+        (lambda text: text.replace(",0.2,", ",7,"), "line 22: success_rate is a number from 0 to 1, not '7'"),
+        (lambda text: text.replace(",0.2,", ",nan,"), "line 22: success_rate is a number from 0 to 1, not 'nan'"),
+        (lambda text: text.replace(",0.4,", ",-inf,"), "line 22: return is a number of at least .*, not '-inf'"),
+        (lambda text: text.encode("utf-16").decode("latin-1"), "line 1 is no row of text"),
     ],
 )
-def test_broken_evaluations(runs, compare, change, match):
+def test_broken_evaluations_are_left_out_with_their_line(runs, compare, change, match):
     path = runs / "random-0" / "evaluations.csv"
-    path.write_text(change(path.read_text()))
-    refused(compare, f"evaluations.csv is broken: .*{match}", runs)
+    path.write_text(change(path.read_text()), encoding="latin-1", newline="")
+    printed = compare(runs, by="meta")
+    assert re.search(f"left out: .*random-0/evaluations.csv is broken: .*{match}", printed)
+    assert row("compare/summary.csv", group="random", graph="all")["n_runs"] == "3"
+    refused(compare, f"evaluations.csv is broken: .*{match}", runs / "random-0")
+
+
+def test_a_run_without_a_value_of_the_metric_is_named(runs, compare):
+    path = runs / "random-2" / "evaluations.csv"
+    *before, last = path.read_text().splitlines(keepends=True)
+    path.write_text("".join([*before, last.rpartition(",")[0], ",nan\n"]))
+    printed = compare(runs, by="meta", metric="length_over_shortest")
+    assert "random has no length_over_shortest at 2 of 21 steps, nor an area: not known of " in printed
+    assert "random-0, " in printed.partition("random has no")[2]  # where nobody escapes, none has a value
+
+
+def test_without_a_folder_each_comparison_gets_its_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(figure, "draw_comparison", lambda comparison, folder: [])
+    make_run(tmp_path / "r", {"c": line(0.5)})
+    for _ in range(2):
+        assert command.main(["r", "--resamples", "100"]) == 0
+    assert sorted(path.name for path in tmp_path.glob("compare*")) == ["compare", "compare-2"]
 
 
 def test_a_folder_of_something_else_is_not_touched(runs, compare):
     Path("mine").mkdir()
-    Path("mine/curves.csv").write_text("precious")
+    Path("mine/curves.csv").write_text("precious", encoding="utf-8")
     refused(compare, "mine is neither an empty folder nor that of an earlier comparison", runs, out="mine")
     Path("file").touch()
     refused(compare, "file is neither an empty folder", runs, out="file")
     refused(compare, "cannot create the folder file.below", runs, by="meta", out="file/below")
-    assert Path("mine/curves.csv").read_text() == "precious"
+    assert Path("mine/curves.csv").read_text(encoding="utf-8") == "precious"
     refused(compare, "nowhere is neither", "nowhere", out="unused")
     assert not Path("unused").exists()
     compare(runs, by="meta", out="again")

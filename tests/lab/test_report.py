@@ -342,8 +342,11 @@ def test_a_broken_run_among_others_is_left_out(runs, tmp_path, capsys):
     bad = tmp_path / "bad"
     bad.mkdir()
     (bad / "config.json").write_text("{")
-    page = report(tmp_path, bad, runs / "runs" / "dfs0", "--replays", 0)
-    assert "left out: cannot read" in page.text
+    deep = evaluated_runs.make_run(tmp_path / "deep", {"a": evaluated_runs.line(1.0)})
+    (deep / "provenance.json").write_text("[" * 100_000 + "]" * 100_000)
+    page = report(tmp_path, bad, deep, runs / "runs" / "dfs0", "--replays", 0)
+    for path in (bad / "config.json", deep / "provenance.json"):
+        assert f"left out: cannot read {path}: " in page.text
     with pytest.raises(InputError, match="cannot read"):
         main([str(bad), "--out", str(tmp_path / "b.html")])
 

@@ -9,17 +9,21 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
+import pandas as pd
 import pytest
 from children import TIMES_QUIET
 from tiny_sweep import plan, tiny_words
 
+from hierroom.commands import sweep as sweep_command
 from hierroom.commands.sweep import main
 from hierroom.lab.sweep import job
 from hierroom.lab.sweep.summary import summarise
 from hierroom.lab.sweep.sweep import Sweep
 from hierroom.runs.folder.provenance import record_session
 from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.folder.run_lock import RunLockedError
 from hierroom.runs.session import begin, resume
 from hierroom.support.errors import InputError
 
@@ -35,7 +39,7 @@ def own_code(tmp_path, monkeypatch):
 
 def results(path: Path) -> list[dict[str, str]]:
     """The rows but for what tells the time, in one order."""
-    with path.open(newline="") as file:
+    with path.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     kept = [{k: v for k, v in row.items() if not k.startswith(TIMES)} for row in rows]
     return sorted(kept, key=lambda row: row["digest"])
@@ -148,7 +152,7 @@ def test_a_row_tells_the_own_code_that_made_it(own_code, tmp_path, capsys):
 def test_own_code_that_is_not_found_is_not_said_to_have_changed(own_code, tmp_path):
     sweep = Sweep(plan("reward=a_reward_that_moves:none", "method=ppo", "seed=0"), tmp_path / "out")
     (run,) = sweep.plan.runs()
-    Path("a_reward_that_moves.py").write_text("")
+    Path("a_reward_that_moves.py").write_text("", encoding="utf-8")
     (tmp_path / "out").mkdir()
     sweep.table.add(run, {"own_code": "0" * 16})
     assert sweep.made_with_other_code() == [run.name]
@@ -158,12 +162,14 @@ def test_own_code_that_is_not_found_is_not_said_to_have_changed(own_code, tmp_pa
 
 @pytest.mark.slow
 def test_own_code_of_other_meta_controllers_is_told_too(own_code, tmp_path):
-    Path("a_meta_of_a_sweep.py").write_text("def first(level):\n    return level.goals[0] if level.goals else None\n")
+    Path("a_meta_of_a_sweep.py").write_text(
+        "def first(level):\n    return level.goals[0] if level.goals else None\n", encoding="utf-8"
+    )
     sweep = Sweep(plan(metas=("a_meta_of_a_sweep:first",), seeds=1), tmp_path / "out")
     assert not sweep.fill(processes=1).failures
     assert [*sweep.rows()["own_code"].str.len()] == [16]
     assert sweep.made_with_other_code() == []
-    with Path("a_meta_of_a_sweep.py").open("a") as file:
+    with Path("a_meta_of_a_sweep.py").open("a", encoding="utf-8") as file:
         file.write("# changed\n")
     assert len(sweep.made_with_other_code()) == 1
 
@@ -171,13 +177,13 @@ def test_own_code_of_other_meta_controllers_is_told_too(own_code, tmp_path):
 @pytest.mark.slow
 def test_a_run_does_not_go_on_with_other_code(own_code, tmp_path):
     own = Path("a_reward_that_changes.py")
-    own.write_text("import numpy as np\n\ndef none(step):\n    return np.zeros(len(step.events))\n")
+    own.write_text("import numpy as np\n\ndef none(step):\n    return np.zeros(len(step.events))\n", encoding="utf-8")
     sweep = Sweep(plan(f"reward={own.stem}:none", "method=ppo", "seed=0"), tmp_path / "out")
     (run,) = sweep.plan.runs()
     folder = begin(run.config, tmp_path / "out" / "runs" / run.name)[1]
     folder.lock.release()
     record_session(folder.path, run.config)
-    own.write_text(own.read_text() + "# changed\n")
+    own.write_text(own.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
     ((failed, reason),) = sweep.fill(processes=1).failures
     assert failed == run
     assert f"{own} has changed since {folder.path} was trained" in reason
@@ -190,13 +196,62 @@ def test_a_run_does_not_go_on_with_other_code(own_code, tmp_path):
 def test_a_process_does_not_mix_code_that_it_loaded_with_code_that_it_did_not(own_code, tmp_path, monkeypatch):
     monkeypatch.setattr(job, "_loaded_files", {})
     own = Path("a_reward_edited_meanwhile.py")
-    own.write_text("import numpy as np\n\ndef one(step):\n    return np.zeros(len(step.events))\n\ntwo = one\n")
+    own.write_text(
+        "import numpy as np\n\ndef one(step):\n    return np.zeros(len(step.events))\n\ntwo = one\n", encoding="utf-8"
+    )
     one, two = plan(f"reward={own.stem}:one,{own.stem}:two", "method=ppo", "seed=0").runs()
     assert job.Job(one, tmp_path / "one", 4, (), "").work(lambda steps, words: None)
-    own.write_text(own.read_text() + "# changed\n")
+    own.write_text(own.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
     with pytest.raises(InputError, match=f"^{own} changed while the sweep went on; begin the sweep again to load it"):
         job.Job(two, tmp_path / "two", 4, (), "").work(lambda steps, words: None)
     assert not (tmp_path / "two").exists()
+
+
+@pytest.mark.parametrize(
+    ("given", "steps", "length", "played"),
+    [
+        (7, 8_000, 1000.0, [7]),
+        (None, 8_000, 1000.0, [100]),  # no fewer, however few steps there were
+        (None, 800_000, 260.0, [100, 300]),  # 384 episodes take an eighth of the steps, and there are two evaluations
+        (None, 8_000_000, 50.0, [100, 1000]),
+    ],
+)
+def test_the_evaluations_at_the_end_take_at_most_a_quarter_of_the_steps(given, steps, length, played):
+    asked = []
+
+    def evaluate(episodes, **kind):
+        asked.append((episodes, kind))
+        return SimpleNamespace(episodes=episodes, length=length)
+
+    work = job.Job(None, Path("run"), given, (), "")
+    trainer = SimpleNamespace(evaluate=evaluate)
+    assert work._evaluate(trainer, steps / 4 / 2, {"is_greedy": True}).episodes == played[-1]
+    assert asked == [(episodes, {"is_greedy": True}) for episodes in played]
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ({}, ""),
+        ({"success_rate": ["0.5"]}, ""),  # of an earlier version
+        ({"evaluated_episodes": ["1000"], "random_evaluated_episodes": [""]}, ""),
+        (
+            {"evaluated_episodes": ["1000", "300"], "greedy_evaluated_episodes": ["1000", "100"]},
+            "the evaluations at the end of 1 of 2 runs have 100 episodes or more, as 1000 would",
+        ),
+    ],
+)
+def test_a_sweep_says_where_evaluations_were_cut_short(rows, said):
+    note = sweep_command._on_few_episodes(pd.DataFrame(rows, dtype=str))
+    assert note.startswith(said)
+    assert bool(note) == bool(said)
+
+
+def test_a_run_that_another_process_trains_is_busy(tmp_path):
+    run = plan("method=ppo").runs()[0]
+    folder = RunFolder.create(tmp_path / "run", run.config)
+    with folder.lock, pytest.raises(RunLockedError, match="is being trained by another process"):
+        job.Job(run, tmp_path / "run", 4, (), "").work(print)
 
 
 def test_a_file_is_no_folder_of_a_sweep(tmp_path):
@@ -243,7 +298,7 @@ def test_entries_may_stand_behind_options(monkeypatch, capsys, tmp_path):
         ("--out", "x=y", "plan.toml", "--list", "gamma=0.9", "--graphs", "a", "b"),
     ):
         monkeypatch.chdir(tmp_path)
-        Path("plan.toml").write_text("steps = 1000\n")
+        Path("plan.toml").write_text("steps = 1000\n", encoding="utf-8")
         assert main(words) == 0
         told.append(capsys.readouterr().out)
     assert told[0] == told[1] == told[2]
@@ -275,7 +330,7 @@ def start(out: Path) -> subprocess.Popen:
 
 def children(process: subprocess.Popen) -> list[int]:
     path = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-    pids = [int(pid) for pid in path.read_text().split()]
+    pids = [int(pid) for pid in path.read_text(encoding="utf-8").split()]
     return [pid for pid in pids if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
 
 
@@ -305,6 +360,15 @@ def test_killed_workers_and_a_killed_sweep_leave_the_same_table(tmp_path, undist
     os.killpg(process.pid, signal.SIGKILL)  # the workers with it
     assert process.wait(TIMES_QUIET * 6) == -signal.SIGKILL
     assert start(tmp_path).wait(TIMES_QUIET * 30) == 0
+    assert results(tmp_path / "sweep.csv") == undisturbed
+
+
+@pytest.mark.slow
+def test_two_sweeps_on_one_folder_share_the_runs(tmp_path, undisturbed):
+    several = [start(tmp_path) for _ in range(2)]
+    told = [process.communicate(timeout=TIMES_QUIET * 30)[0].decode() for process in several]
+    assert [process.returncode for process in several] == [0, 0], told
+    assert "failed" not in "".join(told)
     assert results(tmp_path / "sweep.csv") == undisturbed
 
 

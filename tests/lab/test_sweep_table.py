@@ -7,7 +7,9 @@ import pandas as pd
 import pytest
 from tiny_sweep import plan
 
+from hierroom.goals import GoalGraph
 from hierroom.lab.sweep.summary import summarise
+from hierroom.lab.sweep.sweep import Sweep
 from hierroom.lab.sweep.table import SweepTable
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
@@ -21,7 +23,7 @@ def test_a_row_of_an_older_preset_is_made_again_and_others_stay(tmp_path):
         table.add(run, {"success_rate": 0.123456789, "length": 40.0, "steps_to_95": float("inf")})
     assert [*table.of((old, other))["success_rate"]] == ["0.123457"] * 2
     assert len(table.of((new,))) == 0
-    table.add(new, {"success_rate": 1.0, "more": 'it, "quoted"'})
+    table.add(new, {"success_rate": 1.0, "length": 1.0, "more": 'it, "quoted"'})
     assert [*table.read()["digest"]] == [other.digest, new.digest]
     assert [*table.read()["more"]] == ["", 'it, "quoted"']
     assert table.read()["steps_to_95"][0] == ""
@@ -120,6 +122,68 @@ def test_a_table_of_something_else_is_refused(tmp_path):
     path.write_text("a,b\n1,2\n")
     with pytest.raises(InputError, match="is no table of a sweep"):
         SweepTable(tmp_path).read()
+    path.write_text("")
+    assert SweepTable(tmp_path).read().empty
+
+
+@pytest.mark.parametrize("name", ["sweep.csv", "curves.csv"])
+@pytest.mark.parametrize(
+    ("cell", "said"),
+    [
+        ("abc", "line 2: success_rate is a number from 0 to 1, not 'abc'"),
+        ("7", "line 2: success_rate is a number from 0 to 1, not '7'"),
+        ("nan", "line 2: success_rate is a number from 0 to 1, not 'nan'"),
+        ("", "line 2: success_rate is a number from 0 to 1, not ''"),
+        ("0.25,1", "line 2 has not as many entries as the line that names them"),
+    ],
+)
+def test_a_broken_cell_is_one_line_before_anything_is_trained(name, cell, said, tmp_path):
+    sweep = Sweep(plan("seed=0,1"), tmp_path)
+    points = [{"steps": "100", "graph": "c", "success_rate": "0.25"}]
+    sweep.table.add(sweep.plan.runs()[0], {**NUMBERS, "success_rate": 0.25}, points)
+    text = (tmp_path / name).read_text()
+    assert text.count(",0.25") == 1
+    (tmp_path / name).write_text(text.replace(",0.25", f",{cell}"))
+    with pytest.raises(InputError, match=rf"{name} is broken: {said}"):
+        sweep.fill()
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_table_that_a_spreadsheet_has_saved_goes_on(tmp_path):
+    table, (first, second) = SweepTable(tmp_path), plan("seed=0,1").runs()
+    points = [{"steps": "100", "graph": "c", "success_rate": "0.25"}]
+    table.add(first, NUMBERS, points)
+    for path in tmp_path.glob("*.csv"):
+        path.write_text(path.read_text(), encoding="utf-8-sig", newline="\r\n")
+    table.complete((first, second))
+    table.add(second, NUMBERS, points)
+    assert [*table.read()] == [*first.identity, *NUMBERS, "digest"]
+    assert [*table.read()["digest"]] == [*table.curves()] == [first.digest, second.digest]
+    _, *rows = table.path.read_text().splitlines(keepends=True)
+    for left in (rows, rows[:1]):
+        table.path.write_text("".join(left))
+        with pytest.raises(InputError, match=r"(has no column digest|line 1 names a column twice)"):
+            table.add(second, NUMBERS)
+        assert table.path.read_text() == "".join(left)
+
+
+def test_a_graph_that_looks_like_a_formula_is_a_text_in_the_table(tmp_path):
+    table, (run,) = SweepTable(tmp_path), plan("seed=0", graphs=(GoalGraph((0, 1, 0), 3, "=cmd"),)).runs()
+    for _ in range(2):
+        table.add(run, NUMBERS)
+    assert ",'=cmd," in table.path.read_text()
+    assert [*table.of([run])["graph"]] == [*table.read()["graph"]] == ["=cmd"]
+
+
+@pytest.mark.parametrize("name", ["sweep.csv", "curves.csv", ".sweep.csv.lock"])
+def test_a_link_in_the_place_of_a_table_is_refused_before_anything_is_trained(name, tmp_path):
+    (tmp_path / "mine").write_text("precious")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / name).symlink_to(tmp_path / "mine")
+    with pytest.raises(InputError, match=rf"cannot write .*{name}: it is a link"):
+        Sweep(plan("seed=0"), tmp_path / "out").fill()
+    assert [path.name for path in (tmp_path / "out").iterdir()] == [name]
+    assert (tmp_path / "mine").read_text() == "precious"
 
 
 def test_a_summary_has_medians_and_their_spread():

@@ -2,6 +2,7 @@
 
 import io
 from copy import deepcopy
+from threading import Lock
 
 import numpy as np
 import pytest
@@ -287,3 +288,36 @@ def test_weights_depend_on_the_seed_alone(make):
     finally:
         torch.set_num_threads(threads)
     assert all(torch.equal(ours, theirs) for ours, theirs in zip(before, after, strict=True))
+
+
+class Notes(PlainTorchNetwork):
+    """Notes outside of its weights how it is used."""
+
+    def step(self, features, state):
+        self.mode = self.training
+        return super().step(features, state)
+
+
+def test_a_policy_leaves_no_trace_in_the_network_and_sees_new_weights():
+    """So threads may act with the same weights at the same time."""
+    learner = make_learner(network=Notes)
+    policies = [learner.policy(2, seed=0) for _ in range(2)]
+    asked = np.arange(2), np.zeros((2, 4), np.uint8), np.ones((2, 4), bool)
+    for policy in policies:
+        policy.act(*asked)
+    assert not hasattr(learner.network, "mode")
+    before = policies[0].decision.values
+    with torch.no_grad():
+        learner.network.value_head.bias += 1
+    for policy in policies:
+        policy.reset(np.arange(2))
+        policy.act(*asked)
+        np.testing.assert_allclose(policy.decision.values, before + 1, atol=1e-6)
+
+
+def test_a_policy_of_a_network_that_cannot_be_copied_acts_with_the_network_itself():
+    learner = make_learner(network=Notes)
+    learner.network.lock = Lock()
+    learner.policy(2, seed=0).act(np.arange(2), np.zeros((2, 4), np.uint8), np.ones((2, 4), bool))
+    assert learner.network.mode is False
+    assert learner.network.training

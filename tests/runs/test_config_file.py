@@ -38,7 +38,7 @@ def elsewhere(tmp_path, monkeypatch):
 
 
 def written(text: str) -> str:
-    Path("own.toml").write_text(text)
+    Path("own.toml").write_text(text, encoding="utf-8")
     return "own.toml"
 
 
@@ -152,14 +152,14 @@ def test_what_is_wrong_in_a_file_is_one_line_with_its_name(text, said):
         (".", ". is a folder; a config is a TOML file or, to repeat a run, its config.json"),
         ("broken.toml", "broken.toml is not a TOML file: "),
         ("deep.toml", "deep.toml is not a TOML file: "),
-        ("binary.toml", "binary.toml is not a TOML file: "),
+        ("binary.toml", "cannot read the config binary.toml: it is no text in UTF-8: "),
         ("config.json", ". is not a run folder: it has no config.json"),
         ("other.json", "other.json: the config of a run is read from its folder, where it is called config.json"),
     ],
 )
 def test_what_is_no_config_is_refused_in_one_line(path, said):
-    Path("broken.toml").write_text("gamma = ")
-    Path("deep.toml").write_text("x = " + "[" * 10_000)
+    Path("broken.toml").write_text("gamma = ", encoding="utf-8")
+    Path("deep.toml").write_text("x = " + "[" * 10_000, encoding="utf-8")
     Path("binary.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InputError) as caught:
         train(["--config", path])
@@ -177,7 +177,9 @@ def test_a_resumed_run_takes_no_other_config():
 @pytest.mark.parametrize("graph", ["a", "mine.toml", "hitting_time:8..13"])
 def test_a_run_is_repeated_from_its_folder(graph, tmp_path):
     GoalGraph((0, 1, 1), 3).to_toml("mine.toml")
-    Path("own.toml").write_text(f'size = 13\nnum_envs = 4\nminibatches = 2\ngraph = "{graph}"\npreset = "paper"')
+    Path("own.toml").write_text(
+        f'size = 13\nnum_envs = 4\nminibatches = 2\ngraph = "{graph}"\npreset = "paper"', encoding="utf-8"
+    )
     _, first = session.begin(parse(["--config", "own.toml"]).config, None)
     Path("mine.toml").unlink()
     Path("own.toml").unlink()

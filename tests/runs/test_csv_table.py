@@ -1,5 +1,6 @@
 """A table that grows: rows are counted and kept, torn ends are none, columns are added, and damage is refused."""
 
+import codecs
 import errno
 import os
 
@@ -154,6 +155,90 @@ def test_a_table_without_its_header_is_refused_unless_nothing_of_it_counts(table
     assert table.keep(0) == 0
     table.append(ROWS)
     assert steps(table) == [10, 20, 30]
+
+
+CELLS = {"steps": 0.0, "graph": None, "success_rate": 0.0, "length": None}
+
+
+@pytest.fixture
+def checked(tmp_path):
+    table = CSVTable(tmp_path / "evaluations.csv", CELLS, texts=("graph",))
+    table.append([{"steps": n, "graph": "=c", "success_rate": n / 100, "length": float("nan")} for n in (10, 20, 30)])
+    return table
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ((b",0.2,", b",abc,"), "line 3: success_rate is a number from 0 to 1, not 'abc'"),
+        ((b",0.2,", b",7,"), "line 3: success_rate is a number from 0 to 1, not '7'"),
+        ((b",0.2,", b",,"), "line 3: success_rate is a number from 0 to 1, not ''"),
+        ((b",0.2,nan", b",0.2,inf"), "line 3: length is a number of at most .*, not 'inf'"),
+        ((b"success_rate", b"success"), "line 1 has no column success_rate"),
+    ],
+)
+def test_a_cell_that_cannot_be_is_refused_with_its_line_and_column(change, said, checked):
+    broken = checked.path.read_bytes().replace(*change)
+    checked.path.write_bytes(broken)
+    for use in (CSVTable.read, CSVTable.measure, CSVTable.keep):
+        with pytest.raises(InputError, match=rf"evaluations\.csv is broken: {said}"):
+            use(CSVTable(checked.path, CELLS, texts=("graph",)))
+    assert checked.path.read_bytes() == broken
+
+
+def test_an_empty_cell_of_a_number_is_none(checked):
+    checked.path.write_bytes(checked.path.read_bytes().replace(b",nan", b","))
+    assert [row["length"] for row in checked.read()] == ["nan"] * 3
+
+
+def test_a_graph_that_looks_like_a_formula_is_a_text_in_the_file(checked):
+    assert b"\r\n10,'=c,0.1,nan\r\n" in checked.path.read_bytes()
+    checked.append([{"steps": 40, "graph": "=c", "success_rate": 1, "more": 5}])
+    assert [row["graph"] for row in checked.read()] == ["=c"] * 4
+
+
+def test_a_table_that_a_spreadsheet_has_saved_goes_on(table):
+    table.path.write_bytes(codecs.BOM_UTF8 + table.path.read_bytes())
+    saved = CSVTable(table.path)
+    assert saved.keep(2) == 2
+    saved.append([{"steps": 40, "more": 1}])
+    assert [row["more"] for row in saved.read()] == ["nan", "nan", "1"]
+    assert steps(CSVTable(table.path)) == [10, 20, 40]
+
+
+@pytest.mark.parametrize(
+    "save",
+    [
+        lambda text: text.decode().encode("utf-16"),
+        lambda text: text.decode().encode("utf-16-le"),
+        lambda text: text.replace(b"\r\n", b"\n").decode().encode("utf-16-be"),
+        lambda text: text.replace(b"\r\n", b"\r"),
+        lambda text: text.replace(b",", b";"),
+        lambda text: b"\0" + text,
+        lambda text: codecs.BOM_UTF8 + b"\r\n" + text,
+        lambda text: b"\xff" + text,
+    ],
+)
+def test_a_header_that_cannot_be_read_costs_no_row(save, table):
+    table.path.write_bytes(saved := save(table.path.read_bytes()))
+    for use in (CSVTable.read, CSVTable.keep, lambda table: table.keep(3), lambda table: table.append(ROWS)):
+        with pytest.raises(InputError, match=r"line 1 (is no row of text|does not name the columns)"):
+            use(CSVTable(table.path))
+    assert table.path.read_bytes() == saved
+
+
+def test_a_header_that_is_cut_off_costs_no_row_that_a_checkpoint_counts(table):
+    table.path.write_bytes(b"steps,lo")
+    with pytest.raises(InputError, match="line 1 is no row of text"):
+        CSVTable(table.path).keep(3)
+    assert table.path.read_bytes() == b"steps,lo"
+
+
+def test_a_table_that_is_one_endless_line_is_refused(table, monkeypatch):
+    monkeypatch.setattr("hierroom.runs.folder.csv_table.MOST_TEXT", 2**22)
+    os.truncate(table.path, 2**23)
+    with pytest.raises(InputError, match="line 5 is no row of text"):
+        table.read()
 
 
 def test_columns_may_grow(table):

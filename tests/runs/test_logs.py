@@ -18,6 +18,7 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 import hierroom
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.logs.events import Events
 from hierroom.runs.logs.logs import Logs, logger_names
 from hierroom.runs.logs.scalars import tag
 from hierroom.support.errors import InputError
@@ -247,3 +248,10 @@ def test_unknown_loggers_are_refused(libraries, given):
 def test_names(libraries):
     assert logger_names("wandb, tensorboard,wandb") == ("wandb", "tensorboard")
     assert logger_names("none") == ()
+
+
+@pytest.mark.parametrize("name", ["²", "x", "", "0"])
+def test_events_go_on_after_any_file_of_such_a_name(name, tmp_path):
+    (tmp_path / f"events.out.tfevents.{name}").write_text("")
+    Events(tmp_path, -1).add({"train/success_rate": 0.5}, 64)
+    assert len([path for path in tmp_path.iterdir() if path.stat().st_size]) == 1

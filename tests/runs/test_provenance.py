@@ -59,7 +59,7 @@ def load(module: str, sources: dict[str, str]) -> TrainConfig:
     """Write source files, load a module, and give a config that names it as its meta-controller."""
     for name, source in sources.items():
         Path(name).parent.mkdir(parents=True, exist_ok=True)
-        Path(name).write_text(source)
+        Path(name).write_text(source, encoding="utf-8")
     importlib.invalidate_caches()
     importlib.import_module(module)
     return SMALL.changed(meta=f"{module}:First")
@@ -78,13 +78,13 @@ def git(*arguments: str) -> str:
 def commit_files(*names: str) -> None:
     git("init", "-q")
     for name in names:
-        Path(name).write_text("1")
+        Path(name).write_text("1", encoding="utf-8")
     git("add", *names)
     git("commit", "-qm", "one")
 
 
 def test_a_run_tells_each_command_that_worked_on_it(tmp_path):
-    Path("mine.py").write_text(META)
+    Path("mine.py").write_text(META, encoding="utf-8")
     python = [sys.executable, "-m", "hierroom", "train"]
     before = datetime.now(UTC).replace(microsecond=0)
     first = [*python, *FLAGS, "--meta", "mine:First", "--out", "my run"]
@@ -100,7 +100,7 @@ def test_a_run_tells_each_command_that_worked_on_it(tmp_path):
     digest = hashlib.sha256(META.encode()).hexdigest()
     assert began["modules"] == resumed["modules"]
     assert began["modules"] == [{"file": "mine.py", "sha256": digest, "copy": "modules/mine.py"}]
-    assert Path("my run/modules/mine.py").read_text() == META
+    assert Path("my run/modules/mine.py").read_text(encoding="utf-8") == META
 
 
 def test_versions_and_machine():
@@ -118,15 +118,15 @@ def test_the_commit_and_whether_files_differ_from_it(tmp_path, monkeypatch):
     assert describe_git(tmp_path) is None
     git("init", "-q")
     assert describe_git(tmp_path) is None  # no commit yet
-    Path("file").write_text("1")
+    Path("file").write_text("1", encoding="utf-8")
     git("add", "file")
     git("commit", "-qm", "one")
     commit = git("rev-parse", "HEAD").strip()
     assert describe_git(tmp_path) == {"commit": commit, "is_dirty": False}
     Path("runs").mkdir()
-    Path("runs/of-no-concern").write_text("2")
+    Path("runs/of-no-concern").write_text("2", encoding="utf-8")
     assert describe_git(tmp_path / "runs") == {"commit": commit, "is_dirty": False}
-    Path("file").write_text("3")
+    Path("file").write_text("3", encoding="utf-8")
     assert describe_git(tmp_path) == {"commit": commit, "is_dirty": True}
     assert describe_git(tmp_path, "file") == {"commit": commit, "is_dirty": True}
     assert describe_git(tmp_path / "runs", "of-no-concern") is None  # installed into somebody else's checkout
@@ -148,7 +148,7 @@ def test_a_checkout_names_no_program_that_git_runs(tmp_path):
     git("config", "include.path", "included")
     (tmp_path / ".git" / "info" / "attributes").write_text("file filter=x\nother filter=y\n")
     for file in ("file", "other"):
-        Path(file).write_text("2")  # as long as it was, so that git has to read it
+        Path(file).write_text("2", encoding="utf-8")  # as long as it was, so that git has to read it
     run_child(["git", "status"], cwd=tmp_path, text=False)
     assert Path("ran").exists()  # git itself runs them
     Path("ran").unlink()
@@ -167,7 +167,7 @@ def test_the_version_of_a_checkout_tells_its_commit(tmp_path, monkeypatch):
     commit = describe_git(tmp_path)["commit"]
     version_of = version_of_code.__wrapped__  # what is told in a process does not change
     assert version_of() == f"1.2.dev3+g{commit[:9]}"
-    Path("hierroom/__init__.py").write_text("X = 1")
+    Path("hierroom/__init__.py").write_text("X = 1", encoding="utf-8")
     assert version_of() == f"1.2.dev3+g{commit[:9]}.dirty"
     monkeypatch.setattr(hierroom, "__file__", "/nowhere/hierroom/__init__.py")
     assert version_of() == "1.2.dev3+gold"
@@ -245,7 +245,7 @@ def test_what_cannot_be_copied_is_told(tmp_path):
     assert locked["sha256"] is None
     assert mine["copy"] == "modules/mine.py"
     assert [path.name for path in Path("modules").iterdir()] == ["mine.py"]
-    Path("large.py").write_text("")
+    Path("large.py").write_text("", encoding="utf-8")
     assert changed_modules(tmp_path, config) == [
         f"large.py has changed since {tmp_path} was trained: its digest then is in provenance.json there"
     ]
@@ -258,7 +258,7 @@ def test_a_module_without_source_is_told(tmp_path, monkeypatch):
 
 
 def test_a_script_that_is_run_is_copied_alone(monkeypatch):
-    Path("my-script.py").write_text("import helper\n" + META)
+    Path("my-script.py").write_text("import helper\n" + META, encoding="utf-8")
     script = ModuleType("__main__")
     script.__file__ = str(Path("my-script.py").absolute())
     monkeypatch.setitem(sys.modules, "__main__", script)
@@ -267,7 +267,7 @@ def test_a_script_that_is_run_is_copied_alone(monkeypatch):
 
 def test_a_link_to_a_module_is_copied_by_its_own_name():
     Path("elsewhere").mkdir()
-    Path("elsewhere/real.py").write_text(META)
+    Path("elsewhere/real.py").write_text(META, encoding="utf-8")
     Path("mine.py").symlink_to("elsewhere/real.py")
     assert names_of(load("mine", {"other.py": ""})) == ["mine.py"]
 
@@ -314,9 +314,9 @@ def test_a_module_that_changed_is_told_and_copied_beside_the_old(tmp_path):
     config = load("mine", {"mine.py": "import helper\n" + META, "helper.py": "X = 1\n"})
     assert record_session(tmp_path, config) == []
     assert changed_modules(tmp_path, config) == []
-    Path("helper.py").write_text("X = 2\n")
-    Path("fresh.py").write_text("")
-    Path("mine.py").write_text("import fresh, helper\n" + META)
+    Path("helper.py").write_text("X = 2\n", encoding="utf-8")
+    Path("fresh.py").write_text("", encoding="utf-8")
+    Path("mine.py").write_text("import fresh, helper\n" + META, encoding="utf-8")
     lines = [
         f"fresh.py is used now, and was not when {tmp_path} was trained",
         f"helper.py has changed since {tmp_path} was trained: what it was is modules/helper.py there",
@@ -325,8 +325,8 @@ def test_a_module_that_changed_is_told_and_copied_beside_the_old(tmp_path):
     assert changed_modules(tmp_path, config) == lines
     assert record_session(tmp_path, config) == lines
     assert record_session(tmp_path, config) == []  # now they are known
-    assert Path("modules/helper.py").read_text() == "X = 1\n"
-    assert Path("modules/session-2/helper.py").read_text() == "X = 2\n"
+    assert Path("modules/helper.py").read_text(encoding="utf-8") == "X = 1\n"
+    assert Path("modules/session-2/helper.py").read_text(encoding="utf-8") == "X = 2\n"
     assert [one["copy"] for one in sessions(tmp_path)[2]["modules"]] == [
         f"modules/session-2/{name}.py" for name in ("fresh", "helper", "mine")
     ]
@@ -336,12 +336,12 @@ def test_a_module_that_changed_is_told_and_copied_beside_the_old(tmp_path):
 def test_evaluating_and_resuming_say_what_changed_and_go_on(monkeypatch, capsys):
     load("mine", {"mine.py": META})
     assert train([*FLAGS, "--meta", "mine:First", "--out", "run"]) == 0
-    Path("run/modules/mine.py").write_text("raise SystemExit('a copy is never run')")
+    Path("run/modules/mine.py").write_text("raise SystemExit('a copy is never run')", encoding="utf-8")
     said = "warning: mine.py has changed since run was trained: what it was is modules/mine.py there\n"
     trusted = ["run", "--trust-run"]
     for arguments, warnings in ((trusted, ""), (["run", "--meta", "random"], "")):
         assert evaluated(capsys, arguments) == warnings
-    Path("mine.py").write_text(META + "# now\n")
+    Path("mine.py").write_text(META + "# now\n", encoding="utf-8")
     for arguments, warnings in ((trusted, said), (["run", "--meta", "random"], "")):
         assert evaluated(capsys, arguments) == warnings
     assert train(["--resume", "run", "--steps", "1024", "--meta", "mine:First"]) == 0
@@ -357,11 +357,11 @@ def evaluated(capsys, arguments: list[str]) -> str:
 
 @pytest.mark.parametrize("text", ["{", "[]", "{}", '{"sessions": 1}', '{"sessions": [1]}', '{"sessions": [{}]}'])
 def test_a_broken_provenance_is_one_line(text, tmp_path):
-    Path("provenance.json").write_text(text)
+    Path("provenance.json").write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=r"provenance\.json") as caught:
         record_session(tmp_path, SMALL)
     assert "\n" not in str(caught.value)
-    assert Path("provenance.json").read_text() == text
+    assert Path("provenance.json").read_text(encoding="utf-8") == text
 
 
 def test_a_run_from_before_or_without_it_is_no_error(tmp_path):

@@ -12,8 +12,10 @@ from children import run_child
 from same_run import differences, scalars
 from stopped_run import stop_at_update
 
+from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.provenance import FILE
 from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.session import begin, resume
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
 
@@ -154,6 +156,22 @@ def test_rows_that_a_table_lost_are_told_of_and_the_run_goes_on(fixed, tmp_path,
     assert f"warning: {out}/metrics.csv has lost 1 of {n_rows} rows; the run goes on without them\n" in told
     assert f"warning: {out}/episodes.csv has lost " in told
     assert (out / "metrics.csv").read_bytes() == b"".join([*lines[:3], *lines[4:]])
+
+
+def test_a_learning_rate_that_jumps_when_a_run_goes_on_for_longer_is_said(tmp_path, capsys):
+    config = TrainConfig().changed(steps=64, num_envs=4, sequence_length=16, evaluations=0, size=11, hidden_size=8)
+    trainer, folder = begin(config.changed(final_learning_rate_fraction=0.1), tmp_path / "run")
+    trainer.advance()
+    folder.save_checkpoint(trainer.state_dict())
+    folder.lock.release()
+    for steps, said in ((64, ""), (128, "controller_0 goes on at 5.5e-04 after 1.0e-04: it falls over 128 steps")):
+        resumed, again = resume(folder.config().changed(steps=steps), folder.path)
+        again.lock.release()
+        told = capsys.readouterr().err
+        assert said in told
+        assert bool(said) == ("learning rate" in told)
+    resumed.advance()
+    assert resumed.metrics()["learning_rate"] == pytest.approx(1e-4)
 
 
 def test_a_damaged_table_is_refused_before_anything_is_changed(fixed, tmp_path):

@@ -26,8 +26,16 @@ def state_after(steps, **mine):
 
 def test_a_file_that_is_called_as_a_named_graph_is_not_the_graph(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    Path(SMALL.env.graph).write_text("something else")
+    Path(SMALL.env.graph).write_text("something else", encoding="utf-8")
     assert RunFolder.create(tmp_path / "run", SMALL).config() == SMALL
+
+
+def test_a_config_with_half_a_character_is_one_line(tmp_path):
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    path = folder.path / "config.json"
+    path.write_text(path.read_text().replace('"steps": 1000000', r'"steps": "\udcff"'))
+    with pytest.raises(InputError, match=r"config\.json: .*surrogates not allowed"):
+        folder.config()
 
 
 def test_a_checkpoint_is_found_by_its_steps(tmp_path):
@@ -68,6 +76,21 @@ def test_of_a_checkpoint_of_another_version_nothing_before_it_is_told(tmp_path, 
     said = f"has format 3, this hierroom reads {checkpoint.CHECKPOINT_FORMAT}$"
     with pytest.raises(CheckpointError, match=said):
         folder.load_checkpoint()
+
+
+def test_no_table_is_cut_where_another_is_broken(tmp_path):
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    rates = {"success_rate": 0.5, "length": 5, "episode_length": 5, "episodes": 1}
+    unknown = dict.fromkeys(("seconds", "return", "length_over_shortest"), 1)
+    for table in folder.tables:
+        graph = {} if table is folder.metrics else {"graph": "a"}
+        table.append([{"steps": steps, **rates, **unknown, **graph} for steps in (64, 128)])
+    evaluations = folder.evaluations.path.read_text().replace("64,0.5", "64,abc")
+    folder.evaluations.path.write_text(evaluations)
+    before = [table.path.read_text() for table in folder.tables]
+    with pytest.raises(InputError, match=r"evaluations\.csv is broken: line 2: success_rate .* 'abc'; mend it, or"):
+        RunFolder(folder.path).keep_rows({"tables": dict.fromkeys(checkpoint.TABLES, 1), "steps": 64})
+    assert [table.path.read_text() for table in folder.tables] == before
 
 
 def test_not_a_number_is_null_in_json():

@@ -83,6 +83,6 @@ def test_a_link_in_the_place_of_the_lock_is_not_followed(tmp_path):
     (tmp_path / "mine").write_text("precious")
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / RunLock.FILE).symlink_to(tmp_path / "mine")
-    with pytest.raises(InputError, match="cannot lock the run folder"):
+    with pytest.raises(InputError, match=r"cannot write .*\.lock: it is a link"):
         RunLock(tmp_path / "run").acquire()
     assert (tmp_path / "mine").read_text() == "precious"

@@ -57,7 +57,14 @@ def trained(tmp_path_factory) -> Path:
 
 def test_a_run_leaves_everything_it_promises(trained):
     summary = json.loads((trained / "summary.json").read_text())
-    for entry in ("success_rate", "episode_length", "steps", "seconds", "steps_per_second", "steps_to_90"):
+    for entry in (
+        "training_success_rate",
+        "training_episode_length",
+        "steps",
+        "seconds",
+        "steps_per_second",
+        "steps_to_90",
+    ):
         assert entry in summary
     assert summary["steps"] == 4096
     assert RunFolder.open(trained).config() == TrainConfig(
@@ -249,9 +256,9 @@ def test_evaluate_prints_a_table_and_json(trained, capsys):
 )
 def test_wrong_input_is_one_line_and_writes_nothing(arguments, said, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    Path("broken.toml").write_text("key_rooms = [0,")
-    Path("cycle.toml").write_text("key_rooms = [2, 1]\nexit_room = 1\n")
-    Path("huge.toml").write_text(f"key_rooms = {[0] * 7}\nexit_room = 1\n")
+    Path("broken.toml").write_text("key_rooms = [0,", encoding="utf-8")
+    Path("cycle.toml").write_text("key_rooms = [2, 1]\nexit_room = 1\n", encoding="utf-8")
+    Path("huge.toml").write_text(f"key_rooms = {[0] * 7}\nexit_room = 1\n", encoding="utf-8")
     before = sorted(Path().rglob("*"))
     with pytest.raises(InputError, match=said) as caught:
         train([*(FLAGS[2:] if "--graph" in arguments else FLAGS), "--steps", "512", *arguments])

@@ -11,6 +11,7 @@ from hierroom.commands.evaluate import main as evaluate
 from hierroom.commands.watch import main as watch
 from hierroom.lab.compare.evaluated_run import read_run
 from hierroom.lab.measure import measure_named
+from hierroom.meta import make_meta
 from hierroom.runs import session
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.config_file import read_config
@@ -60,7 +61,7 @@ def run(tmp_path, monkeypatch) -> RunFolder:
     folder.lock.release()
     folder.evaluations.append(evaluation_rows(0, 0.0, trainer.evaluate()))
     for name in ("code.py", "run/code.py"):
-        Path(name.replace("code", "planted")).write_text(CODE)
+        Path(name.replace("code", "planted")).write_text(CODE, encoding="utf-8")
     yield folder
     sys.modules.pop("planted", None)
     sys.modules.pop("run.planted", None)
@@ -68,9 +69,23 @@ def run(tmp_path, monkeypatch) -> RunFolder:
 
 def plant(entry: str, spec: str) -> None:
     path = Path("run/config.json")
-    config = json.loads(path.read_text())
+    config = json.loads(path.read_text(encoding="utf-8"))
     config[PARTS[entry]][entry] = spec
-    path.write_text(json.dumps(config))
+    path.write_text(json.dumps(config), encoding="utf-8")
+
+
+def test_a_folder_that_is_trusted_has_its_copies_found(run, tmp_path, monkeypatch):
+    plant("meta", "planted:Code")
+    (tmp_path / "run" / "modules" / "session-2").mkdir(parents=True)
+    Path("planted.py").rename("run/modules/session-2/planted.py")
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    with pytest.raises(InputError, match="it is run only if you trust it"):
+        load("../run")
+    with pytest.raises(InputError, match=f"for the meta-controller 'planted:Code'; it is looked for in .*{tmp_path}"):
+        make_meta("planted:Code")
+    config = read_config("../run/config.json", trust=True)
+    assert type(make_meta(config.agents.meta)).__name__ == "Code"
 
 
 @pytest.mark.parametrize("call", CALLS)
@@ -124,8 +139,8 @@ def test_naming_other_code_is_no_agreement(run):
 
 
 def test_what_train_says_to_go_on_with_says_that_it_is_to_be_trusted():
-    assert trust.trust_option(SMALL) == ""
-    assert trust.trust_option(SMALL.changed(reward="planted:Code")) == " --trust-run"
+    assert trust.trust_option(SMALL) == ()
+    assert trust.trust_option(SMALL.changed(reward="planted:Code")) == ("--trust-run",)
 
 
 def test_what_a_diverged_run_is_to_begin_again_with_is_trusted(run):

@@ -5,7 +5,7 @@ import os
 import pytest
 
 from hierroom.support.errors import InputError
-from hierroom.support.files import append_whole, is_unfinished, remove_unfinished, write_atomically
+from hierroom.support.files import append_whole, delete, is_unfinished, remove_unfinished, truncate, write_atomically
 
 
 def test_a_planted_link_is_not_followed(tmp_path, monkeypatch):
@@ -64,3 +64,32 @@ def test_only_a_killed_process_s_unfinished_files_are_deleted(tmp_path):
     remove_unfinished(tmp_path)
     assert not any(path.exists() for path in left)
     assert all(path.exists() for path in others)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
+def test_a_device_or_a_pipe_is_not_replaced(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(InputError, match=r"cannot write .*pipe: it is no regular file"):
+        write_atomically(tmp_path / "pipe", "text")
+    assert [path.name for path in tmp_path.iterdir()] == ["pipe"]
+    assert (tmp_path / "pipe").is_fifo()
+
+
+def test_only_a_file_with_one_name_is_changed_or_deleted(tmp_path):
+    (tmp_path / "mine").write_text("precious")
+    os.link(tmp_path / "mine", tmp_path / "hard")
+    (tmp_path / "soft").symlink_to("mine")
+    for name in ("hard", "soft"):
+        for change in (lambda path: append_whole(path, b"more"), lambda path: truncate(path, 0)):
+            with pytest.raises(InputError, match=rf"cannot write .*{name}: it is a(nother file too|\ link)"):
+                change(tmp_path / name)
+    delete(tmp_path / "soft")
+    delete(tmp_path / "none")
+    assert (tmp_path / "soft").read_text() == "precious"
+    delete(tmp_path / "hard")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine", "soft"]
+
+
+def test_text_is_written_as_utf_8_whatever_it_holds(tmp_path):
+    write_atomically(tmp_path / "a", "Grün \udcff")
+    assert (tmp_path / "a").read_bytes() == "Grün \\udcff".encode()

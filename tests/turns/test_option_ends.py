@@ -33,7 +33,7 @@ def test_the_return_of_the_controller_ends_with_the_episode_or_its_option(reward
     ledger.begin_options(np.arange(n), np.full(n, 2))
     events, outcomes["terminated"], outcomes["truncated"], late, intrinsic, others = zip(*RETURNS, strict=True)
     outcomes["achieved"] = bits(events)
-    ledger.option_steps[:] = np.where(late, 3, 0)
+    ledger.write_fields({"option_steps": np.where(late, 3, 0)})
     records, _ = record(
         ledger,
         np.zeros(n, np.int64),

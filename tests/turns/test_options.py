@@ -79,7 +79,7 @@ def test_rewards_and_ends_of_options_equal_numbers_worked_by_hand(story, reward_
         )
         step = Step(records, N_GOALS)
         assert not step.rewards.any()
-        rule.write(step)
+        records["rewards"] = rule.of(step)
         expected = {"extrinsic": extrinsic, "bonus": bonus, "intrinsic": intrinsic, "novelty": extrinsic}[reward_name]
         assert (step.rewards[place], step.extrinsic[place]) == (expected, extrinsic)
         assert (step.reached[place], step.timed_out[place], step.option_ended[place]) == (reached, late, ended)

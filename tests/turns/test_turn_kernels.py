@@ -101,7 +101,7 @@ def test_on_the_way_to_the_exit_goals_are_legal_as_the_twin_says(mask, graph):
     """Where no random walk gets: doors deeper in are opened, and the exit's."""
     turns, seen = make(graph, n=1, goal_mask=mask), []
     for action in shortest_actions(turns.world.get_state([0])):
-        turns.ledger.is_meta_turn[:] = True
+        turns.ledger.write_fields({"is_meta_turn": True})
         expected = legal_goals(turns.situation(np.arange(1)), mask)
         np.testing.assert_array_equal(turns.meta_masks()[:, :13], expected)
         seen.append(bool(expected[0, 12]))

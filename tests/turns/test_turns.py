@@ -50,9 +50,8 @@ def test_without_a_choice_there_is_no_goal():
 class Spoiler:
     def choose(self, observations, legal, situation):
         legal[:] = True
-        for array in (*observations.values(), situation.uniforms, situation.goals, situation.outcomes):
+        for array in observations.values():
             array[...] = 1
-        situation.state.levels["doors"], situation.state.grids[:] = 63, 0
         return np.full(len(situation), EXIT_GOAL)
 
 

@@ -72,7 +72,7 @@ def test_reachable_goals_are_the_open_goals_of_the_graph(graph):
     """Whatever keys are held and doors are open, in levels of other colours."""
     n = 200
     turns, rng = make(graph, n, seed=1, size=19), np.random.default_rng(0)
-    levels, branches = turns.world.state.levels, graph.n_rooms - 1
+    levels, branches = turns.world._state.levels, graph.n_rooms - 1
     keys, doors = rng.random((2, n, branches)) < 0.5
     levels["keys"], levels["doors"] = keys @ (1 << np.arange(branches)), doors @ (1 << np.arange(branches))
     expected = np.zeros((n, N_GOALS), bool)

@@ -26,8 +26,9 @@ def plain_envs():
     return [gymnasium.make("hierroom/EscapeRoom-b-v0", **SETTINGS, env_index=n) for n in range(N)]
 
 
-def test_each_step_is_that_of_the_single_environments():
-    envs, singles, rng = make(), plain_envs(), np.random.default_rng(0)
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep", "Disabled"])
+def test_each_step_is_that_of_the_single_environments(mode):
+    envs, singles, rng = make(autoreset_mode=mode), plain_envs(), np.random.default_rng(0)
     envs.seed(3)
     observations, expected = envs.reset(), [single.reset(seed=3) for single in singles]
     assert envs.reset_infos == [info for _, info in expected]
@@ -73,8 +74,10 @@ def test_pictures_and_texts_are_those_of_the_environments():
     assert texts.get_images() == [None] * N
 
 
-def test_episode_statistics_of_wrappers_arrive_at_the_end_of_an_episode():
-    envs = hierroom.sb3_view(RecordEpisodeStatistics(gymnasium.make_vec("hierroom/EscapeRoom-b-v0", N, **SETTINGS)))
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+def test_episode_statistics_of_wrappers_arrive_at_the_end_of_an_episode(mode):
+    envs = gymnasium.make_vec("hierroom/EscapeRoom-b-v0", N, autoreset_mode=mode, **SETTINGS)
+    envs = hierroom.sb3_view(RecordEpisodeStatistics(envs))
     envs.set_options({"complexity": True})
     envs.reset()
     assert all(info["complexity"]["graph"] == "b" for info in envs.reset_infos)

@@ -26,7 +26,7 @@ from hierroom.complexity.drawing.drawn_places import (
 )
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
-from hierroom.support.files import write_atomically
+from hierroom.support.files import usable_path, write_atomically
 
 PICTURE_FORMATS = (".png", ".pdf", ".svg")
 INCHES, MOST_INCHES, LEAST_SCALE = 0.6, 14.0, 0.55
@@ -103,7 +103,7 @@ def caption(augmented: AugmentedGraph) -> str:
 
 def picture_file(path: str | Path) -> Path:
     """Check the file into which `save_figure` writes, before a long computation."""
-    path = Path(path)
+    path = usable_path(path)
     if path.is_dir():
         raise InputError(f"a drawing is a file, not the folder {path}")
     if not path.suffix:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+
 from hierroom.lab.compare.comparison import Comparison
 from hierroom.lab.compare.evaluated_run import EvaluatedRun
 from hierroom.lab.compare.grouping import Group, describe_differences, shortened
@@ -22,6 +24,7 @@ def caveats(comparison: Comparison) -> list[str]:
         *_on_lengths(runs, comparison.summaries[0].steps[-1]),
         *_on_graphs(groups, tasks),
         *_on_seeds(groups, tasks),
+        *_on_unknown(comparison),
     ]
     counts = {count for run in runs for count in run.episodes}
     if len(counts) > 1:
@@ -43,6 +46,20 @@ def _on_lengths(runs: Sequence[EvaluatedRun], end: float) -> Iterable[str]:
     if max(run.last_steps for run in runs) > 1.01 * end:  # whole updates end at slightly different steps
         shortest = min(runs, key=lambda run: run.last_steps)
         yield f"compared up to {end:,.0f} steps, the end of {shortest.path}; what others have after that is not used"
+
+
+def _on_unknown(comparison: Comparison) -> Iterable[str]:
+    """Name the runs without a value of the metric, of which one leaves a group's estimate without a number."""
+    tasks, metric, steps = comparison.tasks, comparison.metric, comparison.summaries[0].steps
+    for group in comparison.groups:
+        unknown = {
+            run.path: np.isnan([tasks.curve(run, graph, metric).at(steps) for graph in tasks.on(run)]).any(axis=0)
+            for run in group.runs
+            if tasks.on(run)
+        }
+        if n_steps := int(np.any([*unknown.values()], axis=0).sum()):
+            names = shortened([str(path) for path, is_unknown in unknown.items() if is_unknown.any()], _SHOWN)
+            yield f"{group.label} has no {metric} at {n_steps} of {len(steps)} steps, nor an area: not known of {names}"
 
 
 def _on_graphs(groups: Sequence[Group], tasks: Tasks) -> Iterable[str]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -17,11 +16,14 @@ from hierroom.goals import GoalGraph, graph_specs, spec_names
 from hierroom.lab.compare.curve import METRICS, Curve
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.config_file import OF_ENVIRONMENTS, listed_entries
-from hierroom.runs.folder.provenance import variant_of
+from hierroom.runs.folder.provenance import code_of, variant_of
 from hierroom.runs.folder.run_folder import RunFolder
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, one_line
+from hierroom.support.files import usable_path
+from hierroom.support.reading import read_bytes, read_csv
 
 _TABLE = "evaluations.csv"
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,7 @@ class EvaluatedRun:
     curves: Mapping[str, Mapping[str, Curve]]  # by goal graph and metric
     episodes: frozenset[int]  # of each evaluation, over all graphs; several where these differ
     own_graphs: Mapping[str, GoalGraph]  # the user-defined goal graphs, by their names
+    code: Mapping[str, frozenset[str]]  # see `provenance.code_of`
 
     @property
     def first_steps(self) -> float:
@@ -47,11 +50,14 @@ class EvaluatedRun:
         return min(curve.steps[-1] for metrics in self.curves.values() for curve in metrics.values())
 
     def choice(self, name: str) -> str:
-        """Return an entry of the config as text; ``warm_start`` is the name of that run without its seed."""
+        """Return an entry of the config as text of one line; ``warm_start`` is that run's name without its seed."""
         if name not in self.entries:
             near = get_close_matches(name, self.entries, n=1)
             known = f"is it {near[0]}?" if near else f"they are {listed_entries(self.entries)}"
             raise InputError(f"--by takes entries of a run's config, joined by commas, not {name!r}; {known}")
+        return one_line(self._text(name))  # it is shown, and the folder may hold anything
+
+    def _text(self, name: str) -> str:
         if name in ("meta", "reward"):
             return str(getattr(self, name))
         value = self.entries[name]
@@ -75,16 +81,29 @@ def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
     return list(found.values()), left_out
 
 
+def read_each(paths: Iterable[Path], read: Callable[[Path], T]) -> tuple[list[T], list[str]]:
+    """Read runs: those that can be read, and a line for each that is left out; raise if none can be read."""
+    runs, left_out = [], []
+    for path in paths:
+        try:
+            runs.append(read(path))
+        except InputError as error:
+            left_out.append(f"left out: {error}")
+    if not runs:
+        raise InputError("; ".join(line.removeprefix("left out: ") for line in left_out) or "there are no runs")
+    return runs, left_out
+
+
 def runs_inside(path: Path) -> list[Path]:
     """Return a run's folder, or those in a folder or its ``runs``; of equal configs the ones in a sweep's table."""
-    if (path / "config.json").is_file():
+    if (usable_path(path) / "config.json").is_file():
         return [path]
     for pattern in ("*/config.json", "runs/*/config.json") if path.is_dir() else ():
         if inside := sorted(path.glob(pattern)):
             endings = _endings(path / "sweep.csv")
-            by_config: dict[bytes, list[Path]] = {}
+            by_config: dict[bytes | Path, list[Path]] = {}
             for config in inside:
-                by_config.setdefault(config.read_bytes(), []).append(config.parent)
+                by_config.setdefault(_content(config), []).append(config.parent)
             counting = {
                 one
                 for same in by_config.values()
@@ -94,19 +113,26 @@ def runs_inside(path: Path) -> list[Path]:
     raise InputError(f"{path} is neither a run folder (it has no config.json) nor a folder that contains some")
 
 
+def _content(config: Path) -> bytes | Path:
+    """Return the content of a config; its path where it cannot be read, as it equals no other then."""
+    try:
+        return read_bytes(config)
+    except InputError:
+        return config
+
+
 def _endings(table: Path) -> set[str]:
     """Return how the names of the folders in a sweep's table end: with part of the row's digest."""
     try:
-        with table.open(newline="") as file:
-            return {(row.get("digest") or "")[:6] for row in csv.DictReader(file)}
-    except (OSError, UnicodeDecodeError, csv.Error):
+        return {row.get("digest", "")[:6] for _, row in read_csv(table)[1]}
+    except InputError:
         return set()
 
 
 def _has_curve(path: Path) -> bool:
     try:
         return any(float(row.get("steps", 0)) > 0 for row in RunFolder(path).evaluations.read())
-    except (InputError, ValueError):
+    except InputError:
         return True
 
 
@@ -124,31 +150,16 @@ def read_run(path: Path) -> EvaluatedRun:
     counts = frozenset(map(int, table.groupby("steps")["episodes"].sum()))
     graphs = {spec.name: spec.canonical() for spec in graph_specs(config.env.graph) if isinstance(spec, GoalGraph)}
     entries, reward = entries_of(path, config), str(method.controller.reward)
-    return EvaluatedRun(path, entries, method.meta, reward, curves, counts, graphs)
+    return EvaluatedRun(path, entries, method.meta, reward, curves, counts, graphs, code_of(path))
 
 
 def _evaluations(folder: RunFolder) -> pd.DataFrame:
-    path = folder.path / _TABLE
-    try:
-        rows = pd.DataFrame(folder.evaluations.read(), dtype=object)
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"cannot read {path}: {error}") from error
+    rows = pd.DataFrame(folder.evaluations.read(), dtype=object)
     if rows.empty:
         why = "the run was made without evaluations, or none has been written yet"
         raise InputError(f"{folder.path} has no {_TABLE}; {why}")
-    if missing := [name for name in ("steps", "graph", "episodes", *METRICS) if name not in rows]:
-        raise InputError(f"{path} is broken: it has no column {', '.join(missing)}")
-    table = rows[["graph"]].copy()
-    for name in ("steps", "episodes", *METRICS):
-        try:
-            table[name] = [float(text or "nan") for text in rows[name]]
-        except ValueError as error:
-            wrong = str(error).partition(": ")[2]
-            raise InputError(f"{path} is broken: {name} is a number, not {wrong}") from None
-    if not ((table["episodes"] >= 1) & np.isfinite(table["episodes"])).all():
-        wrong = rows["episodes"][~(table["episodes"].between(1, np.inf, inclusive="left"))].iloc[0]
-        raise InputError(f"{path} is broken: episodes is a number of at least 1, not {wrong!r}")
-    return table
+    numbers = ["steps", "episodes", *METRICS]
+    return rows[["graph"]].join(rows[numbers].replace("", "nan").astype(float))
 
 
 def refuse_without_overlap(runs: Sequence[EvaluatedRun]) -> None:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -15,7 +13,7 @@ from hierroom.lab.compare.comparison import ALL, Comparison, GroupSummary
 from hierroom.lab.compare.curve import METRICS
 from hierroom.lab.compare.style import DASHES, STYLE, line_style, save
 from hierroom.lab.compare.tasks import OWN
-from hierroom.runs.logs.plots import step_unit
+from hierroom.runs.logs.plots import drawing, step_unit
 
 MAX_PANELS = 12  # of more graphs only the panel over all is drawn
 _COLUMN, _PAGE = 3.3, 6.8  # inches: the width of a column and of a page of a paper in two columns
@@ -24,8 +22,7 @@ _LETTERS = 12  # of the legend to the inch
 
 def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
     """Draw the learning curves of a comparison into ``curves.pdf`` and ``curves.png``; return these."""
-    with matplotlib.rc_context(STYLE), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", r"Glyph \d+")  # of a name in a script that the font does not have
+    with drawing(STYLE):
         return save(_figure(comparison), folder / "curves", 300)
 
 

@@ -10,7 +10,7 @@ import pandas as pd
 
 from hierroom.lab.compare.evaluated_run import EvaluatedRun
 from hierroom.lab.compare.style import MAX_GROUPS
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, one_line
 from hierroom.support.tables import telling_columns
 
 _NAMED_BY_VALUE = ("variant", "method", "meta", "reward", "preset", "network", "warm_start")
@@ -79,11 +79,28 @@ def describe_differences(groups: Sequence[Group], by: Sequence[str]) -> list[str
         if mixed:
             values = [f"{name} ({', '.join(sorted({run.choice(name) for run in group.runs}))})" for name in mixed]
             lines.append(f"{group.label} mixes runs that differ in {shortened(values, _SHOWN)}")
+        if code := _different_code(group.runs):
+            lines.append(f"{group.label} was trained with different code: {shortened(code, _SHOWN)}")
+    if all(not _different_code(group.runs) for group in groups) and (
+        code := _different_code([run for group in groups for run in group.runs])
+    ):
+        lines.append(f"the groups were trained with different code: {shortened(code, _SHOWN)}")
     firsts = [group.runs[0] for group in groups]
     besides = [name for name in _differing(firsts) if name not in by and name not in all_mixed]
     if besides:
         lines.append(f"the groups differ also in {shortened(besides, _SHOWN)}")
     return lines
+
+
+def _different_code(runs: Sequence[EvaluatedRun]) -> list[str]:
+    """Return the modules, packages and the like of which runs had several versions, each with these in short."""
+    names = dict.fromkeys(name for run in runs for name in run.code)
+    versions = {name: sorted(set().union(*(run.code.get(name, ()) for run in runs))) for name in names}
+    return [f"{one_line(name)} ({', '.join(map(_short, ones))})" for name, ones in versions.items() if len(ones) > 1]
+
+
+def _short(version: str) -> str:
+    return one_line(version)[: 8 if len(version) == 64 else 60]  # of a SHA-256 the first digits
 
 
 def _differing(runs: Sequence[EvaluatedRun]) -> list[str]:

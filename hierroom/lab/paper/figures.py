@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
-import matplotlib
 import numpy as np
 import tyro
 from matplotlib.axes import Axes
@@ -20,6 +19,7 @@ from hierroom.lab.paper.runs import PaperRuns, cell, mean_and_interval
 from hierroom.lab.paper.table2 import Table2
 from hierroom.lab.paper.table3 import Table3
 from hierroom.lab.sweep.sweep import Sweep
+from hierroom.runs.logs.plots import drawing
 from hierroom.support.errors import InputError
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class _PaperFigure:
         sweep = self.runs.train(self.graphs, self.methods)
         for size in self.runs.sizes:
             figure, path = self.draw(sweep, size), self.runs.out / f"{type(self).__name__.lower()}-{size}"
-            with matplotlib.rc_context(STYLE):
+            with drawing(STYLE):
                 save(figure, path, 200)
             print(f"drawn: {path}.pdf, {path}.png")
             if sentence := self.sentence(sweep, size):

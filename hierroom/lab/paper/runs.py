@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -14,6 +13,7 @@ from scipy.stats import t
 from hierroom.lab.paper.published import METHODS
 from hierroom.lab.sweep.plan import Plan
 from hierroom.lab.sweep.sweep import Sweep
+from hierroom.support.cli import shell_words
 from hierroom.support.errors import InputError, RunError, require_number
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class PaperRuns:
             if entry.name not in ("out", "processes", "ray") and value != entry.default:
                 several = value if isinstance(value, tuple) else (value,)
                 words += [f"--{entry.name.replace('_', '-')}", *map(str, several)]
-        return shlex.join(words)
+        return shell_words(*words)
 
     def train(self, graphs: Iterable[str], methods: Iterable[str] = METHODS) -> Sweep:
         """Train what is missing of some graphs and methods; an interruption keeps what was trained."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,8 +10,9 @@ from typing import Any
 
 from hierroom.complexity.graph_set import GraphSet
 from hierroom.goals import GoalGraph
-from hierroom.lab.compare.evaluated_run import EvaluatedRun, entries_of, read_run, runs_inside
+from hierroom.lab.compare.evaluated_run import EvaluatedRun, entries_of, read_each, read_run, runs_inside
 from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.provenance import read_sessions
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError
 
@@ -25,7 +25,7 @@ class ReportedRun:
     config: TrainConfig
     entries: Mapping[str, Any]  # as in `EvaluatedRun`
     evaluated: EvaluatedRun | None  # None without an evaluation after the first step
-    sessions: list[dict[str, Any]]  # of ``provenance.json``; none if that cannot be read
+    sessions: list[dict[str, Any]]  # of ``provenance.json``
 
     @property
     def name(self) -> str:
@@ -45,21 +45,15 @@ class ReportedRun:
 def read_runs(paths: Iterable[Path]) -> tuple[list[ReportedRun], list[str]]:
     """Read the runs among some paths, see `runs_inside`, each once; and return notes on what could not be read."""
     found = {one.resolve(): one for path in paths for one in runs_inside(path)}
-    runs, notes = [], []
-    for path in found.values():
-        try:
-            runs.append(_read(path, notes))
-        except InputError as error:
-            if len(found) == 1:
-                raise
-            notes.append(f"left out: {error}")
-    if not runs:
-        raise InputError("; ".join(notes) or "give the folders of the runs, or a folder that contains them")
-    return runs, notes
+    notes: list[str] = []
+    runs, left_out = read_each(found.values(), lambda path: _read(path, notes))
+    return runs, notes + left_out
 
 
 def _read(path: Path, notes: list[str]) -> ReportedRun:
     config = RunFolder.open(path).config()
+    entries = entries_of(path, config)
+    sessions = [session for session in read_sessions(path) if isinstance(session, dict)]
     evaluated = None
     try:
         evaluated = read_run(path)
@@ -68,15 +62,4 @@ def _read(path: Path, notes: list[str]) -> ReportedRun:
             notes.append(f"{path} was evaluated only once so far: it has no learning curve")
     except InputError as error:
         notes.append(f"no learning curve: {error}")
-    return ReportedRun(path, config, entries_of(path, config), evaluated, _sessions(path, notes))
-
-
-def _sessions(path: Path, notes: list[str]) -> list[dict[str, Any]]:
-    try:
-        sessions = json.loads((path / "provenance.json").read_text())["sessions"]
-        return [session for session in sessions if isinstance(session, dict)]
-    except FileNotFoundError:
-        return []
-    except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
-        notes.append(f"{path / 'provenance.json'} cannot be read: {error}")
-        return []
+    return ReportedRun(path, config, entries, evaluated, sessions)

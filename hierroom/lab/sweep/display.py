@@ -57,7 +57,7 @@ class Display:
         else:
             if run.digest in self._at_work:
                 self._bars.remove_task(self._at_work.pop(run.digest)[0])
-            if event.kind in ("finished", "failed"):
+            if event.kind in ("finished", "failed", "done elsewhere"):
                 self._n_ended += 1
                 self._ended_steps += run.config.steps
             line = _line(event, f"{self._n_ended}/{self._n_jobs}")
@@ -74,9 +74,14 @@ def _line(event: Event, count: str) -> str:
     name, content = event.job.run.name, event.content
     match event.kind:
         case "finished":
-            return f"{count} {name}: success {content['success_rate']:.1%}, length {content['length']:.0f}"
+            played = f"{content['evaluated_episodes']} episodes"
+            return f"{count} {name}: success {content['success_rate']:.1%}, length {content['length']:.0f} in {played}"
         case "failed":
             return f"failed: {name}: {content}"
+        case "busy":
+            return f"{name}: another process trains it, and is waited for"
+        case "done elsewhere":
+            return f"{count} {name}: another process has done it"
         case "retried":
             return f"{name}: its process was killed or stopped; it goes on from its last checkpoint"
     return f"{name}: stopped and saved"

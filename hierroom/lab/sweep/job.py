@@ -17,6 +17,7 @@ from hierroom.runs.evaluation import Evaluation
 from hierroom.runs.folder.own_modules import find_module_files, own_code_digest
 from hierroom.runs.folder.provenance import changed_modules, version_of_code
 from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.folder.run_lock import RunLockedError
 from hierroom.runs.interrupt import Interrupt
 from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
 from hierroom.runs.logs.output import lasting_output
@@ -26,21 +27,30 @@ from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import CheckpointError, InputError
 
 MAX_TRIES = 3  # of a run, if its process is killed or stopped
+MOST_EPISODES, FEWEST_EPISODES = 1000, 100  # of an evaluation at the end, unless the plan says how many
+SHARE_OF_STEPS = 1 / 4  # that the evaluations at the end take of the steps of training, unless these are too few
 _loaded_files: dict[str, str | None] = {}  # digests of custom code when this process loaded it, which it goes on with
 
 
 @dataclass(frozen=True)
 class Job:
-    """A run to train in a folder; one that has a part of the run is resumed."""
+    """A run to train in a folder; one that has a part of the run is resumed.
+
+    Its evaluations at the end play the episodes of the plan. Where that does not say how many, they play 1000, or as
+    many as take a quarter of the steps of training together, but no fewer than 100: how many depends on no clock.
+    """
 
     run: PlannedRun
     folder: Path
-    episodes: int  # of each evaluation at the end
+    episodes: int | None  # of each evaluation at the end
     metas: tuple[str, ...]  # others to evaluate the trained controller with, if it sees goals
     command: str  # the command that began the sweep
 
     def work(self, report: Callable[[int, str], object]) -> dict[str, object] | None:
-        """Train and evaluate, and report steps and words; return the row's results, None if interrupted and saved."""
+        """Train and evaluate, and report steps and words; return the row's results, None if interrupted and saved.
+
+        A `RunLockedError` says that another process trains the run.
+        """
         torch.set_num_threads(1)  # the processes are the parallel part
         config = self.run.config
         self.check_folder()
@@ -56,7 +66,12 @@ class Job:
             except CheckpointError as error:
                 raise InputError(f"{error}; move {self.folder} away to train this run from its beginning") from error
         else:
-            trainer, folder = begin(config, self.folder, self.run.identity["variant"])
+            try:
+                trainer, folder = begin(config, self.folder, self.run.identity["variant"])
+            except InputError as error:
+                if (self.folder / "config.json").is_file():  # another process began it in the meantime
+                    raise RunLockedError(str(error)) from error
+                raise
         with folder.lock, lasting_output(), Interrupt(hears_ctrl_c=False) as interrupt:
             train(trainer, folder, interrupt, lambda words: report(trainer.steps, words))
             if not trainer.is_done:
@@ -83,30 +98,43 @@ class Job:
                 names = (f"steps_to_{milestone}{end}" for end in ("", "_low", "_high"))
                 numbers |= zip(names, ends, strict=True)
             numbers["area_under_curve"] = curve.area
-        sampled = trainer.evaluate(self.episodes)
-        numbers |= _columns("", sampled)
-        numbers |= _columns("greedy_", trainer.evaluate(self.episodes, is_greedy=True))
+        kinds: dict[str, dict[str, Any]] = {"": {}, "greedy_": {"is_greedy": True}}
         for meta in self.metas if trainer.config.resolved_method.controller.sees_goal else ():
-            numbers |= _columns(f"{meta}_", trainer.evaluate(self.episodes, meta=meta))
+            kinds[f"{meta}_"] = {"meta": meta}
         env = trainer.config.env
         if env.exclude and (excluded := GraphSet(env.graph, env.exclude, env.drop_key).excluded):
-            numbers |= _columns("excluded_", trainer.evaluate(self.episodes, graph=excluded))
-        for goal, (share, step) in sampled.steps_to_goals.items():
+            kinds["excluded_"] = {"graph": excluded}
+        steps = trainer.steps * SHARE_OF_STEPS / len(kinds)
+        evaluations = {prefix: self._evaluate(trainer, steps, kind) for prefix, kind in kinds.items()}
+        for prefix, evaluation in evaluations.items():
+            numbers |= _columns(prefix, evaluation)
+        for goal, (share, step) in evaluations[""].steps_to_goals.items():
             name = goal.replace(" ", "_")
             numbers |= {f"achieved_{name}": share, f"steps_to_{name}": step}
         return numbers | {"version": version_of_code(), "command": self.command}
+
+    def _evaluate(self, trainer: Trainer, steps: float, kind: dict[str, Any]) -> Evaluation:
+        """Evaluate over the episodes of the plan, or over as many as take about so many steps, see the class."""
+        if self.episodes is not None:
+            return trainer.evaluate(self.episodes, **kind)
+        few = trainer.evaluate(FEWEST_EPISODES, **kind)  # the first episodes of those that are played in the end
+        rounds = int(steps / few.length / FEWEST_EPISODES)
+        return few if rounds <= 1 else trainer.evaluate(min(rounds * FEWEST_EPISODES, MOST_EPISODES), **kind)
 
 
 def _columns(prefix: str, result: Evaluation) -> dict[str, object]:
     low, high = result.success_interval
     columns = {"success_rate": result.success_rate, "success_low": low, "success_high": high, "length": result.length}
-    columns["length_over_shortest"] = result.length_over_shortest
+    columns |= {"length_over_shortest": result.length_over_shortest, "evaluated_episodes": result.episodes}
     return {f"{prefix}{name}": value for name, value in columns.items()}
 
 
 class Event(NamedTuple):
-    """An event of a job: retried from a checkpoint if its process was stopped, interrupted if the sweep was."""
+    """An event of a job: retried from a checkpoint if its process was stopped, interrupted if the sweep was.
 
-    kind: Literal["progressed", "finished", "failed", "retried", "interrupted"]
+    It is busy while another sweep does it, and done elsewhere when that one has added its row.
+    """
+
+    kind: Literal["progressed", "finished", "failed", "retried", "interrupted", "busy", "done elsewhere"]
     job: Job
     content: Any = None  # steps so far and a few words, the results of the row, or the reason of a failure

@@ -19,7 +19,8 @@ from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.runs.config.run_name import run_name
 from hierroom.runs.config.typed_value import typed_value
 from hierroom.support.errors import InputError, require_number, shown
-from hierroom.support.files import read_toml, to_json
+from hierroom.support.files import to_json
+from hierroom.support.reading import read_toml
 
 RESULTS_VERSION = 1
 """Raise it when the same config gives other results ('Results change' in CHANGELOG.md) or an entry another default."""
@@ -55,11 +56,12 @@ class Plan:
     graphs: GraphSpecs = ()  # or sets of them; each graph gets runs; () for ``graph`` of the values
     seeds: int | None = None  # 0, 1, ... of each run; None for ``seed`` of the values
     variants: Mapping[str, Values] | None = None  # by name, further values, each combined with all others
-    episodes: int = 1000  # of the evaluations at the end
+    episodes: int | None = None  # of the evaluations at the end; None: see `job.Job`
     metas: tuple[str, ...] = ()  # others to evaluate a trained controller with, if it sees goals
 
     def __post_init__(self) -> None:
-        require_number("episodes", self.episodes, 1, 10**7, is_whole=True)
+        if self.episodes is not None:
+            require_number("episodes", self.episodes, 1, 10**7, is_whole=True)
         if self.seeds is not None:
             require_number("seeds", self.seeds, 1, 10**6, is_whole=True)
         given = {name for values in (self.values, *(self.variants or {}).values()) for name in values}

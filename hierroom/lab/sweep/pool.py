@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import get_context, resource_tracker
@@ -14,6 +14,7 @@ from multiprocessing.process import BaseProcess
 
 from hierroom.lab.sweep.job import MAX_TRIES, Event, Job
 from hierroom.runs.folder.provenance import version_of_code
+from hierroom.runs.folder.run_lock import RunLockedError
 from hierroom.runs.interrupt import Interrupt
 from hierroom.support.errors import in_one_line
 
@@ -37,8 +38,13 @@ class _Worker:
         return cls(process, ours)
 
 
-def work_here(jobs: Sequence[Job], processes: int, interrupt: Interrupt) -> Iterator[Event]:
-    """Do jobs on this machine in order, and yield what happens to them; a request to stop saves the runs at work."""
+def work_here(
+    jobs: Sequence[Job], processes: int, interrupt: Interrupt, is_done: Callable[[Job], bool]
+) -> Iterator[Event]:
+    """Do jobs on this machine in order, and yield what happens to them; a request to stop saves the runs at work.
+
+    A job that another process has done by then, or does, is left out.
+    """
     waiting, tries = deque(jobs), dict.fromkeys((job.run.digest for job in jobs), 1)
     workers = [_Worker.start() for _ in range(min(processes, len(jobs)))]
     try:
@@ -46,7 +52,10 @@ def work_here(jobs: Sequence[Job], processes: int, interrupt: Interrupt) -> Iter
             for n, worker in enumerate(workers):
                 if not worker.process.is_alive() and worker.job is None:
                     workers[n] = worker = _Worker.start()
-                if worker.job is None and waiting:
+                while worker.job is None and waiting:
+                    if is_done(waiting[0]):
+                        yield Event("done elsewhere", waiting.popleft())
+                        continue
                     worker.job = waiting.popleft()
                     with suppress(OSError):  # a process that was just killed is noticed when it is listened to
                         worker.connection.send(worker.job)
@@ -122,6 +131,8 @@ def _work(connection: Connection, command: list[str]) -> None:
             numbers = job.work(lambda steps, words: connection.send(("progressed", (steps, words))))
         except BrokenPipeError:  # the sweep was killed; what was saved stays
             return
+        except RunLockedError:
+            connection.send(("busy", None))
         except Exception as error:
             connection.send(("failed", in_one_line(error)))
         else:

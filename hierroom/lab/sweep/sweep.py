@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,9 +13,13 @@ from hierroom.lab.sweep.plan import Plan, PlannedRun
 from hierroom.lab.sweep.table import SweepTable
 from hierroom.runs.folder.own_modules import own_code_digest
 from hierroom.support.errors import InputError, require_number
+from hierroom.support.files import usable_path
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from hierroom.lab.sweep.job import Job
+    from hierroom.runs.interrupt import Interrupt
 
 
 @dataclass(frozen=True)
@@ -45,7 +50,7 @@ class Sweep:
     out: Path
 
     def __post_init__(self) -> None:
-        if self.out.exists() and not self.out.is_dir():
+        if usable_path(self.out).exists() and not self.out.is_dir():
             raise InputError(f"the runs and their table are written to a folder; {self.out} is none")
         if (self.out / "config.json").exists():
             raise InputError(f"{self.out} is the folder of a single run; choose another --out")
@@ -103,17 +108,35 @@ class Sweep:
         replaced: list[PlannedRun] = []
         n_cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         with Interrupt() as interrupt, Display(jobs) as display:
-            here = work_here(jobs, processes or n_cores, interrupt)
-            for event in here if ray is None else work_on_cluster(jobs, ray, interrupt):
-                run = event.job.run
-                if event.kind == "finished":
-                    evaluations = RunFolder(event.job.folder).evaluations.read()
-                    if self.table.add(run, event.content, evaluations):
-                        replaced.append(run)
-                elif event.kind == "failed":
-                    failures.append((run, event.content))
-                display.show(event)
+            while jobs:
+                here = work_here(jobs, processes or n_cores, interrupt, self._is_done)
+                busy = []
+                for event in here if ray is None else work_on_cluster(jobs, ray, interrupt):
+                    run = event.job.run
+                    if event.kind == "finished":
+                        evaluations = RunFolder(event.job.folder).evaluations.read()
+                        if self.table.add(run, event.content, evaluations):
+                            replaced.append(run)
+                    elif event.kind == "failed":
+                        failures.append((run, event.content))
+                    elif event.kind == "busy":
+                        busy.append(event.job)
+                    display.show(event)
+                jobs = self._awaited(busy, interrupt)
         return SweepOutcome(tuple(failures), tuple(replaced), interrupt.is_requested)
+
+    def _is_done(self, job: Job) -> bool:
+        return bool((self.table.read()["digest"] == job.run.digest).any())
+
+    def _awaited(self, busy: list[Job], interrupt: Interrupt) -> list[Job]:
+        """Wait until another process has done one of its jobs or left it; return all of them, none if interrupted."""
+        from hierroom.runs.folder.run_folder import RunFolder
+
+        while busy and not interrupt.is_requested:
+            if any(self._is_done(job) or not RunFolder(job.folder).lock.is_held for job in busy):
+                return busy
+            time.sleep(1)
+        return []
 
     def _check(self, runs: Sequence[PlannedRun]) -> None:
         """Make each trainer and meta-controller once, so that no hour passes before an error is seen."""

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from filelock import FileLock
 
 from hierroom.lab.sweep.plan import PlannedRun
+from hierroom.support.cells import has_range, read_number, text_of_cell
 from hierroom.support.errors import InputError
-from hierroom.support.files import write_atomically
+from hierroom.support.files import refuse_foreign, write_atomically
+from hierroom.support.reading import read_csv
+from hierroom.support.tables import csv_text
 
 if TYPE_CHECKING:
     import pandas as pd
 
+_NEEDED = ("success_rate", "length")  # in every row
 _LEFT_OUT_OF_CURVES = ("seconds", "graph", "success_low", "success_high", "return")
 
 
@@ -45,13 +50,18 @@ class SweepTable:
         return {str(digest): curve for digest, curve in rows.groupby(level=0, sort=False)}
 
     def complete(self, runs: Sequence[PlannedRun]) -> None:
-        """Fill the empty cells of the columns that identify runs, as those of entries that did not vary before."""
+        """Fill the empty cells of the columns that identify runs, as those of entries that did not vary before.
+
+        Both tables are checked before that, so that no hour passes before they are known to be broken.
+        """
         import pandas as pd
 
-        if not self.path.exists():
+        refuse_foreign(replaced=[self.path, self.curves_path], changed=[Path(self._lock.lock_file)])
+        _read(self.curves_path)
+        if self.read().empty:
             return
         identities = pd.DataFrame([run.identity for run in runs], index=[run.digest for run in runs], dtype=object)
-        with self._lock:
+        with self._locked():
             before = self.read()
             own = identities.reindex(before["digest"]).fillna("").set_axis(before.index)
             if (own == "").all(axis=None):  # the table has none of these runs
@@ -61,6 +71,19 @@ class SweepTable:
             if not after.equals(before):
                 _write(self.path, after, [*own.columns])
 
+    @contextmanager
+    def _locked(self) -> Iterator[None]:
+        place = Path(self._lock.lock_file)
+        try:
+            refuse_foreign(changed=[place])
+            self._lock.acquire()
+        except (OSError, NotImplementedError) as error:
+            raise InputError(f"cannot lock {place}: {error}") from error
+        try:
+            yield
+        finally:
+            self._lock.release()
+
     def add(
         self, run: PlannedRun, numbers: Mapping[str, object], evaluations: Sequence[Mapping[str, str]] = ()
     ) -> bool:
@@ -68,7 +91,7 @@ class SweepTable:
         import pandas as pd
 
         row = {**run.identity, **{name: _text(value) for name, value in numbers.items()}, "digest": run.digest}
-        with self._lock:
+        with self._locked():
             before = self.read()
             before = before[before["digest"] != run.digest]
             kept = before[~_is_same(before, run)]
@@ -92,24 +115,28 @@ class SweepTable:
 def _read(path: Path) -> pd.DataFrame:
     import pandas as pd
 
-    try:
-        with path.open(newline="", encoding="utf-8") as file:  # pandas takes rows that are cut off
-            reader = csv.DictReader(file, strict=True)
-            rows, names = list(reader), reader.fieldnames or ()
-    except FileNotFoundError:
+    names, rows = read_csv(path) if path.exists() else ([], [])  # pandas takes rows that are cut off
+    if not names:
         return pd.DataFrame(columns=["digest"], dtype=str)
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"cannot read the table {path}: {error}") from error
-    for number, row in enumerate(rows, start=2):
-        if not row.get("digest") or None in row or None in row.values():
-            raise InputError(f"{path} is no table of a sweep: row {number} is cut off, or has no digest")
-    return pd.DataFrame(rows, columns=[*dict.fromkeys([*names, "digest"])], dtype=str)
+    if "digest" not in names:
+        raise InputError(f"{path} is no table of a sweep: it has no column digest")
+    ranged = [name for name in names if has_range(name)]
+    for number, row in rows:
+        if not row["digest"]:
+            raise InputError(f"{path} is no table of a sweep: line {number} has no digest")
+        for name in ranged:
+            try:
+                if row[name] or name in _NEEDED:
+                    read_number(row[name], name, -math.inf)
+            except InputError as error:
+                raise InputError(f"{path} is broken: line {number}: {error}") from None
+    plain = [{name: text_of_cell(cell) for name, cell in row.items()} for _, row in rows]
+    return pd.DataFrame(plain, columns=names, dtype=str)
 
 
 def _write(path: Path, rows: pd.DataFrame, first: Sequence[str] = ()) -> None:
     columns = dict.fromkeys([*first, *rows.columns])
-    text = rows.reindex(columns=[*columns]).fillna("").to_csv(index=False, lineterminator="\n")
-    write_atomically(path, text.encode())
+    write_atomically(path, csv_text(rows.reindex(columns=[*columns]).fillna("").to_dict("records"), [*columns]))
 
 
 def _is_same(rows: pd.DataFrame, run: PlannedRun) -> pd.Series:

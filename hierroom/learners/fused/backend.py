@@ -7,7 +7,6 @@ on the number of threads.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from itertools import pairwise
 
 import numpy as np
 import torch
@@ -15,16 +14,16 @@ from numpy.typing import NDArray
 
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.fused.adam_kernels import adam_step, sum_gradients
-from hierroom.learners.fused.encoder_kernels import add_scaled_rows, compare_rows, encode, most_common, rare_rows
-from hierroom.learners.fused.network import Parameters, forward
+from hierroom.learners.fused.encoder_kernels import compare_rows, most_common, rare_rows
+from hierroom.learners.fused.network import Parameters
 from hierroom.learners.fused.shard_worker import Minibatch, ShardWorker, fixed_numbers
+from hierroom.learners.fused.stepper import FusedStepper
 from hierroom.learners.networks.actor_critic import RecurrentActorCritic
 from hierroom.learners.rollout import Batch
 from hierroom.support.thread_pool import ThreadPool
 
 _SHARD = 16  # sequences: of 128 turns they fit the last-level cache, and fewer make the matrix products small
 _MAX_WORKERS = 8
-_MIN_ENVS_PER_THREAD = 256  # for fewer environments, waking another thread takes longer than the computation
 
 
 class FusedBackend:
@@ -47,6 +46,7 @@ class FusedBackend:
         self._n_steps = 0
         self._shares = np.zeros((_MAX_WORKERS, len(self._parameters)), np.float32)
         self._workers = [ShardWorker(share, network, config) for share in self._shares]
+        self._stepper = self.stepper()
 
     def __getstate__(self) -> dict:
         """Return what a copy is made from, as its weights must be views of its own vector."""
@@ -58,32 +58,17 @@ class FusedBackend:
 
     def initial_states(self, n: int) -> NDArray[np.float32]:
         """Return the recurrent states [n, S] at the start of an episode."""
-        return self._network.initial_state(n).numpy()
+        return self._stepper.initial_states(n)
 
     def step(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
         """Compute one turn; see `TorchBackend.step`."""
-        num_envs, features = len(features), np.ascontiguousarray(features)
-        logits = np.empty((num_envs, len(self._weights.policy_bias)), np.float32)
-        values, new_states = np.empty(num_envs, np.float32), np.empty_like(states)
-        table, hidden_size = self._table(), self._config.hidden_size
-
-        def work(worker: ShardWorker, envs: slice) -> None:
-            n = envs.stop - envs.start
-            tape = worker.memory.tape(1, n)
-            never = np.zeros((1, n), bool)
-            encode(features[envs], self._offsets, table, self._weights.encoder_bias, tape.encoded)
-            forward(self._weights, states[envs], never, tape)
-            logits[envs], values[envs] = tape.logits, tape.values
-            new_states[envs, :hidden_size], new_states[envs, hidden_size:] = tape.hidden[0], tape.cells[1]
-
-        # The result of an environment does not depend on which others it is computed with (up to rounding by BLAS).
-        n_parts = max(1, min(self._threads, _MAX_WORKERS, num_envs // _MIN_ENVS_PER_THREAD))
-        bounds = [num_envs * i // n_parts for i in range(n_parts + 1)]
-        parts = [slice(start, stop) for start, stop in pairwise(bounds)]
-        self._each(work, self._workers[:n_parts], parts)
-        return logits, values, new_states
+        return self._stepper.step(features, states)
 
     evaluate = step  # the default network has no evaluation mode
+
+    def stepper(self) -> FusedStepper:
+        """Return what computes the turns of one policy with the current weights."""
+        return FusedStepper(self._network, self._weights, self._numbers, self._threads, self._pool)
 
     def train(
         self,
@@ -102,7 +87,7 @@ class FusedBackend:
         base = np.empty_like(self._weights.encoder_bias)
         measured = []
         for part in minibatches:
-            compare_rows(self._table(), self._weights.encoder_bias, self._offsets, common, differences, base)
+            compare_rows(self._stepper.table(), self._weights.encoder_bias, self._offsets, common, differences, base)
             shift, scale = np.float32(0), np.float32(1)
             if self._config.normalize_advantages:  # as `torch_backend.normalized`
                 chosen = advantages.take(part, axis=1)
@@ -140,14 +125,6 @@ class FusedBackend:
             return list(map(work, workers, tasks))
         futures = [self._pool.submit(work, *pair) for pair in zip(workers, tasks, strict=True)]
         return [future.result() for future in futures]
-
-    def _table(self) -> NDArray[np.float32]:
-        """Return the current rows [R, H] of the encoder's table."""
-        if self._numbers is None:
-            return self._weights.encoder_weight
-        table = np.zeros((self._n_table_rows, self._config.hidden_size), np.float32)
-        add_scaled_rows(*self._numbers, self._weights.encoder_weight, table)
-        return table
 
     def state_dict(self) -> dict:
         """Return copies of the weights and of Adam's moments."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol, runtime_checkable
@@ -69,7 +67,8 @@ class PolicyNetwork(Protocol):
     """The methods that a `torch.nn.Module` needs so that the `Learner` can train it; it needs no base class.
 
     ``Network(space, hidden_size)`` builds the network. It gets no masks: the learner removes illegal actions from the
-    logits afterwards.
+    logits afterwards. Initial weights depend on the run's seed. What a network draws later, as dropout does, comes from
+    torch's global generator, which all threads share: seed that yourself, and train one such network at a time.
     """
 
     def initial_state(self, n: int) -> Tensor:
@@ -100,8 +99,8 @@ class RecurrentActorCritic(nn.Module):
         super().__init__()
         self.encoder = FeatureEncoder(space.cardinalities, hidden_size, feature_vectors)
         self.core = ResetLSTM(hidden_size, hidden_size)
-        self.policy_head = nn.Linear(hidden_size, space.n_actions)
-        self.value_head = nn.Linear(hidden_size, 1)
+        self.policy_head = nn.Linear(hidden_size, space.n_actions, dtype=torch.float32)
+        self.value_head = nn.Linear(hidden_size, 1, dtype=torch.float32)
         for head, gain in ((self.policy_head, 0.01), (self.value_head, 1.0)):
             nn.init.orthogonal_(head.weight, gain)
             nn.init.zeros_(head.bias)
@@ -119,17 +118,3 @@ class RecurrentActorCritic(nn.Module):
         """Compute T consecutive turns; see `PolicyNetwork.sequence`."""
         hidden = self.core.sequence(self.encoder(features), state, resets)  # [T, M, H]
         return self.policy_head(hidden), self.value_head(hidden).squeeze(-1)
-
-
-@contextmanager
-def seeded_weights(seed: np.random.SeedSequence) -> Iterator[None]:
-    """Make new weights depend only on ``seed``: orthogonal ones round differently with two threads than with one."""
-    n_threads = torch.get_num_threads()
-    with torch.random.fork_rng(devices=[]):
-        # Not torch.manual_seed, which seeds the generators of accelerators, too, and these are not restored.
-        torch.default_generator.manual_seed(int(seed.generate_state(1)[0]))
-        torch.set_num_threads(1)
-        try:
-            yield
-        finally:
-            torch.set_num_threads(n_threads)

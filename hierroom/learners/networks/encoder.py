@@ -37,8 +37,8 @@ class FeatureEncoder(nn.Module):
         inputs = None if feature_vectors is None else _input_matrix(cardinalities, feature_vectors)
         self.register_buffer("inputs", inputs, persistent=False)
         n_inputs = sum(cardinalities) if inputs is None else inputs.shape[1]
-        self.weight = nn.Parameter(torch.empty(n_inputs, hidden_size))
-        self.bias = nn.Parameter(torch.zeros(hidden_size))
+        self.weight = nn.Parameter(torch.empty(n_inputs, hidden_size, dtype=torch.float32))
+        self.bias = nn.Parameter(torch.zeros(hidden_size, dtype=torch.float32))
         # The initial rows are small. With rows about 4 times as large, so that the sparse sum had unit variance, the
         # same agent needed 50% more steps on graphs c and g.
         nn.init.orthogonal_(self.weight, math.sqrt(2.0))
@@ -64,4 +64,4 @@ def _input_matrix(cardinalities: Sequence[int], vectors: Sequence[ArrayLike | No
         if block.ndim != 2 or len(block) != n:
             shapes = f"shape [{n}, d], not {list(block.shape)}"
             raise InputError(f"feature {column} has {n} values, so its vectors must have {shapes}")
-    return torch.block_diag(*(torch.as_tensor(block, dtype=torch.float32) for block in blocks))
+    return torch.block_diag(*(torch.tensor(block, dtype=torch.float32) for block in blocks))

@@ -23,8 +23,8 @@ class ResetLSTM(nn.Module):
         super().__init__()
         self.input_size = input_size
         self.hidden_size = hidden_size
-        self.weight = nn.Parameter(torch.empty(input_size + hidden_size, 4 * hidden_size))
-        self.bias = nn.Parameter(torch.zeros(4 * hidden_size))
+        self.weight = nn.Parameter(torch.empty(input_size + hidden_size, 4 * hidden_size, dtype=torch.float32))
+        self.bias = nn.Parameter(torch.zeros(4 * hidden_size, dtype=torch.float32))
         with torch.no_grad():
             nn.init.orthogonal_(self.weight[:input_size])
             nn.init.orthogonal_(self.weight[input_size:])

@@ -11,7 +11,8 @@ from hierroom.runs.config.config import ENTRIES, META_PART, OF_META, PARTS, Trai
 from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.runs.config.typed_value import entry_types, typed_value
 from hierroom.support.errors import InputError, shown
-from hierroom.support.files import read_toml
+from hierroom.support.files import usable_path
+from hierroom.support.reading import read_toml
 
 OF_ENVIRONMENTS = ("env_index", "levels")
 """Entries of an environment that a run sets itself: it trains in levels of its own, and is evaluated in others."""
@@ -50,7 +51,7 @@ def read_config(path: str | Path, *, trust: bool = False, **entries: Any) -> Tra
 
 def _read_entries(path: Path) -> dict[str, Any]:
     """Read the entries of a TOML file by their flat names, each of its type."""
-    if path.is_dir():
+    if usable_path(path).is_dir():
         raise InputError(f"{path} is a folder; a config is a TOML file or, to repeat a run, its config.json")
     if path.suffix == ".json":
         raise InputError(f"{path}: the config of a run is read from its folder, where it is called config.json")

@@ -5,22 +5,32 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Never
 
+from hierroom.support.cells import plain_cell, read_number, text_of_cell
 from hierroom.support.errors import InputError, shown
 from hierroom.support.files import append_whole, sync, truncate, write_atomically
+from hierroom.support.reading import MOST_TEXT, open_to_read
 
 _FIRST = "steps"
+_LONGEST = 2**20  # bytes of a line
 
 
 class CSVTable:
-    """Rows of a CSV file, each of which begins with its ``steps``; a resumed run calls `keep` before it appends."""
+    """Rows of a CSV file, each of which begins with its ``steps``; a resumed run calls `keep` before it appends.
 
-    def __init__(self, path: Path) -> None:
+    Where ``numbers`` are given, these columns must exist, and each cell is a number in the range of its column, except
+    those of the columns ``texts``. Each number is the least in its column, where every row has one; None where not.
+    """
+
+    def __init__(
+        self, path: Path, numbers: Mapping[str, float | None] | None = None, texts: Collection[str] = ()
+    ) -> None:
         self.path = path
+        self._numbers, self._texts = numbers, texts
         self._names: list[str] = []
         self._n_rows: int | None = None  # unknown until it is counted, as the file may be long
 
@@ -33,16 +43,23 @@ class CSVTable:
 
     def keep(self, n_rows: float = math.inf, steps: float = math.inf) -> int:
         """Keep the first ``n_rows`` rows, each up to ``steps``, delete the rest, and return how many rows there are."""
+        n_kept, end = self.measure(n_rows, steps)
+        if self.path.exists() and self.path.stat().st_size > end:
+            truncate(self.path, end)
+        return n_kept
+
+    def measure(self, n_rows: float = math.inf, steps: float = math.inf) -> tuple[int, int]:
+        """Return how many rows `keep` would keep, and the bytes until their end, and change nothing."""
         names, n_kept, end = [], 0, 0
         for place, entries in self._rows(steps) if n_rows else ():
             n_kept += bool(names)
             names, end = names or entries, place
             if n_kept == n_rows:
                 break
-        if self.path.exists() and self.path.stat().st_size > end:
-            truncate(self.path, end)
+        if n_rows and not names and n_rows < math.inf and self.path.exists() and self.path.stat().st_size:
+            self._refuse(1, "is no row of text")  # its rows may still be there
         self._names, self._n_rows = names, n_kept
-        return n_kept
+        return n_kept, end
 
     def append(self, rows: Sequence[Mapping[str, object]]) -> None:
         """Append rows. An entry that a row lacks is NaN; a new entry makes a column, with NaN in all earlier rows."""
@@ -53,7 +70,7 @@ class CSVTable:
         if self._names and added:
             self._widen(added)
         self._names = names = [*self._names, *added]
-        lines = b"".join(_line([row.get(name, "nan") for name in names]) for row in rows)
+        lines = b"".join(_line([_cell(row.get(name, "nan")) for name in names]) for row in rows)
         if not self.path.exists() or self.path.stat().st_size == 0:
             n_rows, lines = 0, _line(names) + lines
         append_whole(self.path, lines)
@@ -70,10 +87,14 @@ class CSVTable:
         sync(self.path)
 
     def read(self) -> list[dict[str, str]]:
-        """Return the rows as text by column, none where there is no file."""
+        """Return the rows as text by column, none where there is no file; an empty cell of a number is ``nan``."""
         rows = (entries for _, entries in self._rows())
         names = next(rows, [])
-        return [dict(zip(names, row, strict=True)) for row in rows]
+        empty = ["nan" if self._numbers is not None and name not in self._texts else "" for name in names]
+        return [
+            {name: text_of_cell(cell) or nothing for name, cell, nothing in zip(names, row, empty, strict=True)}
+            for row in rows
+        ]
 
     def numbers(self) -> list[dict[str, float]]:
         """Return the rows as numbers by column."""
@@ -85,29 +106,50 @@ class CSVTable:
     def _rows(self, most: float = math.inf) -> Iterator[tuple[int, list[str]]]:
         """Yield the names of the columns, then the entries of each row, with the place in the file after them."""
         allowed = "a number of steps" + (f" up to {most:,}" if most < math.inf else "")
-        end, n_columns, torn = 0, 0, 0
-        try:
-            with suppress(FileNotFoundError), self.path.open("rb") as file:
-                for number, line in enumerate(file, start=1):
-                    end += len(line)
-                    if not line.strip():  # a crash leaves such lines too
-                        continue
-                    if not line.endswith(b"\n") or b"\0" in line:  # a crash leaves that at the end
-                        torn = torn or number
-                        continue
-                    entries = _entries(line)
-                    if torn or entries is None:
-                        self._refuse(torn or number, "is no row of text")
-                    if not n_columns and (entries[0] != _FIRST or len({*entries}) < len(entries)):
-                        self._refuse(number, "does not name the columns")
-                    if n_columns and len(entries) != n_columns:
-                        self._refuse(number, "has not as many entries as the line that names them")
-                    if n_columns and not 0 <= _steps(entries) <= most:
+        end, names, torn, first_torn = 0, [], 0, 0
+        if not self.path.exists():
+            return
+        with open_to_read(self.path) as file:
+            for number, line in enumerate(iter(partial(file.readline, _LONGEST), b""), start=1):
+                end += len(line)
+                if not line.strip():  # a crash leaves such lines too
+                    continue
+                if not line.endswith(b"\n") or b"\0" in line:  # a crash leaves that at the end
+                    # Another encoding or other line ends look so too, and have lines after what should be the names.
+                    is_foreign = not names and (torn > 0 or line.count(b"\r") > 1)
+                    torn, first_torn = torn or number, first_torn if torn else end - len(line)
+                    if is_foreign or end - first_torn > MOST_TEXT:
+                        self._refuse(torn, "is no row of text")
+                    continue
+                entries = _entries(line, is_first=not names)
+                if torn or entries is None:
+                    self._refuse(torn or number, "is no row of text")
+                if not names:
+                    self._check_names(number, entries)
+                    names = entries
+                else:
+                    self._check_row(number, names, entries)
+                    if not 0 <= _steps(entries) <= most:
                         self._refuse(number, f"begins with {shown(entries[0])}, not with {allowed}")
-                    n_columns = len(entries)
-                    yield end, entries
-        except OSError as error:
-            raise InputError(f"cannot read {self.path}: {error.strerror}") from error
+                yield end, entries
+
+    def _check_names(self, number: int, names: Sequence[str]) -> None:
+        if names[0] != _FIRST or len({*names}) < len(names):
+            self._refuse(number, "does not name the columns")
+        if missing := (self._numbers or {}).keys() - {*names}:
+            self._refuse(number, f"has no column {', '.join(sorted(missing))}")
+
+    def _check_row(self, number: int, names: Sequence[str], entries: Sequence[str]) -> None:
+        if len(entries) != len(names):
+            self._refuse(number, "has not as many entries as the line that names them")
+        if self._numbers is None:
+            return
+        for name, entry in zip(names, entries, strict=True):
+            try:
+                if name not in self._texts:
+                    read_number(entry, name, self._numbers.get(name))
+            except InputError as error:
+                raise InputError(f"{self.path} is broken: line {number}: {error}") from None
 
     def _refuse(self, number: int, why: str) -> Never:
         raise InputError(f"{self.path} is broken: line {number} {why}")
@@ -119,9 +161,14 @@ def _line(entries: Sequence[object]) -> bytes:
     return text.getvalue().encode(errors="backslashreplace")
 
 
-def _entries(line: bytes) -> list[str] | None:
+def _cell(value: object) -> object:
+    return plain_cell(value) if isinstance(value, str) else value
+
+
+def _entries(line: bytes, *, is_first: bool) -> list[str] | None:
     try:
-        return next(csv.reader([line.decode()], strict=True))
+        text = line.decode("utf-8-sig" if is_first else "utf-8")
+        return next(csv.reader([text], strict=True), None) or None
     except (UnicodeDecodeError, csv.Error):
         return None
 

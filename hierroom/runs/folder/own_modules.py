@@ -12,6 +12,8 @@ from importlib.util import find_spec, resolve_name
 from pathlib import Path
 
 from hierroom.runs.config.config import TrainConfig
+from hierroom.support.errors import InputError
+from hierroom.support.reading import read_bytes
 
 MAX_FILES, MAX_BYTES = 50, 2**20
 _MORE = "..."
@@ -121,9 +123,9 @@ def _source(root: Path, module: str) -> Path | None:
 
 def _read(path: Path, name: str) -> ModuleFile:
     try:
-        content = path.read_bytes()
-    except OSError as error:
-        return ModuleFile(name, None, f"it cannot be read: {error.strerror}")
+        content = read_bytes(path)
+    except InputError as error:
+        return ModuleFile(name, None, f"it cannot be read: {str(error).rpartition(': ')[2]}")
     too_large = f"it is larger than {MAX_BYTES // 1024} KiB" if len(content) > MAX_BYTES else ""
     return ModuleFile(name, content, too_large)
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import os
 import platform
-import shlex
 import subprocess
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
@@ -20,45 +19,64 @@ import torch
 import hierroom
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.own_modules import ModuleFile, find_module_files
-from hierroom.runs.folder.trust import named_code
+from hierroom.runs.folder.trust import COPIES, named_code
 from hierroom.runs.logs.output import warn
+from hierroom.support.cli import shell_words
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json, write_atomically
+from hierroom.support.reading import read_json, read_text
 
-FILE, COPIES = "provenance.json", "modules"
+FILE = "provenance.json"
 PACKAGES = ("numba", "numpy", "scipy", "torch", "gymnasium", "pettingzoo")
 """Packages that may decide a result, besides hierroom."""
 
 
-def record_session(path: Path, config: TrainConfig, variant: str = "") -> list[str]:
+def record_session(path: Path, config: TrainConfig, variant: str = "", warm_start: str = "") -> list[str]:
     """Add this session to a run's provenance.json, copy new and changed modules of the user, and return warnings.
 
     The copies are for reading; nothing imports them. No environment variable and no address of a repository is written.
-    ``variant`` is the name of the run in the plan of a sweep.
+    ``variant`` is the name of the run in the plan of a sweep, ``warm_start`` the digest of the weights it begins with.
     """
-    sessions, files = _sessions(path), find_module_files(config) if named_code(config) else []
+    sessions, files = read_sessions(path), find_module_files(config) if named_code(config) else []
     before = _newest_modules(path, sessions)
     warnings = _changes(path, files, before)
     warnings += [f"there is no copy of {file.name} in {path}: {file.problem}" for file in files if file.problem]
     folder = COPIES if len(sessions) == 0 else f"{COPIES}/session-{len(sessions) + 1}"
     modules = [_copied(path, folder, file, before.get(file.name)) for file in files]
-    called = {"variant": variant} if variant else {}
+    called: dict[str, Any] = {"variant": variant} if variant else {}
+    called |= {"warm_start": {"file": config.warm_start, "sha256": warm_start}} if warm_start else {}
     sessions.append({**called, **describe_session(config.device), "modules": modules})
-    write_atomically(path / FILE, to_json({"sessions": sessions}).encode())
+    write_atomically(path / FILE, to_json({"sessions": sessions}))
     return warnings
 
 
 def variant_of(path: Path) -> str:
-    """Return what the plan of a sweep called a run; empty where it did not, or provenance.json cannot be read."""
-    try:
-        return next((str(one["variant"]) for one in _sessions(path) if "variant" in one), "")
-    except (InputError, TypeError):
-        return ""
+    """Return what the plan of a sweep called a run; empty where it did not."""
+    named = (one for one in read_sessions(path) if isinstance(one, dict))
+    return next((str(one["variant"]) for one in named if "variant" in one), "")
+
+
+def code_of(path: Path) -> dict[str, frozenset[str]]:
+    """Return what a run was trained with besides its config, by name: modules, hierroom, packages, its warm start.
+
+    The values are digests and versions, several where the sessions differ; none if provenance.json cannot be read.
+    """
+    found: dict[str, set[str]] = {}
+    with suppress(InputError, TypeError, KeyError, AttributeError):  # it was edited by hand
+        for session in read_sessions(path):
+            values = session["packages"] | {one["file"]: one["sha256"] for one in session["modules"]}
+            if "warm_start" in session:
+                values[f"the weights of {session['warm_start']['file']}"] = session["warm_start"]["sha256"]
+            values["hierroom"] = _with_commit(session["hierroom"]["version"], session["hierroom"]["git"])
+            for name, value in values.items():
+                if value is not None:
+                    found.setdefault(str(name), set()).add(str(value))
+    return {name: frozenset(values) for name, values in found.items()}
 
 
 def changed_modules(path: Path, config: TrainConfig) -> list[str]:
     """Return a line for each user-defined module that has changed since the run in the folder was trained."""
-    before = _newest_modules(path, _sessions(path))
+    before = _newest_modules(path, read_sessions(path))
     return _changes(path, find_module_files(config), before) if before else []
 
 
@@ -73,7 +91,7 @@ def describe_session(device: str = "cpu") -> dict[str, Any]:
     package = Path(hierroom.__file__).parent
     return {
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
-        "command": shlex.join(sys.orig_argv),
+        "command": shell_words(*sys.orig_argv),
         "folder": str(Path.cwd()),
         "git": describe_git(Path.cwd()),
         "hierroom": {"version": hierroom.__version__, "git": describe_git(package, "__init__.py")},
@@ -89,10 +107,13 @@ def describe_session(device: str = "cpu") -> dict[str, Any]:
 @cache
 def version_of_code() -> str:
     """Return the version of hierroom, in a checkout with the commit of the first call."""
-    git = describe_git(Path(hierroom.__file__).parent, "__init__.py")
+    return _with_commit(hierroom.__version__, describe_git(Path(hierroom.__file__).parent, "__init__.py"))
+
+
+def _with_commit(version: str, git: Mapping[str, Any] | None) -> str:
     if git is None:
-        return hierroom.__version__
-    return f"{hierroom.__version__.partition('+')[0]}+g{git['commit'][:9]}{'.dirty' if git['is_dirty'] else ''}"
+        return version
+    return f"{version.partition('+')[0]}+g{git['commit'][:9]}{'.dirty' if git['is_dirty'] else ''}"
 
 
 def describe_git(folder: Path, tracked: str | None = None) -> dict[str, Any] | None:
@@ -115,7 +136,9 @@ def _git(folder: Path, *arguments: str) -> str | None:
     env["GIT_NO_LAZY_FETCH"] = "1"
     command = ["git", "--no-optional-locks", "-c", "core.fsmonitor=false", *arguments]
     try:
-        done = subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True, timeout=10, check=True)
+        done = subprocess.run(
+            command, cwd=folder, env=env, capture_output=True, encoding="utf-8", timeout=10, check=True
+        )
     except (OSError, subprocess.SubprocessError, UnicodeDecodeError):
         return None
     return done.stdout.strip()
@@ -138,21 +161,22 @@ def _status(folder: Path) -> str | None:
 
 def _cpu() -> str:
     try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-    except OSError:
+        lines = read_text(Path("/proc/cpuinfo")).splitlines()
+    except InputError:
         lines = []
     named = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return named[0] if named else platform.processor() or platform.machine()
 
 
-def _sessions(path: Path) -> list[dict[str, Any]]:
+def read_sessions(path: Path) -> list[dict[str, Any]]:
+    """Return the sessions of a run's provenance.json, as they are there; none without that file."""
     file = path / FILE
-    if not file.is_file():
+    if not file.exists():
         return []
-    try:
-        return [*json.loads(file.read_text())["sessions"]]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"cannot read {file}: {error}") from error
+    table = read_json(file)
+    if not isinstance(table, dict) or not isinstance(sessions := table.get("sessions"), list):
+        raise InputError(f"cannot read {file}: it lists no sessions")
+    return sessions
 
 
 def _newest_modules(path: Path, sessions: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:

@@ -3,20 +3,41 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Collection, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.folder import checkpoint
+from hierroom.runs.folder import checkpoint, provenance
 from hierroom.runs.folder.csv_table import CSVTable
 from hierroom.runs.folder.run_lock import RunLock, RunLockedError
 from hierroom.runs.logs.output import warn
 from hierroom.support.errors import CheckpointError, InputError
-from hierroom.support.files import is_unfinished, remove_unfinished, to_json, write_atomically
+from hierroom.support.files import (
+    delete,
+    is_unfinished,
+    refuse_foreign,
+    remove_unfinished,
+    to_json,
+    usable_path,
+    write_atomically,
+)
+from hierroom.support.reading import MOST_STATE, read_bytes, read_json
 
 _INTERRUPTED = "-interrupted"
+_WRITTEN = ("config.json", "logs.json", "summary.json", "learning_curve.png", "escape.gif", "failure.gif")
+"""The files of a run besides its provenance, tables and checkpoints."""
+_COLUMNS: Mapping[str, Mapping[str, Any]] = {
+    "metrics": {"numbers": {"steps": 0, "success_rate": None, "episode_length": None}},
+    "evaluations": {
+        "numbers": dict.fromkeys(("seconds", "length_over_shortest", "return"))
+        | {"steps": 0, "graph": None, "episodes": 1, "success_rate": 0, "length": 0},
+        "texts": ("graph",),
+    },
+}
+"""The columns that tables must have, see `CSVTable`; ``episodes.csv`` may be long, and nothing needs all its cells."""
 
 
 class RunFolder:
@@ -26,9 +47,9 @@ class RunFolder:
     """
 
     def __init__(self, path: str | Path):
-        self.path = Path(path)
+        self.path = usable_path(path)
         self.checkpoints = self.path / "checkpoints"
-        self.tables = tuple(CSVTable(self.path / f"{name}.csv") for name in checkpoint.TABLES)
+        self.tables = tuple(CSVTable(self.path / f"{name}.csv", **_COLUMNS.get(name, {})) for name in checkpoint.TABLES)
         self.metrics, self.evaluations, self.episodes = self.tables
         self.lock = RunLock(self.path)
 
@@ -72,17 +93,16 @@ class RunFolder:
 
     def save_config(self, config: TrainConfig) -> None:
         """Write config.json."""
-        write_atomically(self.path / "config.json", to_json(config.to_dict()).encode())
+        write_atomically(self.path / "config.json", to_json(config.to_dict()))
 
     def config(self) -> TrainConfig:
         """Read the config of the run."""
         path = self.path / "config.json"
+        table = read_json(path)
         try:
-            return TrainConfig.from_dict(json.loads(path.read_text()))
-        except InputError as error:
+            return TrainConfig.from_dict(table)
+        except (InputError, ValueError) as error:  # ValueError: of half a character, which JSON can hold
             raise InputError(f"{path}: {error}") from error
-        except (OSError, ValueError, RecursionError) as error:
-            raise InputError(f"cannot read {path}: {error}") from error
 
     def save_checkpoint(self, state: Mapping[str, Any]) -> Path:
         """Write a checkpoint, named by its steps, from the result of `Trainer.state_dict`."""
@@ -112,10 +132,20 @@ class RunFolder:
         for path in self.checkpoints.glob(f"*{_INTERRUPTED}.pt"):
             if path != kept:
                 with suppress(OSError):  # the next one tries again
-                    path.unlink()
+                    delete(path)
+
+    def refuse_foreign(self) -> None:
+        """Refuse links and special files in the place of what a run writes, cuts or deletes; nothing is changed."""
+        copies, written = self.path / provenance.COPIES, (self.path / name for name in (*_WRITTEN, provenance.FILE))
+        refuse_foreign(
+            replaced=[*written, *self._checkpoint_paths().values()],
+            changed=[table.path for table in self.tables],
+            folders=[self.checkpoints, copies, *filter(os.path.isdir, copies.rglob("*"))],
+        )
 
     def tidy(self) -> None:
         """Delete what a killed process left: unfinished files, and interrupted checkpoints that were replaced."""
+        self.refuse_foreign()
         remove_unfinished(self.path)
         self._remove_interrupted()
 
@@ -132,10 +162,9 @@ class RunFolder:
         if steps is not None and steps not in paths:
             raise InputError(f"{self.path} has checkpoints after {', '.join(map(str, paths))} steps, not {steps}")
         path = paths[max(paths) if steps is None else steps]
+        content = read_bytes(path, MOST_STATE, "the checkpoint ")
         try:
-            return checkpoint.from_bytes(path.read_bytes())
-        except OSError as error:
-            raise InputError(f"cannot read the checkpoint {path}: {error.strerror}") from error
+            return checkpoint.from_bytes(content)
         except InputError as error:
             newest, *others = sorted(paths.values(), reverse=True)
             is_alone = not others or path != newest or isinstance(error, checkpoint.OtherFormatError)
@@ -158,18 +187,19 @@ class RunFolder:
 
     def keep_rows(self, checkpoint: Mapping[str, Any]) -> None:
         """Delete the rows that were written after a checkpoint, which a resumed run writes again; warn of lost ones."""
-        for table in self.tables:
-            n_rows = checkpoint["tables"][table.path.stem]
+        counts, steps = [(table, checkpoint["tables"][table.path.stem]) for table in self.tables], checkpoint["steps"]
+        for table, n_rows in counts:  # all of them before the first is changed
             try:
-                n_kept = table.keep(n_rows, checkpoint["steps"])
+                table.measure(n_rows, steps)
             except InputError as error:
                 raise InputError(f"{error}; mend it, or delete the table to go on without its rows") from error
-            if n_kept < n_rows:
+        for table, n_rows in counts:
+            if (n_kept := table.keep(n_rows, steps)) < n_rows:
                 warn(f"{table.path} has lost {n_rows - n_kept:,} of {n_rows:,} rows; the run goes on without them")
 
     def save_summary(self, summary: Mapping[str, Any]) -> None:
         """Write summary.json."""
-        write_atomically(self.path / "summary.json", to_json(summary).encode())
+        write_atomically(self.path / "summary.json", to_json(summary))
 
 
 def claim_folder(path: Path) -> Path:

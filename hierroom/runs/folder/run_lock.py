@@ -7,6 +7,7 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from hierroom.support.errors import InputError
+from hierroom.support.files import refuse_foreign
 
 
 class RunLockedError(InputError):
@@ -25,12 +26,23 @@ class RunLock:
         """Take the lock, unless this object has it already."""
         try:
             if not self._lock.is_locked:
+                refuse_foreign(changed=[self._folder / self.FILE])
                 self._lock.acquire()
         except Timeout:
             busy = f"{self._folder} is being trained by another process; wait until that ends, or stop it"
             raise RunLockedError(busy) from None
         except (OSError, NotImplementedError) as error:
             raise InputError(f"cannot lock the run folder {self._folder}: {error}") from error
+
+    @property
+    def is_held(self) -> bool:
+        """Return whether another process has the lock."""
+        try:
+            self.acquire()
+        except RunLockedError:
+            return True
+        self.release()
+        return False
 
     def release(self) -> None:
         """Give the lock back."""

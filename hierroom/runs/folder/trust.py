@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,9 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.support.errors import InputError
 from hierroom.turns.rewards import REWARDS
 from hierroom.worlds.make import ships
+
+COPIES = "modules"
+"""The folder in a run with copies of the user's modules."""
 
 
 def named_code(config: TrainConfig) -> dict[str, str]:
@@ -26,7 +30,10 @@ def named_code(config: TrainConfig) -> dict[str, str]:
 
 
 def require_trust(path: Path, config: TrainConfig, *, trust: bool, named: Mapping[str, Any] | None = None) -> None:
-    """Refuse a folder's config that names code besides what its user ``named``, unless the user trusts the folder."""
+    """Refuse a folder's config that names code besides what its user ``named``, unless the user trusts the folder.
+
+    Code of a folder that is trusted is found where Python finds modules, and else among the copies that the run holds.
+    """
     given = named or {}
     unnamed = {what: spec for what, spec in named_code(config).items() if given.get(what) != spec}
     if unnamed and not trust:
@@ -35,8 +42,17 @@ def require_trust(path: Path, config: TrainConfig, *, trust: bool, named: Mappin
             f"{path} names code that does not ship with hierroom: {names}; it is run only if you trust it: "
             "--trust-run, or trust=True in Python"
         )
+    if unnamed:
+        _find_copies(path if path.is_dir() else path.parent)
 
 
-def trust_option(config: TrainConfig) -> str:
-    """Return the option that a printed command on a run of this config needs: `` --trust-run``, or an empty text."""
-    return " --trust-run" if named_code(config) else ""
+def _find_copies(run: Path) -> None:
+    """Let Python find a run's copies of modules, the newest first, if they are nowhere else."""
+    copies = Path(run, COPIES).absolute()
+    later = sorted(copies.glob("session-*"), key=lambda folder: (len(folder.name), folder.name), reverse=True)
+    sys.path += [str(folder) for folder in (*later, copies) if folder.is_dir() and str(folder) not in sys.path]
+
+
+def trust_option(config: TrainConfig) -> tuple[str, ...]:
+    """Return the option that a printed command on a run of this config needs: ``--trust-run``, or none."""
+    return ("--trust-run",) if named_code(config) else ()

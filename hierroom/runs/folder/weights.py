@@ -16,7 +16,7 @@ from safetensors.torch import save
 
 from hierroom.runs.config.config import TrainConfig
 from hierroom.support.errors import InputError, shown
-from hierroom.support.files import to_json, write_atomically
+from hierroom.support.files import to_json, usable_path, write_atomically
 
 SUFFIX = ".safetensors"
 FOLDER = Path(__file__).parents[2] / "weights"
@@ -49,7 +49,7 @@ class SavedAgent:
             "steps": str(self.steps),
             "descriptions": to_json({agent: state["description"] for agent, state in self.agents.items()}),
         }
-        content = save(tensors, {**metadata, "sha256": _digest(metadata, tensors)})
+        content = save(tensors, {**metadata, "sha256": digest(metadata, tensors)})
         try:
             write_atomically(path, content)
         except OSError as error:
@@ -69,7 +69,7 @@ class SavedAgent:
             raise InputError(f"{path} is no file of weights, or damaged: {error}") from error
         if metadata.get("format") != _FORMAT:
             raise InputError(f"{path} holds no agent of this hierroom: its format is {shown(metadata.get('format'))}")
-        if metadata.pop("sha256", None) != _digest(metadata, tensors):
+        if metadata.pop("sha256", None) != digest(metadata, tensors):
             raise InputError(f"{path} is damaged: its content is not the one that its digest was made of")
         try:
             entries = {name: json.loads(metadata.get(name, "null")) for name in ("config", "descriptions", "steps")}
@@ -87,16 +87,17 @@ class SavedAgent:
 
 def weights_file(run: str | Path) -> Path | None:
     """Return the file of weights that a path, or else a name in `SHIPPED`, means; None for the folder of a run."""
-    path = Path(run)
+    path = usable_path(run)
     if str(run) in SHIPPED and not path.exists():
         return FOLDER / f"{run}{SUFFIX}"
     return path if path.suffix == SUFFIX and not path.is_dir() else None
 
 
-def _digest(metadata: Mapping[str, str], tensors: Mapping[str, torch.Tensor]) -> str:
-    digest = hashlib.sha256(json.dumps(dict(metadata), sort_keys=True).encode())
+def digest(metadata: Mapping[str, str], tensors: Mapping[str, torch.Tensor]) -> str:
+    """Return the SHA-256 of named texts and tensors, in hexadecimal."""
+    sha = hashlib.sha256(json.dumps(dict(metadata), sort_keys=True).encode())
     for name in sorted(tensors):
         tensor = tensors[name]
-        digest.update(f"{name} {tensor.dtype} {tuple(tensor.shape)}".encode())
-        digest.update(tensor.contiguous().reshape(-1).view(torch.uint8).numpy().tobytes())
-    return digest.hexdigest()
+        sha.update(f"{name} {tensor.dtype} {tuple(tensor.shape)}".encode())
+        sha.update(tensor.contiguous().reshape(-1).view(torch.uint8).numpy(force=True).tobytes())
+    return sha.hexdigest()

@@ -44,7 +44,7 @@ class Events(Logger):
 
     def _begin(self) -> list[Event]:
         """Choose a file name that sorts after those of earlier sessions; return the file's first events."""
-        started = [int(n) for path in self._path.glob(f"{_NAME}.*") if (n := path.name.split(".")[3]).isdigit()]
+        started = [int(n) for path in self._path.glob(f"{_NAME}.*") if (n := path.name.split(".")[3]).isdecimal()]
         number = max([int(time.time()), *(before + 1 for before in started)])
         self._file = self._path / f"{_NAME}.{number:010d}.{socket.gethostname()}.{os.getpid()}.0"
         begin = Event(file_version="brain.Event:2")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from hierroom.runs.logs.output import warn
 from hierroom.runs.logs.scalars import Logger, hyperparameters, result_scalars
 from hierroom.support.errors import InputError, in_one_line, shown
 from hierroom.support.files import to_json, write_atomically
+from hierroom.support.reading import read_json
 
 TENSORBOARD, NONE = "tensorboard", "none"
 DEFAULT = (TENSORBOARD,)
@@ -56,7 +57,7 @@ class Logs:
                 continue
             self._loggers.append(logger)
             identities[name] = logger.identity
-            write_atomically(path / _FILE, to_json(identities).encode())
+            write_atomically(path / _FILE, to_json(identities))
 
     def _each(self, act: Callable[[Logger], object]) -> None:
         for logger in [*self._loggers]:
@@ -67,8 +68,9 @@ class Logs:
                 _warn(error, logger.label)
 
     def add(self, scalars: Mapping[str, float], steps: int) -> None:
-        """Show numbers, see `scalars.Logger`."""
-        self._each(lambda logger: logger.add(scalars, steps))
+        """Show numbers, see `scalars.Logger`; a NaN, of what has no value yet, is left out."""
+        known = {tag: value for tag, value in scalars.items() if not math.isnan(value)}
+        self._each(lambda logger: logger.add(known, steps))
 
     def add_results(self, curve: LearningCurve | None) -> None:
         """Show what the run was trained with, and how it ended."""
@@ -91,7 +93,7 @@ def _warn(error: Exception, label: str) -> None:
 def _identities(path: Path) -> dict[str, str]:
     """Read the identities from earlier sessions; none where that fails."""
     try:
-        known = json.loads((path / _FILE).read_text())
+        known = read_json(path / _FILE)
         return {name: known[name] for name in LIBRARIES if isinstance(known.get(name), str)}
-    except (OSError, ValueError, AttributeError, RecursionError):
+    except (InputError, AttributeError):
         return {}

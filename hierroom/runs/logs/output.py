@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
+from contextlib import contextmanager, suppress
+from threading import Lock
 from typing import Any, TextIO
 
 from hierroom.support.errors import one_line
@@ -15,18 +16,18 @@ class LastingStream:
     """A text stream to which writing never fails; text is lost if it cannot be written, or if the stream is None."""
 
     def __init__(self, stream: TextIO | None) -> None:
-        self._stream = stream
+        self.stream = stream
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._stream, name)
+        return getattr(self.stream, name)
 
     def write(self, text: str) -> int:
         """Write, with escapes for the characters that the stream's encoding lacks."""
-        if self._stream is not None:
+        if self.stream is not None:
             try:
-                self._stream.write(text)
+                self.stream.write(text)
             except UnicodeEncodeError:
-                encoding = self._stream.encoding or "ascii"
+                encoding = self.stream.encoding or "ascii"
                 self.write(text.encode(encoding, "backslashreplace").decode(encoding))
             except (OSError, ValueError):  # ValueError: it was closed
                 self._lose()
@@ -34,27 +35,49 @@ class LastingStream:
 
     def flush(self) -> None:
         """Write what is still in memory."""
-        if self._stream is not None:
+        if self.stream is not None:
             try:
-                self._stream.flush()
+                self.stream.flush()
             except (OSError, ValueError):
                 self._lose()
 
     def _lose(self) -> None:
         """Lead the stream nowhere, so that Python does not fail at exit with what it still has in memory."""
         with suppress(OSError, ValueError, AttributeError):
-            number = self._stream.fileno() if self._stream is not None else -1
+            number = self.stream.fileno() if self.stream is not None else -1
             if number in (1, 2):  # the process's own
                 nowhere = os.open(os.devnull, os.O_WRONLY)
                 os.dup2(nowhere, number)
                 os.close(nowhere)
 
 
-@contextmanager
-def lasting_output() -> Iterator[None]:
-    """A context in which writing to standard output and standard error never fails."""
-    with redirect_stdout(LastingStream(sys.stdout)), redirect_stderr(LastingStream(sys.stderr)):  # pyright: ignore[reportArgumentType]
-        yield
+class _LastingOutput:
+    """Standard output and standard error are the process's: the first thread replaces them, the last puts them back."""
+
+    def __init__(self) -> None:
+        self._lock, self._n_users = Lock(), 0
+        self._streams: dict[str, LastingStream] = {}
+
+    @contextmanager
+    def __call__(self) -> Iterator[None]:
+        """Let writing to standard output and standard error never fail in this context."""
+        with self._lock:
+            self._n_users += 1
+            if self._n_users == 1:
+                self._streams = {name: LastingStream(getattr(sys, name)) for name in ("stdout", "stderr")}
+                for name, stream in self._streams.items():
+                    setattr(sys, name, stream)
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._n_users -= 1
+                if not self._n_users:
+                    for name, stream in self._streams.items():
+                        setattr(sys, name, stream.stream)
+
+
+lasting_output = _LastingOutput()
 
 
 def warn(line: str) -> None:

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import io
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from threading import Lock
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +17,8 @@ from hierroom.runs.logs.episode_log import WINDOW
 from hierroom.runs.logs.learning_curve import LearningCurve
 from hierroom.support.errors import one_line
 from hierroom.support.files import write_atomically
+
+_one_draws = Lock()
 
 
 def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path) -> None:
@@ -38,10 +44,19 @@ def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path)
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     figure.suptitle(one_line(run.path.name), parse_math=False)
     picture = io.BytesIO()
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", r"Glyph \d+")  # of a name in a script that the font does not have
+    with drawing():
         figure.savefig(picture, format="png", dpi=120)
     write_atomically(path, picture.getvalue())
+
+
+@contextmanager
+def drawing(style: dict[Any, Any] | None = None) -> Iterator[None]:
+    """Draw in a style, one thread at a time: matplotlib's settings and the filters of warnings are the process's."""
+    import matplotlib
+
+    with _one_draws, matplotlib.rc_context(style), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"Glyph \d+")  # of a name in a script that the font does not have
+        yield
 
 
 def step_unit(most: float) -> tuple[float, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from hierroom.goals import GoalGraph
 from hierroom.support.compile.kernel import compiled
 from hierroom.support.errors import InputError
+from hierroom.support.read_only import read_only
 from hierroom.support.schema import Whole
 from hierroom.support.thread_pool import ThreadPool
 from hierroom.worlds.escape_room import batch_kernels
@@ -49,9 +51,9 @@ class Engine:
         levels: which levels are drawn, a name in `layout.SPLITS`; None: all.
 
     Attributes:
-        state: the state of the environments, updated in place by each step.
-        outcomes: [N] records of `layout.OUTCOME`, overwritten by each step.
-        finals: [N] records of `layout.LEVEL`, each level at the end of its last episode.
+        state: the state of the environments, read-only, updated in place by each step.
+        outcomes: [N] records of `layout.OUTCOME`, read-only, overwritten by each step.
+        finals: [N] records of `layout.LEVEL`, read-only, each level at the end of its last episode.
     """
 
     def __init__(
@@ -71,11 +73,11 @@ class Engine:
         for name, value in (("max_steps", max_steps), ("threads", threads)):
             Whole(1, 2**31 - 1).check(value, name)
         Whole(0, 2**62).check(first_index, "first_index")
-        self.graph_records = graph_records(graphs)
-        self.state = empty_state(num_envs, size)
-        self.outcomes = np.zeros(num_envs, OUTCOME)
-        self.finals = np.zeros(num_envs, LEVEL)
-        records = self.state.levels
+        self._graphs = graph_records(graphs)
+        self._state = empty_state(num_envs, size)
+        self._outcomes = np.zeros(num_envs, OUTCOME)
+        self._finals = np.zeros(num_envs, LEVEL)
+        records = self._state.levels
         records["index"], records["split"] = first_index + np.arange(num_envs), SPLITS[levels]
         records["max_steps"], records["can_drop"] = max_steps, drop_key
         self.n_actions, self.has_begun = 6 if drop_key else 5, False
@@ -83,44 +85,58 @@ class Engine:
         bounds = np.linspace(0, num_envs, n_slices + 1).astype(int)
         self._slices = [slice(a, b) for a, b in pairwise(bounds)]
         self._pool = ThreadPool(len(self._slices))
+        self._show()
         self.remember(memories)
         if seed is not None:
             self.reset(seed)
 
+    def _show(self) -> None:
+        """Let users see the arrays, but not write to them: kernels check no bounds."""
+        self.state = State(read_only(self._state.grids), read_only(self._state.levels))
+        self.outcomes, self.finals = read_only(self._outcomes), read_only(self._finals)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave the views out, as a copy has arrays of its own to view."""
+        return {name: value for name, value in self.__dict__.items() if name not in ("state", "outcomes", "finals")}
+
+    def __setstate__(self, copied: dict[str, Any]) -> None:
+        self.__dict__.update(copied)
+        self._show()
+
     def __len__(self) -> int:
-        return len(self.outcomes)
+        return len(self._outcomes)
 
     def reset(self, seed: Seeds = None, envs: Indices = slice(None)) -> None:
         """Begin an episode in some environments: with a seed (0 to 2**63 - 1) its first one, without one the next.
 
         ``seed`` is one for all of them, or a sequence with one, or None, for each.
         """
-        chosen, levels = chosen_envs(envs, len(self)), self.state.levels
+        chosen, levels = chosen_envs(envs, len(self)), self._state.levels
         write_seeds(levels, seed, chosen)
         self._clear_outcomes(chosen, 0)
         self.has_begun = True
         if len(chosen) == len(self):
-            batch_kernels.reset_levels(levels, self.state.grids, self.graph_records, self.outcomes)
+            batch_kernels.reset_levels(levels, self._state.grids, self._graphs, self._outcomes)
         else:
-            part, outcomes = self.state[chosen], self.outcomes[chosen]
-            batch_kernels.reset_levels(part.levels, part.grids, self.graph_records, outcomes)
-            levels[chosen], self.state.grids[chosen], self.outcomes[chosen] = part.levels, part.grids, outcomes
+            part, outcomes = self._state[chosen], self._outcomes[chosen]
+            batch_kernels.reset_levels(part.levels, part.grids, self._graphs, outcomes)
+            levels[chosen], self._state.grids[chosen], self._outcomes[chosen] = part.levels, part.grids, outcomes
 
     def remember(self, memories: Iterable[str]) -> None:
         """Let levels remember more of their episode, names in `layout.MEMORIES`, from the next `reset` on."""
         for name in memories:
             if name not in MEMORIES:
                 raise InputError(f"levels can remember {', '.join(MEMORIES)}, not {name!r}")
-            self.state.levels["remembers"] |= MEMORIES[name]
+            self._state.levels["remembers"] |= MEMORIES[name]
 
     def stagger_clocks(self) -> None:
         """Spread the step counts of the current episodes evenly, so that they are not all truncated together."""
-        levels = self.state.levels
+        levels = self._state.levels
         levels["steps"] = np.arange(len(self)) * levels["max_steps"] // len(self)
 
     def set_graphs(self, graphs: Sequence[GoalGraph]) -> None:
         """Set the goal graphs from which later episodes sample."""
-        self.graph_records = graph_records(graphs)
+        self._graphs = graph_records(graphs)
 
     def step(self, actions: ArrayLike) -> np.ndarray:
         """Act once in every environment and return the outcomes; an integer [N] that is no action costs the step."""
@@ -132,8 +148,8 @@ class Engine:
 
     def advance(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Step as `step` does, with actions that were checked."""
-        graphs, step = self.graph_records, _compiled_step()
-        levels, grids, outcomes, finals = self.state.levels, self.state.grids, self.outcomes, self.finals
+        graphs, step = self._graphs, _compiled_step()
+        levels, grids, outcomes, finals = self._state.levels, self._state.grids, self._outcomes, self._finals
         if len(self._slices) == 1:
             step(levels, grids, graphs, actions, outcomes, finals)
         else:
@@ -147,13 +163,13 @@ class Engine:
 
     def advance_within_episode(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Step as `step_within_episode` does, with actions that were checked."""
-        _compiled_step_within()(self.state.levels, self.state.grids, actions, self.outcomes)
-        return self.outcomes
+        _compiled_step_within()(self._state.levels, self._state.grids, actions, self._outcomes)
+        return self._outcomes
 
     def state_after(self, before: State, actions: NDArray[np.int64]) -> State:
         """Return the state to which the last step led: where it ended an episode, take it again without a reset."""
         state = self.get_state()
-        ended = np.flatnonzero(self.outcomes["terminated"] | self.outcomes["truncated"])
+        ended = np.flatnonzero(self._outcomes["terminated"] | self._outcomes["truncated"])
         if len(ended):
             last = before[ended]
             outcomes = np.zeros(len(ended), OUTCOME)
@@ -163,15 +179,15 @@ class Engine:
 
     def get_state(self, envs: Indices = slice(None)) -> State:
         """Copy the exact state of some environments (by default all)."""
-        return self.state[chosen_envs(envs, len(self))]
+        return self._state[chosen_envs(envs, len(self))]
 
     def check_state(self, state: State, envs: Indices = slice(None)) -> None:
         """Check that `set_state` can take a state."""
         n_chosen = len(chosen_envs(envs, len(self)))
         check_state(state)
-        if state.size != self.state.size or len(state) != n_chosen:
+        if state.size != self._state.size or len(state) != n_chosen:
             raise InputError(
-                f"the state must hold {n_chosen} environments of size {self.state.size}; "
+                f"the state must hold {n_chosen} environments of size {self._state.size}; "
                 f"it holds {len(state)} of size {state.size}"
             )
 
@@ -185,19 +201,19 @@ class Engine:
 
     def _put(self, state: State, chosen: NDArray[np.integer]) -> None:
         levels = state.levels
-        self.state.levels[chosen], self.state.grids[chosen] = levels, state.grids
-        self.has_begun = bool(self.state.levels["n_rooms"][0])
+        self._state.levels[chosen], self._state.grids[chosen] = levels, state.grids
+        self.has_begun = bool(self._state.levels["n_rooms"][0])
         self._clear_outcomes(chosen, levels["steps"])
         at_exit = (levels["row"] == levels["exit_at"][:, 0]) & (levels["col"] == levels["exit_at"][:, 1])
-        self.outcomes["terminated"][chosen] = levels["has_ended"] & at_exit
-        self.outcomes["truncated"][chosen] = levels["has_ended"] & (levels["steps"] >= levels["max_steps"])
-        batch_kernels.look_levels(self.state.levels, self.state.grids, self.outcomes)
+        self._outcomes["terminated"][chosen] = levels["has_ended"] & at_exit
+        self._outcomes["truncated"][chosen] = levels["has_ended"] & (levels["steps"] >= levels["max_steps"])
+        batch_kernels.look_levels(self._state.levels, self._state.grids, self._outcomes)
 
     def _clear_outcomes(self, envs: NDArray[np.integer], lengths: ArrayLike) -> None:
         """Set the outcomes of environments that have taken no step since they were reset or restored."""
         outcomes = np.zeros(len(envs), OUTCOME)
         outcomes["length"] = lengths
-        self.outcomes[envs] = outcomes
+        self._outcomes[envs] = outcomes
 
 
 @cache

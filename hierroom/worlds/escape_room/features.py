@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NO_GOAL
-from hierroom.support.compile.kernel import njit
+from hierroom.support.compile.kernel import compiled, njit
 from hierroom.worlds.escape_room.constants import COL_STEP, EXIT, KEY, LOCKED_DOOR, N_TILES, ROW_STEP, VIEW
 from hierroom.worlds.escape_room.frontier import nearest_frontiers
+from hierroom.worlds.escape_room.layout import LEVEL
 from hierroom.worlds.escape_room.tiles import TRIPLES
 from hierroom.worlds.world import Feature
 
@@ -46,23 +48,28 @@ def _goal_cells(observation: Any) -> NDArray:
 
 def _goal_place(observation: Any) -> NDArray:
     """[M, 2] `_places` of the goal where it was seen last: nothing moves unseen; a key in hand stays where it lay."""
-    return _places(observation.view.levels, _seen_at(observation.view.levels, observation.goals[:, None]))
+    return _places_of_goals(observation.view.levels, observation.goals[:, None])
 
 
 def _object_places(observation: Any) -> NDArray:
     """[M, 26] likewise of every goal, by id, whichever the controller has."""
     goals = np.broadcast_to(_GOAL_IDS, (len(observation.view.levels), N_GOALS))
-    return _places(observation.view.levels, _seen_at(observation.view.levels, goals))
+    return _places_of_goals(observation.view.levels, goals)
 
 
 def _doorway_places(observation: Any) -> NDArray:
     """[M, 4] `_places` of the two doors that were opened or walked through last, the later one first."""
-    return _places(observation.view.levels, observation.view.levels["doorways"])
+    return _compiled_places()(observation.view.levels, observation.view.levels["doorways"].astype(np.int64))
 
 
 def _frontier_places(observation: Any) -> NDArray:
     """[M, 4] `_places` of what `nearest_frontiers` finds."""
-    return _places(observation.view.levels, nearest_frontiers(observation.view.levels))
+    return _compiled_places()(observation.view.levels, nearest_frontiers(observation.view.levels))
+
+
+def _places_of_goals(levels: np.ndarray, goals: NDArray[np.integer]) -> NDArray:
+    """[M, 2 G] `_places` of goals [M, G] that were seen."""
+    return _compiled_places()(levels, _compiled_seen()(levels, goals))
 
 
 @njit(cache=True)
@@ -105,6 +112,17 @@ def _class_of(distance):
     return len(CLASS_STARTS) + (classes if distance > 0 else -classes)
 
 
+@cache
+def _compiled_seen() -> Callable[..., NDArray]:
+    """Compile `_seen_at` for goals that need not be contiguous."""
+    return compiled(_seen_at, np.zeros(1, LEVEL), np.zeros((2, 4), np.int64)[:, ::2])
+
+
+@cache
+def _compiled_places() -> Callable[..., NDArray]:
+    return compiled(_places, np.zeros(1, LEVEL), np.zeros((1, 1, 2), np.int64))
+
+
 def _by_colour(observation: Any, what: str) -> NDArray:
     """[M, 6] the bits of ``keys`` or ``doors``."""
     return observation.view.levels[what][:, None] >> observation.view.levels["branches"] & 1
@@ -126,22 +144,22 @@ def _view(observation: Any) -> NDArray:
 _PLACE = UNKNOWN_DISTANCE + 1
 
 FEATURES: Mapping[str, Feature] = {
-    "view": Feature(lambda _: (N_TILES,) * N_CELLS, _view),
-    "view-ids": Feature(lambda _: (N_TILES,) * N_CELLS, _view, TRIPLES.astype(np.float32)),
+    "view": Feature((N_TILES,) * N_CELLS, _view),
+    "view-ids": Feature((N_TILES,) * N_CELLS, _view, TRIPLES.astype(np.float32)),
     "goal": Feature(
-        lambda _: (4, 1 + N_COLOURS),
+        (4, 1 + N_COLOURS),
         lambda observation: _GOAL_CATEGORIES[observation.goals],
         is_of_goal=True,
         is_of_world=False,
     ),
-    "goal-in-view": Feature(lambda _: (N_CELLS + 1,), _goal_cells, is_of_goal=True, is_of_world=False),
-    "goal-place": Feature(lambda _: (_PLACE,) * 2, _goal_place, is_of_goal=True, is_of_world=False),
-    "object-places": Feature(lambda _: (_PLACE,) * 2 * N_GOALS, _object_places, is_of_world=False),
-    "doorway-places": Feature(lambda _: (_PLACE,) * 4, _doorway_places, memories=("doorways",), is_of_world=False),
-    "frontier-places": Feature(lambda _: (_PLACE,) * 4, _frontier_places, memories=("explored",), is_of_world=False),
-    "direction": Feature(lambda _: (4,), lambda observation: observation.view.levels["direction"][:, None]),
-    "keys": Feature(lambda _: (2,) * N_COLOURS, lambda observation: _by_colour(observation, "keys")),
-    "goal-status": Feature(lambda _: (3,) * N_GOALS, _goal_status, is_by_goal=True),
+    "goal-in-view": Feature((N_CELLS + 1,), _goal_cells, is_of_goal=True, is_of_world=False),
+    "goal-place": Feature((_PLACE,) * 2, _goal_place, is_of_goal=True, is_of_world=False),
+    "object-places": Feature((_PLACE,) * 2 * N_GOALS, _object_places, is_of_world=False),
+    "doorway-places": Feature((_PLACE,) * 4, _doorway_places, memories=("doorways",), is_of_world=False),
+    "frontier-places": Feature((_PLACE,) * 4, _frontier_places, memories=("explored",), is_of_world=False),
+    "direction": Feature((4,), lambda observation: observation.view.levels["direction"][:, None]),
+    "keys": Feature((2,) * N_COLOURS, lambda observation: _by_colour(observation, "keys")),
+    "goal-status": Feature((3,) * N_GOALS, _goal_status, is_by_goal=True),
 }
 """view: the tile of each cell of the view; view-ids: the same, read as its object id, colour id and open bit; goal:
 object and colour; goal-in-view: the cell of the view that holds the goal; goal-place: about how far ahead of the agent

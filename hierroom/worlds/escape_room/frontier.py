@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.compile.kernel import njit
+from hierroom.support.compile.kernel import compiled, njit
 from hierroom.worlds.escape_room.constants import MARGIN, MAX_SIZE, ONE
+from hierroom.worlds.escape_room.layout import LEVEL
 
 
-@njit(cache=True)
 def nearest_frontiers(levels: np.ndarray) -> NDArray[np.int64]:
     """Find the frontier cells nearest to the agents by Manhattan distance; of equals the first by row and column.
 
@@ -19,6 +22,17 @@ def nearest_frontiers(levels: np.ndarray) -> NDArray[np.int64]:
         [M, 2, 2] (row, col) of the nearest in the room where the agent stands, and of the nearest anywhere else, zeros
         where there is none; an agent in a doorway stands in no room.
     """
+    return _compiled_search()(np.ascontiguousarray(levels))
+
+
+@cache
+def _compiled_search() -> Callable[..., NDArray[np.int64]]:
+    return compiled(find_frontiers, np.zeros(1, LEVEL))
+
+
+@njit(cache=True)
+def find_frontiers(levels):
+    """Find the cells that `nearest_frontiers` returns."""
     cells = np.zeros((levels.shape[0], 2, 2), np.int64)
     for m in range(levels.shape[0]):
         level = levels[m]

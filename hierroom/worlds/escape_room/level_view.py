@@ -64,7 +64,7 @@ class LevelView:
     def uniforms(self, turns: NDArray[np.integer], n: int) -> NDArray[np.float64]:
         """Return [M, n] random numbers in [0, 1), fixed by seed, environment, episode and turn [M]."""
         uniforms = np.empty((len(self), n))
-        turn_uniforms(self.levels, turns, uniforms)
+        _compiled_uniforms()(np.ascontiguousarray(self.levels), np.ascontiguousarray(turns, np.int64), uniforms)
         return uniforms
 
     @property
@@ -155,6 +155,11 @@ def legal_goals(levels: np.ndarray, mask: str, are_turns: NDArray[np.bool_]) -> 
 @cache
 def _compiled_masks() -> Callable[..., None]:
     return compiled(write_masks, np.zeros(1, LEVEL), np.zeros(1, bool), 1, np.zeros((1, 1), bool))
+
+
+@cache
+def _compiled_uniforms() -> Callable[..., None]:
+    return compiled(turn_uniforms, np.zeros(1, LEVEL), np.zeros(1, np.int64), np.zeros((1, 1)))
 
 
 def _first_goal(state: State) -> int:

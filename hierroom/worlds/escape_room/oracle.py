@@ -18,14 +18,17 @@ States must be such as `Engine.set_state` takes: the search reads what a level s
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.goals import EXIT_GOAL, N_COLOURS, N_GOALS
-from hierroom.support.compile.kernel import njit
+from hierroom.support.compile.kernel import compiled, njit
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room import constants
-from hierroom.worlds.escape_room.layout import State
+from hierroom.worlds.escape_room.layout import LEVEL, State
 from hierroom.worlds.escape_room.level import goal_name
 
 # The kind of a goal: ``kind = goal // N_COLOURS``.
@@ -206,6 +209,12 @@ def solve_levels(levels, side, kinds, colours, lengths):
         _, lengths[n] = solve(levels[n], side, kinds[n], colours[n])
 
 
+@cache
+def _compiled_solve() -> Callable[..., None]:
+    numbers = np.zeros(1, np.int64)
+    return compiled(solve_levels, np.zeros(1, LEVEL), 1, numbers, numbers, numbers)
+
+
 def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.int64]:
     """Count the actions in the shortest solution of every environment.
 
@@ -221,7 +230,8 @@ def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.i
     if ids.dtype.kind not in "iu" or (len(ids) and not 0 <= ids.min() <= ids.max() < N_GOALS):
         raise InputError(f"goals must be whole numbers from 0 to {N_GOALS - 1}, not {goals}")
     lengths = np.empty(len(state), np.int64)
-    solve_levels(state.levels, state.grids.shape[1], ids // N_COLOURS, ids % N_COLOURS, lengths)
+    kinds, colours = np.divmod(ids.astype(np.int64), N_COLOURS)
+    _compiled_solve()(np.ascontiguousarray(state.levels), state.grids.shape[1], kinds, colours, lengths)
     return lengths
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from hierroom.goals import MAX_GRID_ROOMS, N_COLOURS, N_GOALS
-from hierroom.support.compile.kernel import njit
+from hierroom.support.compile.kernel import compiled, njit
 from hierroom.support.errors import InputError
 from hierroom.support.schema import Array
 from hierroom.worlds.escape_room.constants import (
@@ -93,9 +94,14 @@ def check_state(state: State) -> None:
     for name in ("can_drop", "has_ended"):
         if levels[name].view(np.uint8).max(initial=0) > 1:  # compiled code reads one bit of it, NumPy all eight
             raise InputError(f"levels.{name} must be True or False everywhere")
-    env, rule = _first_broken_rule(np.ascontiguousarray(levels), np.ascontiguousarray(grids))
+    env, rule = _compiled_check()(np.ascontiguousarray(levels), np.ascontiguousarray(grids))
     if rule >= 0:
         raise InputError(f"the state of environment {env} cannot be used, because not so: {RULES[rule]}")
+
+
+@cache
+def _compiled_check() -> Callable[..., tuple[int, int]]:
+    return compiled(_first_broken_rule, np.zeros(1, LEVEL), np.zeros((1, 1, 1), np.uint8))
 
 
 @njit(cache=True)

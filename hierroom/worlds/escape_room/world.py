@@ -23,6 +23,7 @@ from hierroom.goals import (
 )
 from hierroom.goals.goal_set import GoalSet
 from hierroom.support.errors import InputError
+from hierroom.support.read_only import freeze
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.features import FEATURES
@@ -82,7 +83,7 @@ class EscapeRoomWorld(Engine):
         self._advance = self.advance if autoreset else self.advance_within_episode
         # Actions are checked by who asks for a step.
         self.step = self._advance if self.can_split else self._step_in_stages  # pyright: ignore
-        self._last_levels = self.finals if autoreset else self.state.levels
+        self._last_levels = self._finals if autoreset else self._state.levels
 
     @property
     def stage(self) -> int:
@@ -101,7 +102,7 @@ class EscapeRoomWorld(Engine):
 
     def _step_in_stages(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Act once in every environment and return the outcomes; the curriculum counts the episodes that end."""
-        had_ended = self.state.levels["has_ended"].copy()
+        had_ended = self._state.levels["has_ended"].copy()
         outcomes = self._advance(actions)
         escaped, truncated = outcomes["terminated"] & ~had_ended, outcomes["truncated"] & ~had_ended
         if self.sampler.add(escaped | truncated, escaped):
@@ -109,22 +110,25 @@ class EscapeRoomWorld(Engine):
         return outcomes
 
     def observe(self, envs: NDArray[np.integer]) -> LevelView:
-        """Return what environments [M] show now; if they are all there are, the next step overwrites it."""
+        """Return what environments [M] show now, read-only; if they are all there are, the next step overwrites it."""
         if envs is self.everywhere or len(self) == 1:
             return LevelView(self.outcomes["tiles"], self.state.levels)
-        return LevelView(self.outcomes["tiles"][envs], self.state.levels[envs])
+        return freeze(LevelView(self._outcomes["tiles"][envs], self._state.levels[envs]))
 
     def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> LevelView:
         """Return what environments [M] show after the last step, those that ``ended`` [M] before they were reset."""
         if ended.all():
-            return LevelView(self.outcomes["final_tiles"][envs], self._last_levels[envs])
-        tiles, levels = self.outcomes["tiles"][envs], self.state.levels[envs]
-        tiles[ended], levels[ended] = self.outcomes["final_tiles"][envs[ended]], self._last_levels[envs[ended]]
-        return LevelView(tiles, levels)
+            return freeze(LevelView(self._outcomes["final_tiles"][envs], self._last_levels[envs]))
+        tiles, levels = self._outcomes["tiles"][envs], self._state.levels[envs]
+        tiles[ended], levels[ended] = self._outcomes["final_tiles"][envs[ended]], self._last_levels[envs[ended]]
+        return freeze(LevelView(tiles, levels))
 
     def exact_view(self, envs: NDArray[np.integer]) -> LevelView:
-        """Return what environments [M] show now and their exact state, copied."""
-        return LevelView(self.outcomes["tiles"][envs], self.state.levels[envs], self.state.grids[envs])
+        """Return what environments [M] show now and their exact state, in read-only copies."""
+        copies = self._outcomes["tiles"][envs], self._state.levels[envs], self._state.grids[envs]
+        for array in copies:
+            array.setflags(write=False)
+        return LevelView(*copies)
 
     def legal_goals(self, mask: str, are_turns: NDArray[np.bool_], view: LevelView | None = None) -> NDArray[np.bool_]:
         """Return the meta-controllers' legal actions [M, 14], of a view or of all; off turn they can only wait."""
@@ -132,7 +136,7 @@ class EscapeRoomWorld(Engine):
 
     def shortest_lengths(self, envs: NDArray[np.integer]) -> NDArray[np.integer]:
         """Return the shortest possible lengths [M] of the episodes of environments [M] from where they stand."""
-        return shortest_lengths(self.state if envs is self.everywhere or len(self) == 1 else self.get_state(envs))
+        return shortest_lengths(self._state if envs is self.everywhere or len(self) == 1 else self.get_state(envs))
 
     def shortest_actions(self, env: int) -> NDArray[np.integer]:
         """Return the actions of a shortest way to the exit in one environment."""
@@ -162,7 +166,7 @@ class EscapeRoomWorld(Engine):
 
     def nodes(self, node_map: NodeMap, *, terminated: NDArray[np.bool_], ended: NDArray[np.bool_]) -> NDArray[np.int64]:
         """Return the node of each environment after a step, where it ended the episode that of its end."""
-        return node_map(np.where(ended, self._last_levels, self.state.levels), terminated)
+        return node_map(np.where(ended, self._last_levels, self._state.levels), terminated)
 
     def graph_of(self, start: State) -> GoalGraph:
         """Return the goal graph of a level, as it was given."""

@@ -70,7 +70,7 @@ def _feature(name: str, space: spaces.Space) -> Feature:
     if isinstance(space, spaces.Box):
         layout = _layout(space)
         return Feature(
-            lambda _: (MAX_CATEGORIES,) * layout.n_bytes,
+            (MAX_CATEGORIES,) * layout.n_bytes,
             lambda o: layout.to_bytes(_channels_last(o.view.entries[name], layout)),
             array=layout,
         )
@@ -81,9 +81,9 @@ def _feature(name: str, space: spaces.Space) -> Feature:
         return values.reshape(len(values), -1) - starts
 
     if sizes.max() <= MAX_CATEGORIES:
-        return Feature(lambda _: tuple(sizes.tolist()), numbers)
+        return Feature(tuple(sizes.tolist()), numbers)
     layout = ByteArray((len(sizes),), "ids", n_values=int(sizes.max()))
-    return Feature(lambda _: (MAX_CATEGORIES,) * layout.n_bytes, lambda o: layout.to_bytes(numbers(o)), array=layout)
+    return Feature((MAX_CATEGORIES,) * layout.n_bytes, lambda o: layout.to_bytes(numbers(o)), array=layout)
 
 
 def _categories(space: spaces.Space) -> tuple[NDArray, NDArray]:

@@ -52,16 +52,14 @@ def features_of(book: Book) -> Mapping[str, Feature]:
     of_goal: dict[str, Any] = {"is_of_goal": True, "is_of_world": False}
     with_shelf, with_bench = (_Paired(n_goals, n, n_places) for n in (n_places, 1 + int(most.max())))
     return {
-        "shelf": Feature(lambda _: (n_places,) * n_places, shelf),
-        "stock": Feature(lambda _: levels, lambda observation: counts(observation, SHELF)[:, standing]),
-        "bench": Feature(lambda _: levels, bench),
+        "shelf": Feature((n_places,) * n_places, shelf),
+        "stock": Feature(levels, lambda observation: counts(observation, SHELF)[:, standing]),
+        "bench": Feature(levels, bench),
         "goal-shelf": Feature(with_shelf.cardinalities, lambda o: with_shelf.encode(o.goals, shelf(o)), **of_goal),
         "goal-bench": Feature(with_bench.cardinalities, lambda o: with_bench.encode(o.goals, bench(o)), **of_goal),
-        "goal-status": Feature(lambda _: (4,) * n_goals, status, is_by_goal=True),
-        "goal-stock": Feature(
-            lambda _: (1 + MOST,) * n_goals, lambda o: counts(o, SHELF, BENCH)[:, product], is_by_goal=True
-        ),
-        "goal-wanted": Feature(lambda _: (2,) * n_goals, lambda o: o.depth_first_ranks > 0, is_by_goal=True),
+        "goal-status": Feature((4,) * n_goals, status, is_by_goal=True),
+        "goal-stock": Feature((1 + MOST,) * n_goals, lambda o: counts(o, SHELF, BENCH)[:, product], is_by_goal=True),
+        "goal-wanted": Feature((2,) * n_goals, lambda o: o.depth_first_ranks > 0, is_by_goal=True),
     }
 
 
@@ -73,12 +71,10 @@ class _Paired:
     """
 
     def __init__(self, n_goals: int, n_values: int, n: int) -> None:
-        self._n, self._n_values = n, n_values
+        self._n_values = n_values
         self._share = max(1, MOST_VALUES // n_values)
         self._n_numbers = -(-(n_goals + 1) // self._share)
-
-    def cardinalities(self, _: int) -> tuple[int, ...]:
-        return (1 + self._share * self._n_values,) * (self._n_numbers * self._n)
+        self.cardinalities = (1 + self._share * self._n_values,) * (self._n_numbers * n)
 
     def encode(self, goals: NDArray[np.integer], values: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return [M, numbers * n] of goals [M], -1 is none, and values [M, n]."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
@@ -76,28 +77,28 @@ def book_of(rules: Rules) -> Book:
     for fact, count in rules.capacity.items():
         if count > MAX_COUNT:
             raise InputError(f"a workshop holds at most {MAX_COUNT} of a thing; the capacity of {fact!r} is {count:,}")
-    ways = [(goal, way) for goal, n in enumerate(rules.n_alternatives) for way in range(n)]
-    asked = [tuple(rules.required[way].tolist()) for way in ways]
-    goals_asking: dict[tuple[int, ...], set[int]] = {}
-    for (goal, _), ask in zip(ways, asked, strict=True):
-        goals_asking.setdefault(ask, set()).add(goal)
-    with_source = sorted({
-        goal for (goal, _), ask in zip(ways, asked, strict=True) if not any(ask) or len(goals_asking[ask]) > 1
-    })  # fmt: skip
+    asks_of: dict[tuple[int, tuple[int, ...]], int] = {}  # of each goal the first alternative that asks for just this
+    for goal, n in enumerate(rules.n_alternatives):
+        for way in range(n):
+            asks_of.setdefault((goal, tuple(rules.required[goal, way].tolist())), way)
+    ways = [(goal, way) for (goal, _), way in asks_of.items()]
+    asked = [ask for _, ask in asks_of]
+    n_asking = Counter(asked)
+    has_source = [not any(ask) or n_asking[ask] > 1 for ask in asked]
+    with_source = sorted({goal for (goal, _), has_one in zip(ways, has_source, strict=True) if has_one})
     things = rules.facts + tuple(_free_name(f"source of {rules.names[goal]}", rules.facts) for goal in with_source)
     if len(things) > MAX_THINGS:
         raise InputError(f"a workshop holds at most {MAX_THINGS} kinds of things, not {len(things)}")
 
-    def table(counts: NDArray[np.int64], *, has_source: bool) -> NDArray[np.uint8]:
-        rows = np.zeros((len(ways), len(things)), np.int64)
-        for row, (goal, way), ask in zip(rows, ways, asked, strict=True):
-            row[: len(rules.facts)] = counts[goal, way]
-            if has_source and (not any(ask) or len(goals_asking[ask]) > 1):
-                row[len(rules.facts) + with_source.index(goal)] = 1
-        return np.minimum(rows, MAX_COUNT + 1).astype(np.uint8)
+    def table(counts: NDArray[np.int64]) -> NDArray[np.uint8]:
+        rows = np.zeros((len(ways), len(things)), np.uint8)
+        rows[:, : len(rules.facts)] = [np.minimum(counts[way], MAX_COUNT + 1) for way in ways]
+        return rows
 
-    asks = table(rules.required, has_source=True)
-    gives, source = table(rules.given, has_source=False), np.ones(len(with_source), np.int64)
+    asks, gives, source = table(rules.required), table(rules.given), np.ones(len(with_source), np.int64)
+    for row, (goal, _) in enumerate(ways):
+        if has_source[row]:
+            asks[row, len(rules.facts) + with_source.index(goal)] = 1
     limits, start = np.concatenate([rules.limits, source]), np.concatenate([rules.start_marking, source])
     order, depths, way_depths = _depths(asks, gives, limits, start)
     target = rules.facts.index(rules.target)
@@ -106,7 +107,7 @@ def book_of(rules: Rules) -> Book:
     goals = np.array([goal for goal, _ in ways])
     recipes = Recipes(
         asks=asks,
-        uses=table(rules.used, has_source=False),
+        uses=table(rules.used),
         gives=gives,
         goals=goals,
         limits=limits.astype(np.uint8),
@@ -116,8 +117,8 @@ def book_of(rules: Rules) -> Book:
         depths=depths,
         way_depths=way_depths,
         target=target,
-        room=int(asks[way_depths > 0].sum(axis=1, dtype=np.int64).max()),
-        last_goal=int(goals[(gives[:, target] > 0) & (way_depths > 0)][0]),
+        room=int(asks.sum(axis=1, dtype=np.int64).max()),
+        last_goal=int(goals[gives[:, target] > 0][0]),
         n_goals=len(rules.names),
     )
     return Book(rules, things, recipes)

@@ -40,13 +40,13 @@ class WorkshopView:
             are of it to take, and how many lie on the bench.
         """
         observations = np.empty((len(self), len(self.book.recipes.standing), 3), np.uint8)
-        write_observations(self.things, observations)
+        _compiled_observations()(self.things, observations)
         return {"observation": observations}
 
     def uniforms(self, turns: NDArray[np.integer], n: int) -> NDArray[np.float64]:
         """Return [M, n] random numbers in [0, 1), fixed by seed, environment, episode and turn [M]."""
         uniforms = np.empty((len(self), n))
-        turn_uniforms(self.shops, turns, uniforms)
+        _compiled_uniforms()(self.shops, np.ascontiguousarray(turns, np.int64), uniforms)
         return uniforms
 
     def legal_goals(self, mask: str, are_turns: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -70,7 +70,7 @@ class WorkshopView:
     def depth_first_ranks(self) -> NDArray[np.int64]:
         """[M, G] how near to the target each goal stands among those that the way there lacks; else 0."""
         ranks = np.empty((len(self), self.book.recipes.n_goals), np.int64)
-        write_ranks(self.things, self.book.recipes, ranks)
+        _compiled_ranks()(self.things, self.book.recipes, ranks)
         return ranks
 
     @property
@@ -88,7 +88,26 @@ class WorkshopView:
         return Situated(tuple(goals), int(self.shops["steps"][m]), facts)
 
 
+_SHOPS, _THINGS = np.zeros(1, SHOP), np.zeros((1, 3, 1), np.uint8)
+"""Of the types that kernels get, compiled for once: read-only arrays have others."""
+
+
+@cache
+def _compiled_observations() -> Callable[..., None]:
+    return compiled(write_observations, _THINGS, _THINGS)
+
+
+@cache
+def _compiled_uniforms() -> Callable[..., None]:
+    return compiled(turn_uniforms, _SHOPS, np.zeros(1, np.int64), np.zeros((1, 1)))
+
+
 @cache
 def _compiled_masks() -> Callable[..., None]:
-    things, recipes = np.zeros((1, 3, 1), np.uint8), book_of(tech_tree(2)).recipes
-    return compiled(write_masks, np.zeros(1, SHOP), things, recipes, np.zeros(1, bool), 1, np.zeros((1, 1), bool))
+    recipes = book_of(tech_tree(2)).recipes
+    return compiled(write_masks, _SHOPS, _THINGS, recipes, np.zeros(1, bool), 1, np.zeros((1, 1), bool))
+
+
+@cache
+def _compiled_ranks() -> Callable[..., None]:
+    return compiled(write_ranks, _THINGS, book_of(tech_tree(2)).recipes, np.zeros((1, 1), np.int64))

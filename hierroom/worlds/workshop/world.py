@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hierroom.support.compile.kernel import compiled
 from hierroom.support.errors import InputError
+from hierroom.support.read_only import freeze, read_only
 from hierroom.support.schema import Whole
 from hierroom.worlds.base import OUTCOME, BaseWorld
 from hierroom.worlds.env_config import EnvConfig
@@ -93,18 +94,31 @@ class WorkshopWorld(BaseWorld):
         self.can_split, self.has_begun = True, False
         self.everywhere = np.arange(num_envs)
         self.everywhere.setflags(write=False)
-        self.outcomes = np.zeros(num_envs, OUTCOME)
+        self._outcomes, shops = np.zeros(num_envs, OUTCOME), np.zeros(num_envs, SHOP)
+        shops["index"] = config.env_index + np.arange(num_envs)
+        shops["max_steps"], shops["split"] = self.max_steps, SPLITS[config.levels]
         things = np.zeros((num_envs, 3, len(self.book.things)), np.uint8)
-        self.state = WorkshopState(np.zeros(num_envs, SHOP), things, np.zeros((num_envs, 0), np.uint64))
-        self.state.shops["index"] = config.env_index + np.arange(num_envs)
-        self.state.shops["max_steps"], self.state.shops["split"] = self.max_steps, SPLITS[config.levels]
-        self._last_shops, self._last_things = self.state.shops.copy(), things.copy()
+        self._state = WorkshopState(shops, things, np.zeros((num_envs, 0), np.uint64))
+        self._last_shops, self._last_things = shops.copy(), things.copy()
         n_places = self.n_actions - 2
         places = dict(zip(_KEYS, range(n_places), strict=False))
         self.keys_to_action: Mapping[str, int] = {**places, "K_SPACE": n_places, "K_BACKSPACE": n_places + 1}
         self.remember(memories)
         if seed is not None:
             self.reset(seed)
+
+    def _show(self) -> None:
+        """Let users see the arrays, but not write to them: kernels check no bounds."""
+        self.state = WorkshopState(*map(read_only, vars(self._state).values()))
+        self.outcomes = read_only(self._outcomes)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave the views out, as a copy has arrays of its own to view."""
+        return {name: value for name, value in self.__dict__.items() if name not in ("state", "outcomes")}
+
+    def __setstate__(self, copied: dict[str, Any]) -> None:
+        self.__dict__.update(copied)
+        self._show()
 
     @property
     def features(self) -> Mapping[str, Feature]:
@@ -116,45 +130,46 @@ class WorkshopWorld(BaseWorld):
         for name in memories:
             if name != "visited":
                 raise InputError(f"a workshop can remember visited, not {name!r}")
-            n_slots = min(2 * self.max_steps, MOST_VISITED)
-            self.state = WorkshopState(self.state.shops, self.state.things, np.zeros((len(self), n_slots), np.uint64))
+            visited = np.zeros((len(self), min(2 * self.max_steps, MOST_VISITED)), np.uint64)
+            self._state = WorkshopState(self._state.shops, self._state.things, visited)
+        self._show()
 
     def reset(self, seed: Seeds = None, envs: Indices = slice(None)) -> None:
         """Begin an episode: with a seed (0 to 2**63 - 1) an environment's first one, without one its next."""
         chosen = chosen_envs(envs, len(self))
-        write_seeds(self.state.shops, seed, chosen)
-        part = self.state[chosen]
+        write_seeds(self._state.shops, seed, chosen)
+        part = self._state[chosen]
         kernels.begin_shops(part.shops, part.things, part.visited, self.book.recipes)
         self._write(part, chosen)
-        self.outcomes[chosen] = np.zeros((), OUTCOME)
+        self._outcomes[chosen] = np.zeros((), OUTCOME)
         self.has_begun = True
 
     def step(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Act once in every environment and return the outcomes; an action [N] that is none only costs the step."""
-        state, last = self.state, (self._last_shops, self._last_things)
-        given = self.book.recipes, actions, self.outcomes
+        state, last = self._state, (self._last_shops, self._last_things)
+        given = self.book.recipes, actions, self._outcomes
         _compiled_step()(state.shops, state.things, state.visited, *given, *last, self._autoreset)
-        return self.outcomes
+        return self._outcomes
 
     def _view(self, shops: np.ndarray, things: NDArray[np.uint8]) -> WorkshopView:
         return WorkshopView(self.book, self.task.solver, shops, things)
 
     def observe(self, envs: NDArray[np.integer]) -> WorkshopView:
-        """Return what environments [M] show now; if they are all there are, the next step overwrites it."""
+        """Return what environments [M] show now, read-only; if they are all there are, the next step overwrites it."""
         if envs is self.everywhere or len(self) == 1:
             return self._view(self.state.shops, self.state.things)
         return self.exact_view(envs)
 
     def exact_view(self, envs: NDArray[np.integer]) -> WorkshopView:
-        """Return what environments [M] show now, copied."""
-        return self._view(self.state.shops[envs], self.state.things[envs])
+        """Return what environments [M] show now, in read-only copies."""
+        return freeze(self._view(self._state.shops[envs], self._state.things[envs]))
 
     def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> WorkshopView:
         """Return what environments [M] show after the last step, those that ``ended`` [M] before they were reset."""
-        shops, things = self.state.shops[envs], self.state.things[envs]
+        shops, things = self._state.shops[envs], self._state.things[envs]
         if self._autoreset:
             shops[ended], things[ended] = self._last_shops[envs[ended]], self._last_things[envs[ended]]
-        return self._view(shops, things)
+        return freeze(self._view(shops, things))
 
     def shown(self, envs: NDArray[np.integer]) -> dict[str, NDArray]:
         """Return the entries of the observations of environments [M], in fresh arrays."""
@@ -172,24 +187,24 @@ class WorkshopWorld(BaseWorld):
 
     def stagger_clocks(self) -> None:
         """Spread the steps of the episodes under way evenly, so that they are not all truncated together."""
-        self.state.shops["steps"] = np.arange(len(self)) * self.max_steps // len(self)
+        self._state.shops["steps"] = np.arange(len(self)) * self.max_steps // len(self)
 
     def shortest_lengths(self, envs: NDArray[np.integer]) -> NDArray[np.integer]:
         """Return the fewest steps [M] to the target from now on; -1 where it is out of reach or not known."""
-        things = self.state.things[envs]
+        things = self._state.things[envs]
         return np.array([self.task.solver.next_way(one)[0] for one in things], np.int64)
 
     def shortest_actions(self, env: int) -> NDArray[np.integer]:
         """Return the actions of a shortest way to the target in one environment."""
-        return self.task.solver.actions(self.state.things[env])
+        return self.task.solver.actions(self._state.things[env])
 
     def get_state(self, envs: Indices = slice(None)) -> WorkshopState:
         """Copy the exact state of some environments (by default all)."""
-        return self.state[chosen_envs(envs, len(self))]
+        return self._state[chosen_envs(envs, len(self))]
 
     def state_after(self, before: WorkshopState, actions: ArrayLike) -> WorkshopState:
         """Return the state to which the last step led: where it ended an episode, take it again without a reset."""
-        state, outcomes = self.get_state(), self.outcomes
+        state, outcomes = self.get_state(), self._outcomes
         ended = np.flatnonzero(outcomes["terminated"] | outcomes["truncated"])
         if self._autoreset and len(ended):
             last, taken = before[ended], np.asarray(actions, np.int64)[ended]
@@ -205,7 +220,7 @@ class WorkshopWorld(BaseWorld):
 
     def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Refuse arrays that `get_arrays` of as many environments cannot have given."""
-        check_state(WorkshopState(**arrays), self.book.recipes, len(self), self.state.visited.shape[1])
+        check_state(WorkshopState(**arrays), self.book.recipes, len(self), self._state.visited.shape[1])
 
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go back to what `get_arrays` gave, after `check_arrays`."""
@@ -218,11 +233,11 @@ class WorkshopWorld(BaseWorld):
         outcomes["length"] = shops["steps"]
         outcomes["terminated"] = state.things[:, SHELF, self.book.recipes.target] > 0
         outcomes["truncated"] = shops["steps"] >= shops["max_steps"]
-        self.outcomes[:] = outcomes
+        self._outcomes[:] = outcomes
         self.has_begun = True
 
     def _write(self, state: WorkshopState, envs: NDArray[np.integer]) -> None:
-        ours = self.state
+        ours = self._state
         ours.shops[envs], ours.things[envs], ours.visited[envs] = state.shops, state.things, state.visited
 
 

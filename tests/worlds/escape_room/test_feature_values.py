@@ -44,7 +44,7 @@ def played():
     for _ in range(1500):
         take_turn(meta, turns)
         others = rng.random(N_ENVS) < 0.1
-        turns.goals[others] = rng.integers(NO_GOAL, N_GOALS, others.sum())
+        turns.ledger.write_fields({"goals": rng.integers(NO_GOAL, N_GOALS, others.sum())}, others)
         yield turns, turns.observe("controller_0", np.arange(N_ENVS)), last
         last = rng.choice(N_ACTIONS, N_ENVS, p=[0.4, 0.15, 0.15, 0.1, 0.1, 0.1])
         step = turns.step(last)

@@ -42,7 +42,7 @@ def test_the_goal_is_where_views_of_this_episode_showed_it_last():
     compared = {"no goal": 0, "not there": 0, "not seen yet": 0, "in view": 0, "remembered": 0, "dropped": 0}
     for _ in range(1200):
         take_turn(meta, turns)
-        turns.goals[rng.random(N_ENVS) < 0.01] = NO_GOAL
+        turns.ledger.write_fields({"goals": NO_GOAL}, rng.random(N_ENVS) < 0.01)
         observation = turns.observe("controller_0", np.arange(N_ENVS))
         places, in_view = FEATURES["goal-place"].encode(observation), FEATURES["goal-in-view"].encode(observation)
         for level, memory, view, goal, place, cell in zip(

@@ -66,7 +66,7 @@ def test_maps_and_frontiers_are_those_of_the_views_of_this_episode(size, graphs)
                 compared["elsewhere" if elsewhere else "none elsewhere"] += 1
                 in_doorway += not home
         if size > 13 and step % 20 == 0:  # to somewhere else, or most of a large level is never seen
-            for level in turns.world.state.levels:
+            for level in turns.world._state.levels:
                 top, left, bottom, right = level.rectangles[rng.integers(level.n_rooms)]
                 level.row, level.col = rng.choice([top, bottom, (top + bottom) // 2]), rng.choice([left, right])
         ended = turns.step(rng.choice(6, N_ENVS, p=[0.45, 0.15, 0.15, 0.1, 0.1, 0.05])).episode_ended

@@ -70,7 +70,7 @@ def test_a_memory_asked_for_later_holds_from_the_next_reset_on(memory):
     assert not world.state.levels[memory].any()
     world.remember([memory])
     world.reset(8)
-    world.finals[:] = asked_at_once.finals
+    world._finals[:] = asked_at_once.finals
     is_used = False
     for actions in actions_of(200, seed=1):  # of several episodes
         world.step(actions)

@@ -26,7 +26,7 @@ def test_every_state_that_is_reached_is_accepted(size, drop_key):
     for _ in range(200):
         if rng.random() < 0.5:  # else keys are picked up in too few environments
             for env in range(0, 32, 8):
-                world.state.levels["direction"][env] = rng.integers(4)
+                world._state.levels["direction"][env] = rng.integers(4)
         world.step(rng.choice(5 + drop_key, 32, p=[0.4, 0.1, 0.1, 0.2, 0.2 - 0.05 * drop_key, 0.05][: 5 + drop_key]))
         check_state(world.get_state())
 

@@ -21,7 +21,7 @@ from hierroom.worlds.escape_room.engine import Engine
 
 
 def face(world: Engine, tile: int) -> None:
-    level, grid = world.state.levels[0], world.state.grids[0]
+    level, grid = world._state.levels[0], world._state.grids[0]
     for row, col in np.argwhere(grid == tile):
         for direction in range(4):
             here = row - constants.ROW_STEP[direction], col - constants.COL_STEP[direction]

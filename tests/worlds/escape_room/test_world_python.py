@@ -10,7 +10,7 @@ from children import run_python
 
 KERNELS = (
     *("step_kernels.advance", "view_kernels.look", "generation_kernels.generate", "goal_kernels.write_goals"),
-    *("frontier.nearest_frontiers", "features._places", "oracle.solve", "observations.write_level"),
+    *("frontier.find_frontiers", "features._places", "oracle.solve", "observations.write_level"),
     *("recurrent_kernels.lstm_backward", "loss_kernels.loss_backward", "encoder_kernels.encode_rare"),
     *("adam_kernels.adam_step", "gorp_kernels.sampled_successes", "ergodic._sampled_cover_times"),
     *("rollout_kernels.random_rollouts", "elimination._solve_transposed"),

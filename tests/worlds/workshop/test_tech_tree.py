@@ -82,8 +82,8 @@ def breadth_first(task, state):
     while queue:
         before = queue.popleft()
         for action in range(world.n_actions):
-            world.state.things[0] = np.frombuffer(before, np.uint8).reshape(state.things.shape[1:])
-            world.state.shops["has_ended"] = False
+            world._state.things[0] = np.frombuffer(before, np.uint8).reshape(state.things.shape[1:])
+            world._state.shops["has_ended"] = False
             terminated = world.step(np.array([action]))["terminated"][0]
             after = world.state.things.tobytes()
             if terminated:

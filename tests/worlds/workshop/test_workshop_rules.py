@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from workshop_twin import CRAFT, MELT, Twin
+from workshop_twin import CRAFT, MELT, Twin, random_rules
 
 import hierroom
 from hierroom import EnvConfig, Rules
@@ -31,10 +31,21 @@ def act(world, *things):
 @pytest.mark.parametrize("levels", [None, "training", "evaluation"])
 @pytest.mark.parametrize("rules", TREES.values(), ids=TREES)
 def test_workshops_equal_plain_python_step_by_step(rules, levels):
+    assert n_goals_alike(rules, levels, n_steps=400) > 40
+
+
+def test_so_do_workshops_of_random_rules():
+    rng = np.random.default_rng(3)
+    assert sum(n_goals_alike(random_rules(rng), None, n_steps=60) for _ in range(30)) > 1000
+
+
+def n_goals_alike(rules, levels, n_steps):
+    """Compare workshops with twins, and return in how many steps a goal was achieved."""
     world = make(rules, 4, seed=7, max_steps=60, env_index=2, levels=levels)
     twins = [Twin(rules, 7, 2 + n, levels, 60) for n in range(4)]
     rng, turns, n_goals = np.random.default_rng(1), np.ones(4, bool), 0
-    for _ in range(400):
+    for _ in range(n_steps):
+        world.check_arrays(world.get_arrays(world.everywhere))
         shown = world.observe(world.everywhere).as_dict()["observation"].tolist()
         assert shown == [twin.observation() for twin in twins]
         legal = world.legal_goals("reachable", turns)[:, :-1]
@@ -47,7 +58,7 @@ def test_workshops_equal_plain_python_step_by_step(rules, levels):
         expected = [twin.step(action) for twin, action in zip(twins, actions.tolist(), strict=True)]
         assert [tuple(row[name] for name in FIELDS) for row in world.step(actions)] == expected
         n_goals += sum(bool(row[0]) for row in expected)
-    assert n_goals > 40
+    return n_goals
 
 
 def right_action(rng, twin):

@@ -1,0 +1,86 @@
+"""Initial weights that depend on a seed alone, whatever the other threads of the process draw or set."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from threading import Lock
+from typing import Any
+
+import numpy as np
+import torch
+from torch.overrides import TorchFunctionMode
+
+_IN_PLACE = ("bernoulli", "cauchy", "exponential", "geometric", "log_normal", "normal", "random", "uniform")
+_NEW = ("bernoulli", "multinomial", "normal", "poisson", "rand", "rand_like", "randint", "randint_like", "randn")
+_OF_INIT = ("kaiming_normal_", "kaiming_uniform_", "normal_", "orthogonal_", "sparse_", "trunc_normal_", "uniform_")
+_DRAWS = {
+    *(getattr(torch.Tensor, f"{name}_") for name in _IN_PLACE),
+    *(getattr(torch, name) for name in (*_NEW, "randn_like", "randperm")),
+    *(getattr(torch.nn.init, name) for name in (*_OF_INIT, "xavier_normal_", "xavier_uniform_")),
+}
+"""The functions of torch that draw from a generator if they are given one."""
+_threads_change = Lock()
+
+
+@contextmanager
+def seeded_weights(seed: np.random.SeedSequence) -> Iterator[None]:
+    """Make new weights depend only on ``seed``, also in networks that know of no seed.
+
+    In this thread, torch draws from a private generator what its global one would draw, were it seeded. The global one
+    is left alone, so other threads may draw from it. Only code that gives torch no choice, such as dropout, still draws
+    from it. Where torch's defaults are another device, no gradients or lower precision, weights are as without these.
+    """
+    generator = torch.Generator().manual_seed(int(seed.generate_state(1)[0]))
+    with _DrawsFrom(generator), torch.device("cpu"), plain_torch(), one_torch_thread():
+        yield
+
+
+class _DrawsFrom(TorchFunctionMode):
+    """A context in which this thread draws from a generator instead of torch's global one."""
+
+    def __init__(self, generator: torch.Generator) -> None:
+        super().__init__()
+        self._generator = generator
+
+    def __torch_function__(
+        self, func: Callable[..., Any], types: Sequence[type], args: Sequence = (), kwargs: Mapping | None = None
+    ) -> Any:
+        given = dict(kwargs or {})
+        if func in _DRAWS and given.get("generator") is None and _is_on_cpu(*args, *given.values()):
+            given["generator"] = self._generator
+        return func(*args, **given)
+
+
+def _is_on_cpu(*arguments: Any) -> bool:
+    devices = (a if isinstance(a, torch.device) else getattr(a, "device", None) for a in arguments)
+    return all(device is None or device.type == "cpu" for device in devices)
+
+
+@contextmanager
+def plain_torch() -> Iterator[None]:
+    """Compute in this thread as torch does by default: with gradients and in full precision."""
+    with torch.inference_mode(False), torch.enable_grad(), torch.autocast("cpu", enabled=False):
+        yield
+
+
+@contextmanager
+def one_torch_thread() -> Iterator[None]:
+    """Let torch compute in one thread here: orthogonal weights round differently with two than with one."""
+    before = torch.get_num_threads()
+    _set_num_threads(1)
+    try:
+        yield
+    finally:
+        _set_num_threads(before)
+
+
+def _set_num_threads(number: int) -> None:
+    """Set torch's number of threads for this thread alone: torch sets that of threads to come as well."""
+    if torch.get_num_threads() == number:
+        return
+    with _threads_change, ThreadPoolExecutor(1) as ours, ThreadPoolExecutor(1) as later:
+        of_threads_to_come = ours.submit(torch.get_num_threads).result()
+        torch.set_num_threads(number)
+        later.submit(torch.set_num_threads, of_threads_to_come).result()

@@ -1,0 +1,72 @@
+"""Cells of tables: numbers in the range of their column, and texts that no spreadsheet takes for a formula."""
+
+from __future__ import annotations
+
+import math
+import re
+from contextlib import suppress
+from functools import lru_cache
+
+from hierroom.support.errors import InputError, shown
+
+_MOST = 2.0**62  # as in checkpoints; sums and pictures of such numbers are finite
+_WHOLE = re.compile(r"steps|(.*_)?episodes")
+_RANGES = {
+    r"(.*_)?success(_rate|_low|_high)|achieved_.*": (0.0, 1.0),
+    rf"{_WHOLE.pattern}|seconds|(.*_)?(length|length_over_shortest)|steps_to_.*": (0.0, _MOST),
+    r"(.*_)?return": (-_MOST, _MOST),
+}
+"""The lowest and the highest number in columns of these names."""
+_FORMULA = re.compile(r"'*[=+\-@\t\r]")
+
+
+def read_number(text: str, column: str, least: float | None = None) -> float:
+    """Return the number in a cell; NaN, which an empty cell means too, is refused where there is a ``least`` number."""
+    low, high = _range_of(column) or (-math.inf, math.inf)
+    low = low if least is None else max(low, least)
+    value = None
+    with suppress(ValueError):
+        value = float(text or "nan")
+    is_whole = _WHOLE.fullmatch(column) is not None
+    is_known = value is not None and low <= value <= high and (value.is_integer() or not is_whole)
+    if value is None or not (is_known or (math.isnan(value) and least is None)):
+        kind = f"{'whole ' * is_whole}number{_bounds(low, high, value)}"
+        raise InputError(f"{column} is a {kind}, not {shown(text)}")
+    return value
+
+
+def _bounds(low: float, high: float, value: float | None) -> str:
+    """Return in words the bound that a value does not keep, or all that there is to say of a column."""
+    if high == 1:
+        return f" from {low:g} to 1"
+    if value is not None and value > high:
+        return f" of at most {high:.2g}"
+    is_below = value is not None and value < low
+    return f" of at least {low:.2g}" if low >= 0 or is_below else ""
+
+
+def has_range(column: str) -> bool:
+    """Return whether a column has a name that only numbers of a known range have."""
+    return _range_of(column) is not None
+
+
+@lru_cache(1000)
+def _range_of(column: str) -> tuple[float, float] | None:
+    return next((bounds for names, bounds in _RANGES.items() if re.fullmatch(names, column)), None)
+
+
+def plain_cell(text: str) -> str:
+    """Return a text as the cell of a table, after a quotation mark if a spreadsheet would take it for a formula."""
+    return f"'{text}" if _FORMULA.match(text) and not _is_number(text) else text
+
+
+def text_of_cell(cell: str) -> str:
+    """Return the text that `plain_cell` was given."""
+    return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
+
+
+def _is_number(text: str) -> bool:
+    with suppress(ValueError):
+        float(text)
+        return True
+    return False

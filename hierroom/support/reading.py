@@ -1,0 +1,102 @@
+"""Reading files that somebody else may have made: regular ones of a limited size, as text, JSON, TOML or CSV."""
+
+from __future__ import annotations
+
+import csv
+import errno
+import io
+import json
+import os
+import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from hierroom.support.errors import InputError
+from hierroom.support.files import open_regular
+
+MOST_TEXT, MOST_TABLE, MOST_STATE = 2**26, 2**30, 2**34
+"""The most bytes of a file of text, a table and a checkpoint."""
+_AT_ONCE = 2**24
+_DEEPEST = 50  # levels of lists and objects in each other: what is much deeper could not be written again
+
+
+@contextmanager
+def open_to_read(path: Path) -> Iterator[BinaryIO]:
+    """Open a regular file, which may be longer than memory, to read its bytes one after the other."""
+    with open_regular(path) as number, open(number, "rb", closefd=False) as file:
+        yield file
+
+
+def read_bytes(path: Path, most: int = MOST_TEXT, what: str = "") -> bytes:
+    """Return the content of a regular file of at most so many bytes; ``what`` is for messages: ``the config ``."""
+    content = bytearray()
+    with open_regular(path, what=what) as number:
+        size = os.fstat(number).st_size
+        while size <= most and (piece := os.read(number, _AT_ONCE)):  # some files of the system name no size
+            content += piece
+            size = len(content)
+        if size > most:
+            raise OSError(errno.EFBIG, f"it is larger than {most // 2**20:,} MiB")
+    return bytes(content)
+
+
+def read_text(path: Path, most: int = MOST_TEXT, what: str = "") -> str:
+    """Return the text of a regular file in UTF-8, with or without a byte order mark."""
+    try:
+        return read_bytes(path, most, what).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"cannot read {what}{path}: it is no text in UTF-8: {error}") from error
+
+
+def read_json(path: Path) -> Any:
+    """Return what a JSON file holds."""
+    text = read_text(path)
+    try:
+        value = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"cannot read {path}: {error}") from error
+    level = [value]
+    for _ in range(_DEEPEST):
+        level = [
+            entry
+            for one in level
+            if isinstance(one, (dict, list))
+            for entry in (one.values() if isinstance(one, dict) else one)
+        ]
+    if level:
+        raise InputError(f"cannot read {path}: it has more than {_DEEPEST} lists and objects in each other")
+    return value
+
+
+def read_toml(path: Path, kind: str) -> dict[str, Any]:
+    """Return the table in a TOML file; ``kind``, such as ``config``, is for messages."""
+    try:
+        return tomllib.loads(read_text(path, what=f"the {kind} "))
+    except (ValueError, RecursionError) as error:  # TOMLDecodeError among them
+        raise InputError(f"{path} is not a TOML file: {error}") from error
+
+
+def as_utf8(path: Path) -> Path:
+    """Return a path as UTF-8 reads its bytes, if it can, so that a file has the same name in every locale."""
+    try:
+        return Path(os.fsencode(path).decode())
+    except UnicodeError:
+        return path
+
+
+def read_csv(path: Path) -> tuple[list[str], list[tuple[int, dict[str, str]]]]:
+    """Return the names of a table's columns, and its rows, each with the number of its last line in the file."""
+    reader = csv.DictReader(io.StringIO(read_text(path, MOST_TABLE, "the table "), newline=""), strict=True)
+    try:
+        rows = [(reader.line_num, row) for row in reader]
+    except csv.Error as error:
+        raise InputError(f"cannot read the table {path}: {error}") from error
+    names = [*(reader.fieldnames or ())]
+    if len({*names}) < len(names):
+        raise InputError(f"{path} is broken: line 1 names a column twice")
+    for number, row in rows:
+        if None in row or None in row.values():
+            raise InputError(f"{path} is broken: line {number} has not as many entries as the line that names them")
+    return names, rows

@@ -1,0 +1,231 @@
+"""Nothing that is computed depends on what other threads of the process do, and they are left as they were."""
+
+import sys
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier, Event, Thread
+
+import matplotlib
+import numpy as np
+import pytest
+import torch
+from same_run import differences
+from torch import nn
+
+import hierroom
+from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
+from hierroom.learners.networks.initial_weights import one_torch_thread, seeded_weights
+from hierroom.runs.logs.output import lasting_output
+from hierroom.runs.logs.plots import drawing
+
+SMALL = {"graph": "a", "size": 11, "num_envs": 16, "max_steps": 40, "evaluation_episodes": 8, "seed": 0, "log": "none"}
+SPACE = AgentSpace((50, 70, 140), 5)
+NETWORK = '''
+import torch
+from hierroom.learners.networks.actor_critic import RecurrentActorCritic
+
+class Plain(RecurrentActorCritic):
+    pass
+
+class Own(RecurrentActorCritic):
+    """Draws in its constructor, and leaves out units where it is not evaluated; its step takes a note."""
+
+    def __init__(self, space, hidden_size):
+        super().__init__(space, hidden_size)
+        self.shift = torch.nn.Parameter(0.1 * torch.randn(space.n_actions))
+        self.quiet = torch.nn.Dropout(0.5)
+
+    def step(self, features, state):
+        self.noted = features
+        logits, values, state = super().step(self.noted, state)
+        return self.quiet(logits) + self.shift, values, state
+
+    def sequence(self, features, state, resets):
+        logits, values = super().sequence(features, state, resets)
+        return self.quiet(logits) + self.shift, values
+'''
+
+
+def at_once(*functions):
+    """What functions return that as many threads begin at the same time."""
+    start = Barrier(len(functions))
+
+    def begun(function):
+        start.wait()
+        return function()
+
+    with ThreadPoolExecutor(len(functions)) as threads:
+        return list(threads.map(begun, functions))
+
+
+@pytest.fixture
+def disturbed():
+    """Another thread seeds torch, draws from it and sets its number of threads all the time."""
+    ended = Event()
+
+    def disturb():
+        while not ended.is_set():
+            torch.manual_seed(1)
+            torch.rand(100)
+            torch.set_num_threads(2)
+
+    thread = Thread(target=disturb)
+    thread.start()
+    yield
+    ended.set()
+    thread.join()
+
+
+class Drawn(nn.Module):
+    """Draws its weights in many of the ways in which users' own networks do."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        layers = nn.LSTM(3, 4), nn.Conv2d(3, 4, 3), nn.MultiheadAttention(4, 2), nn.Embedding(3, 4)
+        drawn = [torch.randn(4, 4), torch.rand(4), torch.empty(4, 4).normal_(), torch.normal(0.0, torch.ones(4))]
+        drawn += [torch.randperm(4).float(), torch.randn_like(drawn[0])]
+        drawn += [torch.distributions.Normal(0.0, 1.0).sample((4,))]
+        self.layers, self.drawn = nn.ModuleList(layers), nn.ParameterList(drawn)
+        nn.init.xavier_normal_(self.drawn[0])
+        nn.init.sparse_(self.drawn[2], 0.5)
+
+
+@pytest.mark.parametrize("make", [lambda: RecurrentActorCritic(SPACE, 64), Drawn])
+def test_seeded_weights_are_those_of_a_seeded_process_whatever_other_threads_do(make, one_thread, request):
+    seed = np.random.SeedSequence(5)
+    with torch.random.fork_rng([]):
+        torch.manual_seed(int(seed.generate_state(1)[0]))
+        expected = [*make().state_dict().values()]
+
+    def drawn():
+        with seeded_weights(seed):
+            return [*make().state_dict().values()]
+
+    request.getfixturevalue("disturbed")
+    for _ in range(10):
+        for weights in at_once(drawn, drawn, drawn):
+            assert all(torch.equal(ours, theirs) for ours, theirs in zip(weights, expected, strict=True))
+
+
+def test_other_threads_draw_from_a_global_generator_that_nobody_touches(one_thread):
+    torch.manual_seed(3)
+    expected = torch.rand(4000)
+    torch.manual_seed(3)
+    ended = Event()
+
+    def make_weights():
+        while not ended.is_set():
+            with seeded_weights(np.random.SeedSequence(0)):
+                Drawn()
+
+    thread = Thread(target=make_weights)
+    thread.start()
+    drawn = torch.cat([torch.rand(1) for _ in range(4000)])
+    ended.set()
+    thread.join()
+    assert torch.equal(drawn, expected)
+
+
+def test_torch_computes_in_one_thread_here_and_elsewhere_as_before():
+    def of_new_threads():
+        return ThreadPoolExecutor(1).submit(torch.get_num_threads).result()
+
+    before = torch.get_num_threads()
+    try:
+        torch.set_num_threads(2)
+        with one_torch_thread():
+            assert (torch.get_num_threads(), of_new_threads()) == (1, 2)
+        assert (torch.get_num_threads(), of_new_threads()) == (2, 2)
+    finally:
+        torch.set_num_threads(before)
+
+
+def test_streams_are_as_before_though_the_first_thread_to_replace_them_leaves_first():
+    before, entered = (sys.stdout, sys.stderr), Barrier(2)
+    second_entered, first_left = Event(), Event()
+
+    def first():
+        with lasting_output():
+            entered.wait()
+            second_entered.wait()
+        first_left.set()
+
+    def second():
+        entered.wait()
+        with lasting_output():
+            second_entered.set()
+            first_left.wait()
+
+    at_once(first, second)
+    assert (sys.stdout, sys.stderr) == before
+
+
+def test_filters_and_styles_are_as_before_though_threads_draw_at_the_same_time():
+    before = [*warnings.filters], matplotlib.rcParams["font.size"]
+
+    def draw(size):
+        for _ in range(20):
+            with drawing({"font.size": size}):
+                assert matplotlib.rcParams["font.size"] == size
+
+    at_once(*(lambda size=size: draw(size) for size in (3, 4, 5)))
+    assert ([*warnings.filters], matplotlib.rcParams["font.size"]) == before
+
+
+@pytest.fixture
+def own_network(tmp_path, monkeypatch):
+    (tmp_path / "drawn_in_threads.py").write_text(NETWORK)
+    monkeypatch.syspath_prepend(tmp_path)
+    return "drawn_in_threads:Own"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "entries", [{}, {"preset": "learned", "meta": "learned", "meta_start_success": 0.0}, {"method": "ppo-rnd"}]
+)
+def test_three_trainings_at_once_give_what_one_alone_does(tmp_path, entries):
+    def train(name):
+        hierroom.train(out=tmp_path / name / "run", steps=4096, evaluations=2, **SMALL, **entries)
+
+    train("alone")
+    at_once(*(lambda name=name: train(name) for name in "abc"))
+    for name in "abc":
+        assert differences(tmp_path / name / "run", tmp_path / "alone" / "run") == []
+
+
+@pytest.mark.parametrize("agent", ["a", "learned-g", "own"])
+def test_threads_that_share_an_agent_play_what_one_alone_plays(agent, tmp_path, own_network):
+    if agent == "own":
+        loaded = hierroom.train(out=tmp_path / "run", steps=128, network=own_network, minibatches=2, **SMALL)
+    else:
+        loaded = hierroom.load(agent)
+
+    def play():
+        config = hierroom.EnvConfig(graph="c", max_steps=60)
+        return [episode.actions.tolist() for episode in hierroom.rollout(loaded, config, 24)]
+
+    alone = play()
+    with torch.autocast("cpu"):  # of this thread
+        assert play() == alone
+    for together in at_once(*[play] * 3):
+        assert together == alone
+
+
+@pytest.mark.parametrize("entries", [{"network": "own"}, {"method": "ppo-rnd"}])
+@pytest.mark.parametrize("mode", [torch.no_grad, torch.inference_mode])
+def test_training_computes_the_same_whatever_torch_was_set_to(mode, entries, tmp_path, own_network):
+    if "network" in entries:
+        entries = {"network": own_network.replace("Own", "Plain")}
+
+    def train(name):
+        agent = hierroom.train(out=tmp_path / name, steps=128, evaluations=0, minibatches=2, **SMALL, **entries)
+        return agent.controller.learner.network.state_dict()
+
+    expected = train("as usual")
+    torch.set_default_dtype(torch.float64)
+    try:
+        with mode(), torch.autocast("cpu"), torch.device("meta"):
+            weights = train("otherwise")
+    finally:
+        torch.set_default_dtype(torch.float32)
+    assert all(torch.equal(weights[name], expected[name]) for name in expected)

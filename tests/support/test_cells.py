@@ -1,0 +1,60 @@
+"""Cells hold numbers that can be, and no spreadsheet takes a text for a formula."""
+
+import math
+
+import pytest
+
+from hierroom.support.cells import has_range, plain_cell, read_number, text_of_cell
+from hierroom.support.errors import InputError
+from hierroom.support.tables import csv_text
+
+
+@pytest.mark.parametrize(
+    ("column", "cell", "said"),
+    [
+        ("success_rate", "7", "success_rate is a number from 0 to 1, not '7'"),
+        ("greedy_success_low", "-1e-9", "a number from 0 to 1"),
+        ("achieved_key_1", "1.5", "a number from 0 to 1"),
+        ("success_rate", "95%", "a number from 0 to 1, not '95%'"),
+        ("success_rate", "0,95", "a number from 0 to 1, not '0,95'"),
+        ("length", "-5", r"length is a number of at least 0, not '-5'"),
+        ("steps_to_95", "inf", r"a number of at most 4\.6e\+18, not 'inf'"),
+        ("oracle_length", "1e308", "a number of at most"),
+        ("episodes", "2.5", "episodes is a whole number of at least 0, not '2.5'"),
+        ("return", "-inf", r"return is a number of at least -4\.6e\+18, not '-inf'"),
+        ("return", "abc", "return is a number, not 'abc'"),
+        ("loss", "abc", "loss is a number, not 'abc'"),
+    ],
+)
+def test_a_number_that_cannot_be_is_refused(column, cell, said):
+    with pytest.raises(InputError, match=said):
+        read_number(cell, column)
+
+
+def test_what_can_be_is_a_number():
+    read = {"success_rate": "1", "length": "0", "return": "-3.5", "loss": "inf", "steps": "1.2E+09"}
+    assert [read_number(cell, column) for column, cell in read.items()] == [1, 0, -3.5, math.inf, 1.2e9]
+    assert math.isnan(read_number("", "success_rate"))
+    assert math.isnan(read_number("nan", "length"))
+    for cell in ("", "nan"):
+        with pytest.raises(InputError, match="success_rate is a number from 0 to 1, not"):
+            read_number(cell, "success_rate", 0)
+    with pytest.raises(InputError, match=r"episodes is a whole number of at least 1, not '0'"):
+        read_number("0", "episodes", 1)
+    assert [name for name in ("x:Y_success_rate", "seconds", "method", "success", "notes") if has_range(name)] == [
+        "x:Y_success_rate",
+        "seconds",
+    ]
+
+
+@pytest.mark.parametrize("text", ["=cmd|' /C calc'!A0", "@SUM(1)", "+1 room", "-x", "\tx", "'=x", "''-x"])
+def test_a_text_is_no_formula_and_is_read_back_as_it_was(text):
+    cell = plain_cell(text)
+    assert cell == f"'{text}"
+    assert text_of_cell(cell) == text
+    assert csv_text([{"name": text, "n": -1.5}]).splitlines()[1].lstrip('"').startswith("'")
+
+
+@pytest.mark.parametrize("text", ["-0.5", "+3", "a=b", "'quoted'", "it's", ""])
+def test_numbers_and_other_texts_are_cells_as_they_are(text):
+    assert plain_cell(text) == text_of_cell(text) == text

@@ -1,0 +1,90 @@
+"""Whatever stands in the place of a file is read in a moment and within limits, or refused in one line."""
+
+import codecs
+import os
+from pathlib import Path
+
+import pytest
+
+from hierroom.goals import GoalGraph
+from hierroom.support import reading
+from hierroom.support.errors import InputError
+from hierroom.support.reading import read_bytes, read_csv, read_json, read_text, read_toml
+
+READERS = (read_bytes, read_text, read_json, read_csv, lambda path: read_toml(path, "config"))
+
+
+def sparse(path: Path, size: int) -> None:
+    path.touch()
+    os.truncate(path, size)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
+@pytest.mark.parametrize(
+    ("plant", "said"),
+    [
+        (os.mkfifo, "it is no regular file"),
+        (lambda path: path.symlink_to("/dev/zero"), "it is no regular file"),
+        (Path.mkdir, "it is no regular file"),
+        (lambda path: sparse(path, 2**40), "it is larger than [0-9,]+ MiB"),
+        (lambda path: path.symlink_to(path), "Too many levels of symbolic links"),
+        (lambda path: None, "No such file or directory"),
+        (lambda path: path.symlink_to("/proc/self/pagemap"), "it is larger than 1 MiB"),  # of which no size is known
+    ],
+)
+@pytest.mark.parametrize("read", READERS)
+def test_what_is_no_file_of_a_sensible_size_is_one_line(read, plant, said, tmp_path, monkeypatch):
+    monkeypatch.setattr(reading, "MOST_TABLE", 2**20)
+    monkeypatch.setattr(read_bytes, "__defaults__", (2**20, ""))
+    monkeypatch.setattr(read_text, "__defaults__", (2**20, ""))
+    plant(path := tmp_path / "there")
+    with pytest.raises(InputError, match=f"^cannot read .*there: {said}$"):
+        read(path)
+
+
+def test_a_link_to_a_file_may_be_read(tmp_path):
+    (tmp_path / "cached").write_text("{}")  # as model hubs and data versioning keep files
+    (tmp_path / "config.json").symlink_to("cached")
+    assert read_json(tmp_path / "config.json") == {}
+
+
+@pytest.mark.parametrize("read", [read_json, read_csv, lambda path: read_toml(path, "config")])
+def test_text_is_utf_8_with_or_without_a_mark_and_nothing_else(read, tmp_path):
+    path = tmp_path / "file"
+    text = {read_json: '{"ü": 1}', read_csv: "ü\n1\n"}.get(read, '"ü" = 1')
+    path.write_text(text, encoding="utf-8")
+    value = read(path)
+    path.write_bytes(codecs.BOM_UTF8 + text.encode())
+    assert read(path) == value
+    for encoding in ("utf-16", "latin-1"):
+        path.write_text(text, encoding=encoding)
+        with pytest.raises(InputError, match=r"cannot read .*file: it is no text in UTF-8"):
+            read(path)
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000 + "]" * 100_000, "[" * 60 + "]" * 60, '{"a":' * 400 + "1" + "}" * 400])
+def test_json_that_is_too_deep_to_be_written_again_is_refused(text, tmp_path):
+    (tmp_path / "deep.json").write_text(text)
+    with pytest.raises(InputError, match=r"^cannot read .*deep\.json: "):
+        read_json(tmp_path / "deep.json")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("a,b\n1\n", "line 2 has not as many entries"),
+        ("a,b\n1,2\n1,2,3\n", "line 3 has not as many entries"),
+        ("a,b,a\n1,2,3\n", "line 1 names a column twice"),
+        ('a,b\n1,"2\n', "unexpected end of data"),
+    ],
+)
+def test_a_broken_table_is_one_line(text, said, tmp_path):
+    (tmp_path / "table.csv").write_text(text)
+    with pytest.raises(InputError, match=said):
+        read_csv(tmp_path / "table.csv")
+
+
+def test_a_graph_is_called_as_its_file_in_every_locale(tmp_path):
+    (tmp_path / "Grün.toml").write_text("key_rooms = [0]\nexit_room = 1\n")
+    for name in ("Grün.toml", "Gr\udcc3\udcbcn.toml"):  # the latter is how Python reads it where only ASCII is known
+        assert GoalGraph.from_toml(tmp_path / name).label == "Grün"

@@ -1,0 +1,209 @@
+"""What users' code is given cannot be written to: neither in silence nor so that compiled code reads elsewhere."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+from turns_helpers import make
+
+import hierroom
+from hierroom import InputError
+from hierroom.gym_env import EscapeRoom
+from hierroom.meta import show_step, take_turn
+from hierroom.turns.records import AGENTS, CONTROLLER
+from hierroom.vector_env import EscapeRooms
+from hierroom.worlds.env_config import EnvConfig
+
+EVERYWHERE = np.arange(3)
+OF_SITUATION = {
+    "envs": lambda s: s.envs,
+    "masks": lambda s: s.masks,
+    "legal": lambda s: s.legal,
+    "goals": lambda s: s.goals,
+    "uniforms": lambda s: s.uniforms,
+    "meta_turns": lambda s: s.meta_turns,
+    "previous_actions": lambda s: s.previous_actions,
+    "levels": lambda s: s.view.levels["n_rooms"],
+    "key_rooms": lambda s: s.key_rooms,
+    "colours": lambda s: s.colours,
+    "tiles": lambda s: s.tiles,
+    "grids": lambda s: s.state.grids,
+    "goal vectors": lambda s: s.goal_set.vectors,
+}
+OF_STEP = {
+    "records": lambda step, turns: step.records["rewards"],
+    "rewards": lambda step, turns: step.rewards,
+    "option_ended": lambda step, turns: step.option_ended,
+    "levels before": lambda step, turns: step.before.levels["n_rooms"],
+    "grids after": lambda step, turns: step.after.grids,
+}
+OF_TURNS = {
+    "levels": lambda step, turns: turns.world.state.levels["n_rooms"],
+    "a level": lambda step, turns: turns.world.state.levels[0].key_rooms,
+    "grids": lambda step, turns: turns.world.state.grids,
+    "outcomes": lambda step, turns: turns.world.outcomes["tiles"],
+    "finals": lambda step, turns: turns.world.finals["branches"],
+    "clocks": lambda step, turns: turns.world.clocks(),
+    "everywhere": lambda step, turns: turns.world.everywhere,
+    "goals": lambda step, turns: turns.goals,
+    "ledger": lambda step, turns: turns.ledger.records["goals"],
+    "is_meta_turn": lambda step, turns: turns.ledger.is_meta_turn,
+    "last records": lambda step, turns: turns.last_records["goals"],
+    "last step": lambda step, turns: turns.last_step.goals,
+    "controller's view": lambda step, turns: turns.observe(CONTROLLER, turns.due(CONTROLLER)).view.levels["direction"],
+    "controller's goals": lambda step, turns: turns.observe(CONTROLLER, turns.due(CONTROLLER)).goals,
+    "view of some": lambda step, turns: turns.observe(CONTROLLER, np.array([1])).view.tiles,
+    "final view": lambda step, turns: turns.final_observation(CONTROLLER, step, EVERYWHERE).view.levels["direction"],
+    "meta's view": lambda step, turns: turns.situation(EVERYWHERE).view.levels["key_rooms"],
+    "kinds of goals": lambda step, turns: turns.world.goals.kind_of,
+    "numbers of a feature": lambda step, turns: turns.world.features["view-ids"].vectors,
+}
+
+
+def write(array):
+    array[...] = 120
+
+
+class Choosing:
+    """Writes to something of a situation."""
+
+    def __init__(self, of):
+        self.of = of
+
+    def choose(self, observations, legal, situation):
+        write(self.of(situation))
+        return np.full(len(situation), -1)
+
+
+class Observing:
+    """Writes to something of a step or of turns."""
+
+    def __init__(self, of):
+        self.of = of
+
+    def choose(self, observations, legal, situation):
+        return np.full(len(situation), -1)
+
+    def observe(self, step, turns):
+        write(self.of(step, turns))
+
+
+class Rewarding:
+    """Likewise, as a reward."""
+
+    def __init__(self, of):
+        self.of = of
+
+    def rewards(self, step):
+        write(self.of(step, None))
+        return np.zeros(len(step.rewards))
+
+
+def nothing_else(step):
+    """A reward of a user's own, for which steps have the states before and after."""
+    return np.zeros(len(step.rewards))
+
+
+@pytest.mark.parametrize("name", OF_SITUATION)
+def test_a_situation_cannot_be_written_to(name):
+    turns = make("c", 3)
+    expected = turns.get_state()
+    said = r"^the meta-controller Choosing fails: ValueError: .*read-only \(line \d+ of .*test_read_only\.py\)$"
+    with pytest.raises(InputError, match=said):
+        take_turn(Choosing(OF_SITUATION[name]), turns)
+    state = turns.get_state()
+    assert all((state[field] == expected[field]).all() for field in expected)
+
+
+@pytest.mark.parametrize("name", OF_STEP | OF_TURNS)
+def test_what_is_observed_cannot_be_written_to(name):
+    turns = make("c", 3, reward=nothing_else)
+    step = turns.step(np.zeros(3, int))
+    expected = turns.get_state(), step.records.copy()
+    of = OF_STEP[name] if name in OF_STEP else OF_TURNS[name]
+    with pytest.raises(
+        InputError, match=r"^the meta-controller Observing fails: ValueError: .*read-only \(line \d+ of"
+    ):
+        show_step(Observing(of), step, turns)
+    state = turns.get_state()
+    assert all((state[field] == expected[0][field]).all() for field in state)
+    assert (step.records == expected[1]).all()
+
+
+@pytest.mark.parametrize("name", OF_STEP)
+def test_a_step_that_is_rewarded_cannot_be_written_to(name):
+    turns = make("c", 3, reward=Rewarding(OF_STEP[name]))
+    with pytest.raises(InputError, match=r"^the reward Rewarding fails: ValueError: .*read-only \(line \d+ of"):
+        turns.step(np.zeros(3, int))
+
+
+@pytest.mark.parametrize("name", OF_TURNS)
+def test_a_player_that_writes_ends_in_one_line(name):
+    class Writing:
+        def step(self, turns):
+            step = turns.step(np.zeros(len(turns), int))
+            write(OF_TURNS[name](step, turns))
+            return step
+
+    episodes = hierroom.rollout(Writing(), EnvConfig("c", size=11, max_steps=5), 3)
+    with pytest.raises(InputError, match=r"^the player Writing fails: ValueError: .*read-only \(line \d+ of"):
+        next(episodes)
+
+
+def test_a_player_that_returns_the_step_of_other_environments_ends_in_one_line():
+    others = make("c", 5)
+
+    class Elsewhere:
+        def step(self, turns):
+            turns.step(np.zeros(len(turns), int))
+            return others.step(np.zeros(5, int))
+
+    with pytest.raises(InputError, match=r"^the player Elsewhere must return what its last call of turns\.step gave"):
+        next(hierroom.rollout(Elsewhere(), EnvConfig("c", size=11, max_steps=5), 3))
+
+
+@pytest.mark.parametrize("act", [lambda t: t.step(np.zeros(3, int)), lambda t: t.reset(), lambda t: t.reset(5)])
+def test_a_meta_controller_that_observes_cannot_act(act):
+    turns = make("c", 3)
+    step = turns.step(np.zeros(3, int))
+    watcher = Observing(None)
+    watcher.observe = lambda step, turns: act(turns)
+    with pytest.raises(
+        InputError, match=r"^the meta-controller Observing fails: RuntimeError: it took a step or began"
+    ):
+        show_step(watcher, step, turns)
+
+
+@pytest.mark.parametrize("again", [copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])
+def test_copies_cannot_be_written_to_either_and_show_their_own_environments(again):
+    turns = make("c", 3)
+    copied = again(turns)
+    for _ in range(3):
+        copied.step(np.zeros(3, int))
+    assert copied.world.clocks().tolist() == [3, 3, 3]
+    assert copied.world.outcomes["length"].tolist() == [3, 3, 3]
+    assert turns.world.clocks().tolist() == [0, 0, 0]
+    for name in ("levels", "grids", "outcomes", "finals", "goals", "ledger", "last records", "controller's view"):
+        with pytest.raises(ValueError, match="read-only"):
+            write(OF_TURNS[name](None, copied))
+
+
+@pytest.mark.parametrize("make_env", [EscapeRoom, lambda **entries: EscapeRooms(3, **entries)])
+def test_a_meta_controller_in_an_environment_cannot_write(make_env):
+    env = make_env(graph="c", size=11, meta=Observing(OF_TURNS["levels"]))
+    env.reset(seed=0)
+    with pytest.raises(InputError, match=r"^the meta-controller Observing fails: ValueError: "):
+        env.step(0 if isinstance(env, EscapeRoom) else np.zeros(3, int))
+
+
+def test_spaces_of_environments_and_agents_draw_from_generators_of_their_own():
+    one, other = (hierroom.parallel_env("a") for _ in range(2))
+    spaces = [env.observation_space(agent)["observation"] for env in (one, other) for agent in AGENTS]
+    assert len({id(space) for space in spaces}) == 4
+    for n, space in enumerate(spaces):
+        space.seed(n)
+    drawn = [space.sample() for space in spaces]
+    spaces[0].seed(0)
+    assert (spaces[0].sample() == drawn[0]).all()
+    assert (drawn[0] != drawn[1]).any()
