@@ -68,8 +68,9 @@ def test_an_action_that_is_none_only_costs_the_step():
 
 
 def legal(turns):
-    turns.ledger.is_meta_turn[:] = True
-    return [["coin", "key", "chest"][goal] for goal in np.flatnonzero(turns.meta_masks()[0, :-1])]
+    """The goals that the meta-controller of the only environment could choose if it were its turn."""
+    mask = turns.world.legal_goals("reachable", np.array([True]))
+    return [["coin", "key", "chest"][goal] for goal in np.flatnonzero(mask[0, :-1])]
 
 
 def test_with_rules_the_goals_are_legal_whose_rule_applies_and_changes_something():
@@ -80,7 +81,7 @@ def test_with_rules_the_goals_are_legal_whose_rule_applies_and_changes_something
         if action == USE:
             found.append(legal(turns))
     assert found == [["coin", "key"], ["coin", "key"], ["key"], ["chest"]]
-    level = turns.situation(np.arange(1)).level(0)
+    level = turns.world.exact_view(np.arange(1)).level(0, turns.world.legal_goals("reachable", np.array([True]))[0])
     assert str(level) == "step 6; achieved: coin 2 times, key 1 times; legal goals: chest"
     assert level.facts == {"coin": 2, "key": 1, "chest": 0}
     assert np.flatnonzero(turns.world.legal_goals("existing", np.array([True]))[0]).tolist() == [0, 2]

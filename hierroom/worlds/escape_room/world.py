@@ -24,7 +24,7 @@ from hierroom.goals import (
 from hierroom.goals.goal_set import GoalSet
 from hierroom.support.errors import InputError
 from hierroom.support.read_only import freeze
-from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.features import FEATURES
 from hierroom.worlds.escape_room.graph_sampler import GraphSampler
@@ -64,7 +64,7 @@ class EscapeRoomWorld(Engine):
             self.sampler.graphs,
             num_envs,
             size=config.size,
-            max_steps=config.max_steps,
+            max_steps=config.max_steps or DEFAULT_MAX_STEPS,
             drop_key=config.drop_key,
             first_index=config.env_index,
             levels=config.levels,
