@@ -1,6 +1,8 @@
 """A user's own environment as a world."""
 
+import sys
 from dataclasses import replace
+from types import ModuleType
 
 import chest_task
 import gymnasium
@@ -249,6 +251,10 @@ def test_rules_of_a_task_may_be_rules_and_are_named_after_its_goals():
 
 def test_a_task_is_found_again_by_the_name_that_its_module_gives_it():
     assert name_in_module(chest) == "chest_task:chest"
+    sys.modules["a_script"] = ModuleType("a_script")
+    sys.modules["a_script"].chest = chest  # imported there, and earlier in the alphabet
+    assert name_in_module(chest) == "chest_task:chest"
+    del sys.modules["a_script"]
     with pytest.raises(InputError, match="no module has task under a name"):
         name_in_module(replace(chest))
 

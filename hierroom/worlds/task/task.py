@@ -94,6 +94,11 @@ class Task:
         """In titles, tables and errors."""
         return self.label
 
+    @property
+    def homes(self) -> set[str]:
+        """The modules that its functions come from."""
+        return {getattr(function, "__module__", "") for function in (self.make, *self.goals.values())}
+
     def _rules(self) -> Rules | None:
         if self.rules is None:
             if self.capacity:
