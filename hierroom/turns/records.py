@@ -100,7 +100,7 @@ class Step:
     Args:
         records: [N] records of `STEP`.
         n_goals: number of goals G.
-        before: the state that the step began in, where the controller's reward needs one and the world has it.
+        before: the state that the step began in, where the reward needs it and the world has it, else None.
         after: the state that it led to, before any environment was reset; None where ``before`` is.
         lacks_visits: whether it is for a reward that did not ask for what ``is_novel`` needs.
 
