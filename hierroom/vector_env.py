@@ -18,7 +18,8 @@ from hierroom.support.errors import InputError, require_name, require_number, sh
 from hierroom.turns.records import CONTROLLER
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import FRAMES_PER_SECOND, EnvConfig, fresh_seed
-from hierroom.worlds.world import Seeds, is_list
+from hierroom.worlds.seeds import is_list
+from hierroom.worlds.world import Seeds
 
 VECTOR_RENDER_MODES = ("ansi", "rgb_array")
 

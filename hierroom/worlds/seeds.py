@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.support.errors import InputError
 from hierroom.support.schema import Whole
-from hierroom.worlds.world import Seeds, is_list
+from hierroom.worlds.world import Seeds
 
 Indices = NDArray[np.integer] | NDArray[np.bool_] | Sequence[int] | slice | int
 """Selects some environments of a batch."""
+
+
+def is_list(seed: Seeds) -> TypeGuard[Sequence[int | None]]:
+    """Return whether it is one seed for each environment."""
+    if isinstance(seed, np.ndarray):
+        return seed.ndim > 0
+    return isinstance(seed, Sequence) and not isinstance(seed, (str, bytes))
 
 
 def chosen_envs(envs: Indices, n: int) -> NDArray[np.integer]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeGuard
+from typing import Any, Protocol
 
 import numpy as np
 from gymnasium import spaces
@@ -281,13 +281,6 @@ class World(Protocol):
 
     def global_state(self, goal: int) -> NDArray:
         """Return the whole state of the only environment and the goal that is pursued, or -1."""
-
-
-def is_list(seed: Seeds) -> TypeGuard[Sequence[int | None]]:
-    """Return whether it is one seed for each environment."""
-    if isinstance(seed, np.ndarray):
-        return seed.ndim > 0
-    return isinstance(seed, Sequence) and not isinstance(seed, (str, bytes))
 
 
 def whole_numbers(actions: ArrayLike, n: int) -> NDArray[np.int64]:
