@@ -64,11 +64,11 @@ class ChainReport(WalkReport):
 
     def draw(self, path: str | Path) -> None:
         """Draw it into a .png (the default), .pdf or .svg file."""
-        from hierroom.complexity.drawing.draw_chain import draw_report
+        from hierroom.complexity.drawing.draw_chain import draw_chain
 
-        draw_report(self, path)
+        draw_chain(path, self.chain, restarts=self.walk is None)
 
     def _repr_svg_(self) -> str:
-        from hierroom.complexity.drawing.draw_chain import svg_of  # matplotlib loads slowly
+        from hierroom.complexity.drawing.draw_chain import svg_of_chain  # matplotlib loads slowly
 
-        return svg_of(self)
+        return svg_of_chain(self.chain, restarts=self.walk is None)

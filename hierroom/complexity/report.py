@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -18,7 +19,7 @@ from hierroom.complexity.rules_report import RulesReport
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.complexity.walk_report import WalkReport
 from hierroom.goals import GoalGraph, Rules, as_goal_graph
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, shown
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -66,6 +67,8 @@ def analyze(
     rules = getattr(subject, "rules", None)
     if isinstance(rules, (Rules, GoalGraph)):
         subject = rules
+    if not isinstance(walk, Walk):
+        raise InputError(f"a walk must be a Walk of three probabilities, not {shown(walk)}")
     if isinstance(subject, (Rules, Chain)) or hasattr(subject, "adj"):
         if drop_key or reading != TABLE_READING:
             raise InputError("drop_key and reading are of goal graphs, not of rules, chains or networkx graphs")
@@ -74,6 +77,8 @@ def analyze(
         if isinstance(subject, Chain):
             return ChainReport(subject)
         return ChainReport(Chain.from_networkx(subject, source, target, walk=walk), walk)
+    if not isinstance(subject, (GoalGraph, str, Path, Mapping)):
+        raise InputError(f"analyze takes a goal graph, rules, a task, a graph or a chain, not {shown(subject)}")
     return ComplexityReport(as_goal_graph(subject), bool(drop_key), walk, reading)
 
 

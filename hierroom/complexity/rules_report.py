@@ -167,14 +167,16 @@ class RulesReport(WalkReport):
 
     def draw(self, path: str | Path) -> None:
         """Draw it into a .png (the default), .pdf or .svg file."""
-        from hierroom.complexity.drawing.draw_chain import draw_report
+        from hierroom.complexity.drawing.draw_chain import draw_chain
 
-        draw_report(self, path)
+        draw_chain(path, self.chain, self.unrolled, restarts=False)
 
     def _repr_svg_(self) -> str:
-        from hierroom.complexity.drawing.draw_chain import svg_of  # matplotlib loads slowly, and few reports are drawn
+        from hierroom.complexity.drawing.draw_chain import (
+            svg_of_chain,  # matplotlib loads slowly, and few reports are drawn
+        )
 
-        return svg_of(self)
+        return svg_of_chain(self.chain, self.unrolled, restarts=False)
 
 
 def _counts(counts: dict[str, int]) -> str:

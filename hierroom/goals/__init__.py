@@ -1,5 +1,6 @@
 """Goal graphs, rules, how users give them, and the ids of the goals in a level."""
 
+from hierroom.goals.alternatives import Alternative
 from hierroom.goals.graph import NAMED_GRAPHS, GoalGraph, enumerate_graphs, is_graph_set
 from hierroom.goals.ids import (
     COLOURS,
@@ -14,7 +15,7 @@ from hierroom.goals.ids import (
     ROOM_GOAL_NAMES,
     room_goals,
 )
-from hierroom.goals.rules import Alternative, Rules
+from hierroom.goals.rules import Rules
 from hierroom.goals.specs import GraphSpec, GraphSpecs, as_goal_graph, graph_specs, plain_specs, spec_names
 from hierroom.goals.tree import open_goals
 

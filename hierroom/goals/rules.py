@@ -2,35 +2,27 @@
 
 from __future__ import annotations
 
-import json
-import re
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.support.errors import InputError, require_number, shown
+from hierroom.goals.alternatives import (
+    first_names,
+    plain_alternative,
+    read_alternatives,
+    read_counts,
+    read_name,
+    toml_key,
+    toml_text,
+)
+from hierroom.support.errors import InputError, shown
 from hierroom.support.files import write_atomically
 from hierroom.support.reading import read_toml
-
-Facts: TypeAlias = str | list[str] | tuple[str, ...] | Mapping[str, int]
-"""A fact, a list of facts, or how many there are of each fact."""
-MAX_COUNT = 10**9
-"""Largest number of a fact."""
-_ENTRIES = ("needs", "uses", "gives")
-
-
-class Alternative(NamedTuple):
-    """One way to apply a rule: how many of each fact it needs, uses and gives."""
-
-    needs: dict[str, int]
-    uses: dict[str, int]
-    gives: dict[str, int]
 
 
 @dataclass(frozen=True)
@@ -72,15 +64,17 @@ class Rules:
             raise InputError(f"rules must be a mapping from goals to what each needs, not {shown(self.rules)}")
         if not self.rules:
             raise InputError("rules must have at least one goal; there is none")
-        rules = {_name("the name of a rule", name): _alternatives(name, rule) for name, rule in self.rules.items()}
+        rules = {
+            read_name("the name of a rule", name): read_alternatives(name, rule) for name, rule in self.rules.items()
+        }
         object.__setattr__(self, "rules", rules)
         facts = {fact: None for ways in rules.values() for way in ways for counts in way for fact in counts}
-        capacity = _counts("the capacity", self.capacity, low=1)
-        start = _counts("the start", self.start, low=0)
+        capacity = read_counts("the capacity", self.capacity, low=1)
+        start = read_counts("the start", self.start, low=0)
         for what, entries in (("the target", (self.target,)), ("the capacity", capacity), ("the start", start)):
             for fact in entries:
                 if not isinstance(fact, str) or fact not in facts:
-                    raise InputError(f"{what} must name facts of the rules ({_first(facts)}), not {shown(fact)}")
+                    raise InputError(f"{what} must name facts of the rules ({first_names(facts)}), not {shown(fact)}")
         object.__setattr__(self, "capacity", {fact: capacity.get(fact, 1) for fact in facts})
         object.__setattr__(self, "start", {fact: start.get(fact, 0) for fact in facts})
         for fact, count in self.start.items():
@@ -91,7 +85,7 @@ class Rules:
         if self.start[self.target]:
             raise InputError(f"the target {self.target!r} must not be there at the start")
         if self.label is not None:
-            _name("the name of rules", self.label)
+            read_name("the name of rules", self.label)
 
     def __hash__(self) -> int:
         return hash((self.names, self.facts, self.target))
@@ -192,15 +186,18 @@ class Rules:
 
     def apply(self, goal: str, marking: ArrayLike) -> NDArray[np.int64] | None:
         """Return the marking [F] after the rule of a goal, or None where it does not apply."""
-        if goal not in self.rules:
-            raise InputError(f"the rules are {_first(self.rules)}; there is no {shown(goal)}")
-        after, applies = self.apply_all(marking)
+        if goal not in self.names:
+            raise InputError(f"the rules are {first_names(self.rules)}; there is no {shown(goal)}")
+        counts = np.asarray(marking)
+        if counts.shape != (len(self.facts),) or counts.dtype.kind not in "iu":
+            raise InputError(f"a marking must be {len(self.facts)} whole numbers, one a fact, not {shown(marking)}")
+        after, applies = self.apply_all(counts)
         rule = self.names.index(goal)
         return after[rule] if applies[rule] else None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the rules as plain types, as `from_dict` takes them."""
-        rules = {name: [_plain(way) for way in ways] for name, ways in self.rules.items()}
+        rules = {name: [plain_alternative(way) for way in ways] for name, ways in self.rules.items()}
         return {
             **({} if self.label is None else {"name": self.label}),
             "target": self.target,
@@ -212,6 +209,8 @@ class Rules:
     @classmethod
     def from_dict(cls, table: Mapping[str, Any]) -> Rules:
         """Return the rules of a table with ``rules`` and ``target``, perhaps ``capacity``, ``start`` and ``name``."""
+        if not isinstance(table, Mapping):
+            raise InputError(f"rules must be given as a table, not {shown(table)}")
         if not {"rules", "target"} <= {*table} <= {"rules", "target", "capacity", "start", "name"}:
             raise InputError(
                 "rules must hold tables of rules and a target, perhaps capacity, start and name, and nothing else; "
@@ -224,13 +223,13 @@ class Rules:
     def to_toml(self, path: str | Path | None = None) -> str:
         """Return the rules as TOML text, and write it to ``path`` if one is given."""
         table = self.to_dict()
-        lines = [f"{entry} = {_toml(table[entry])}" for entry in ("name", "target") if entry in table]
-        lines += [f"{entry} = {_toml(table[entry])}" for entry in ("capacity", "start") if table[entry]]
+        lines = [f"{entry} = {toml_text(table[entry])}" for entry in ("name", "target") if entry in table]
+        lines += [f"{entry} = {toml_text(table[entry])}" for entry in ("capacity", "start") if table[entry]]
         for name, ways in table["rules"].items():
-            heading = f"rules.{_key(name)}"
+            heading = f"rules.{toml_key(name)}"
             for way in ways if isinstance(ways, list) else [ways]:
                 lines += ["", f"[[{heading}]]" if isinstance(ways, list) else f"[{heading}]"]
-                lines += [f"{entry} = {_toml(facts)}" for entry, facts in way.items()]
+                lines += [f"{entry} = {toml_text(facts)}" for entry, facts in way.items()]
         text = "\n".join(lines) + "\n"
         if path is not None:
             write_atomically(path, text.encode())
@@ -253,63 +252,3 @@ class Rules:
         array = np.array([[[count(way, fact) for fact in self.facts] for way in row] for row in ways], np.int64)
         array.flags.writeable = False
         return array
-
-
-def _alternatives(name: str, rule: object) -> tuple[Alternative, ...]:
-    ways = [rule] if isinstance(rule, Mapping) else rule
-    if not isinstance(ways, (list, tuple)) or not ways:
-        raise InputError(f"rule {shown(name)} must be an alternative or a list of them, not {shown(rule)}")
-    found = []
-    for way in ways:
-        if isinstance(way, Alternative):
-            way = way._asdict()
-        if not isinstance(way, Mapping) or not {*way} <= {*_ENTRIES}:
-            holds = ", ".join(map(str, way)) if isinstance(way, Mapping) else shown(way)
-            raise InputError(f"rule {shown(name)} takes {', '.join(_ENTRIES)} and nothing else, not {holds}")
-        counts = (_counts(f"{entry!r} of rule {shown(name)}", way.get(entry, {}), low=1) for entry in _ENTRIES)
-        found.append(Alternative(*counts))
-    return tuple(found)
-
-
-def _counts(what: str, facts: object, low: int) -> dict[str, int]:
-    if isinstance(facts, str):
-        facts = [facts]
-    if isinstance(facts, (list, tuple)):
-        facts = Counter(_name(f"a fact in {what}", fact) for fact in facts)
-    if not isinstance(facts, Mapping):
-        raise InputError(
-            f"{what} must be a fact, a list of facts or a mapping from facts to counts, not {shown(facts)}"
-        )
-    for fact, count in facts.items():
-        require_number(f"{what} for {_name(f'a fact in {what}', fact)!r}", count, low, MAX_COUNT, is_whole=True)
-    return {fact: int(count) for fact, count in facts.items()}
-
-
-def _name(what: str, name: object) -> str:
-    if not isinstance(name, str) or not name.strip() or not name.isprintable():
-        raise InputError(f"{what} must be a text of one line, not {shown(name)}")
-    return name
-
-
-def _plain(way: Alternative) -> dict[str, str | dict[str, int]]:
-    """Return an alternative as users write it: a single fact by its name alone."""
-    return {
-        entry: next(iter(counts)) if [*counts.values()] == [1] else dict(counts)
-        for entry, counts in way._asdict().items()
-        if counts
-    }
-
-
-def _toml(value: str | int | dict[str, int]) -> str:
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{_key(fact)} = {count}" for fact, count in value.items()) + "}"
-    return json.dumps(value, ensure_ascii=False)  # names are printable, so TOML reads them too
-
-
-def _key(name: str) -> str:
-    return name if re.fullmatch(r"[\w-]+", name, re.ASCII) else _toml(name)
-
-
-def _first(names: Any) -> str:
-    names = [*names]
-    return ", ".join(names[:8]) + ", ..." * (len(names) > 8)

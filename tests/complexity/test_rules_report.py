@@ -17,6 +17,7 @@ from hierroom import GoalGraph, Rules, enumerate_graphs
 from hierroom.commands import complexity as command
 from hierroom.complexity import Chain, Walk, analyze, to_frame
 from hierroom.complexity.requirements import goal_depths
+from hierroom.support import slow
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
 
@@ -263,7 +264,7 @@ def test_the_whole_report_in_every_form(tmp_path):
     for one in (report, analyze(LIFE), analyze(nx.path_graph(4), source=0, target=3)):
         one.draw(tmp_path / "picture.svg")
         assert (tmp_path / "picture.svg").read_text().count("</svg>") == one._repr_svg_().count("</svg>") == 1
-    with pytest.raises(InputError, match="at most 250 nodes; rules has 1,025"):
+    with pytest.raises(InputError, match="at most 250 nodes that differ; this chain has 1,025"):
         analyze(many(10)).draw(tmp_path / "picture.png")
 
 
@@ -282,9 +283,21 @@ def test_analyze_takes_chains_graphs_and_what_declares_rules():
     assert analyze(Task()).expected_steps == analyze(TUNNEL).expected_steps
     Task.rules = GoalGraph.named("c")
     assert analyze(Task()).hitting_time == analyze("c").hitting_time
+    with pytest.raises(InputError, match="analyze takes a goal graph, rules, a task, a graph or a chain, not 3"):
+        analyze(3)
+    with pytest.raises(InputError, match="a walk must be a Walk of three probabilities, not 3"):
+        analyze("c", walk=3)
     for subject in (TUNNEL, chain, graph):
         with pytest.raises(InputError, match="drop_key and reading are of goal graphs"):
             analyze(subject, drop_key=True)
+
+
+def test_the_command_says_what_takes_long(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(command, "LARGE", 25)
+    monkeypatch.setattr(slow, "FIRST_SECONDS", 0.0)
+    TUNNEL.to_toml(tmp_path / "tunnel.toml")
+    command.main(["--rules", str(tmp_path / "tunnel.toml")])
+    assert "measuring tunnel: 25 nodes\n" in capsys.readouterr().err
 
 
 def test_the_command_line_takes_files_of_rules(tmp_path, capsys):

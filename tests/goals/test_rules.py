@@ -50,8 +50,16 @@ def test_a_rule_takes_what_it_uses_then_gives_up_to_the_capacity():
     assert after[:, 1].tolist() == [[0, 0, 2], [1, 0, 2], [3, 0, 1], [0, 0, 2]]
     assert rules.apply("swap", [1, 0, 0]) is None
     assert rules.apply("either", [3, 1, 0]).tolist() == [3, 0, 1]
-    with pytest.raises(InputError, match="the rules are swap, either; there is no 'swop'"):
-        rules.apply("swop", [1, 0, 0])
+    for goal, marking, message in (
+        ("swop", [1, 0, 0], "the rules are swap, either; there is no 'swop'"),
+        (["swap"], [1, 0, 0], "there is no a list"),
+        ("swap", [1, 0], "a marking must be 3 whole numbers, one a fact, not a list"),
+        ("swap", "abc", "a marking must be 3 whole numbers, one a fact, not 'abc'"),
+    ):
+        with pytest.raises(InputError, match=message):
+            rules.apply(goal, marking)
+    with pytest.raises(InputError, match="rules must be given as a table, not 3"):
+        Rules.from_dict(3)
 
 
 @pytest.mark.parametrize(
@@ -79,7 +87,7 @@ def test_rules_are_values_and_survive_files(rules, tmp_path):
         (({"a": 3}, "x"), "rule 'a' must be an alternative or a list of them, not 3"),
         (({"a": []}, "x"), "rule 'a' must be an alternative or a list of them, not a list"),
         (({"a": [3]}, "x"), "rule 'a' takes needs, uses, gives and nothing else, not 3"),
-        (({"a": {"give": "x"}}, "x"), "rule 'a' takes needs, uses, gives and nothing else, not give"),
+        (({"a": {"give": "x"}}, "x"), "rule 'a' takes needs, uses, gives and nothing else, not 'give'"),
         (({"a": {"gives": 3}}, "x"), "'gives' of rule 'a' must be a fact, a list of facts or a mapping .*, not 3"),
         (({"a": {"gives": {"x": 0}}}, "x"), "'gives' of rule 'a' for 'x' must be at least 1, not 0"),
         (({"a": {"gives": {"x": True}}}, "x"), "'gives' of rule 'a' for 'x' must be a whole number, not True"),

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hierroom.complexity.chains.hitting import (
     expected_visits,
+    first_passage_std,
     first_passage_variance,
     hitting_probability,
     mean_first_passage_time,
@@ -156,10 +157,10 @@ class Chain:
         """Variance of the first-passage time to the exit, in steps squared."""
         return float(first_passage_variance(self.weights, self.goals[EXIT])[self.source])
 
-    @property
+    @cached_property
     def std(self) -> float:
         """Standard deviation of the first-passage time to the exit, in steps."""
-        return self.variance**0.5
+        return float(first_passage_std(self.weights, self.goals[EXIT])[self.source])
 
     def expected_steps_to(self, goal: str) -> float:
         """Mean steps to a goal: `"key r"`, `"door r"`, `"exit"` or a node's label; ``inf`` if it may never happen."""

@@ -29,6 +29,8 @@ from hierroom.complexity.chains.weights import (
 from hierroom.support.errors import InputError
 
 EPSILON = np.finfo(float).eps
+LONG = 1e150
+"""The squares of larger numbers of steps, and sums of these, may be no floats."""
 
 
 class _Fates(NamedTuple):
@@ -70,23 +72,42 @@ def first_passage_variance(weights: Weights, targets: Targets) -> NDArray[np.flo
         weights: W [n, n], dense or sparse; rows sum to at most one.
         targets: one or several nodes.
     """
+    variances, unit = _variances(weights, targets)
+    largest = variances[np.isfinite(variances)].max(initial=0.0)
+    if largest**0.5 * unit > np.finfo(float).max ** 0.5:
+        raise InputError(f"a walk of {unit:.0e} steps is too long for its variance in 64-bit floats")
+    return variances * unit * unit
+
+
+def first_passage_std(weights: Weights, targets: Targets) -> NDArray[np.float64]:
+    """Standard deviation [n] of the number of steps until a target is first reached, see `first_passage_variance`.
+
+    Args:
+        weights: W [n, n], dense or sparse; rows sum to at most one.
+        targets: one or several nodes.
+    """
+    variances, unit = _variances(weights, targets)
+    return np.sqrt(variances) * unit
+
+
+def _variances(weights: Weights, targets: Targets) -> tuple[NDArray[np.float64], np.float64]:
+    """Return the variances [n] in squares of a unit: a number of steps, above one where their squares are no floats."""
     moves, fates = _prepare(weights, targets)
     variances = np.where(fates.target, 0.0, np.inf)
     system, means = _system(moves, fates.sure), np.zeros(len(variances))
-    means[fates.sure] = own = system.solve(np.ones(fates.sure.sum()))
-    squares = system.solve(2 * own - 1)
-    if not np.isfinite(squares).all():
-        raise InputError(f"a walk of {own.max():.0e} steps is too long for its variance in 64-bit floats")
+    means[fates.sure] = own = _finite(system.solve(np.ones(fates.sure.sum())))
+    unit = np.float64(own.max() if own.max(initial=0.0) > LONG else 1.0)
     steps = moves[fates.sure].tocoo()
-    off_by = means[steps.col] + 1 - own[steps.row]
-    rounding = EPSILON * (means[steps.col] + 1 + own[steps.row])
-    staying = np.maximum(1 - row_sums(moves)[fates.sure], 0.0)  # a step that stays is off by one step
+    squares = system.solve((2 * own - 1) / unit / unit)
+    off_by = (means[steps.col] + 1 - own[steps.row]) / unit
+    rounding = EPSILON * (means[steps.col] + 1 + own[steps.row]) / unit
+    staying = np.maximum(1 - row_sums(moves)[fates.sure], 0.0) / unit / unit  # a step that stays is off by one step
     one_step = staying + np.bincount(steps.row, steps.data * off_by**2, len(own))
     error = np.bincount(steps.row, steps.data * rounding * (2 * abs(off_by) + rounding), len(own))
-    by_moment, by_step = squares - own**2, system.solve(one_step)
-    is_moment_better = EPSILON * (squares + own**2) < system.solve(error)
+    by_moment, by_step = squares - (own / unit) ** 2, system.solve(one_step)
+    is_moment_better = EPSILON * (squares + (own / unit) ** 2) < system.solve(error)
     variances[fates.sure] = np.where(is_moment_better, by_moment, by_step)
-    return variances
+    return variances, unit
 
 
 def hitting_probability(weights: Weights, targets: Targets) -> NDArray[np.float64]:

@@ -14,8 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import dijkstra
 
-from hierroom.complexity.chain_report import ChainReport
-from hierroom.complexity.chains.chain import EXIT
+from hierroom.complexity.chains.chain import EXIT, Chain
 from hierroom.complexity.chains.weights import as_moves
 from hierroom.complexity.drawing.draw import (
     EXIT_COLOUR,
@@ -28,8 +27,9 @@ from hierroom.complexity.drawing.draw import (
     save_figure,
 )
 from hierroom.complexity.drawing.drawn_places import MAX_DRAWN_NODES, Point, limits
-from hierroom.complexity.requirements import required
-from hierroom.complexity.rules_report import RulesReport
+from hierroom.complexity.markings import MarkingGraph
+from hierroom.complexity.requirements import goal_depths, required
+from hierroom.goals import Rules
 from hierroom.support.errors import InputError
 
 COLUMN, LEAST_ROW, LINE = 2.4, 2.0, 0.3
@@ -37,75 +37,72 @@ COLUMN, LEAST_ROW, LINE = 2.4, 2.0, 0.3
 DEAD_COLOUR, USED_COLOUR = "#e15759", "#e15759"
 
 
-def draw_report(report: RulesReport | ChainReport, path: str | Path) -> None:
-    """Draw rules next to their marking chain, or a chain, into a .png (the default), .pdf or .svg file."""
-    save_figure(_figure(report), path)
+def draw_chain(path: str | Path, chain: Chain, unrolled: MarkingGraph | None = None, restarts: bool = True) -> None:
+    """Draw a chain into a .png (the default), .pdf or .svg file; that of rules next to the goals.
+
+    Args:
+        unrolled: the rules of which it is the marking chain.
+        restarts: whether to draw the moves to the start.
+    """
+    save_figure(_figure(chain, unrolled, restarts), path)
 
 
-def svg_of(report: RulesReport | ChainReport) -> str:
-    """Return the picture of `draw_report` as the text of an SVG document."""
+def svg_of_chain(chain: Chain, unrolled: MarkingGraph | None = None, restarts: bool = True) -> str:
+    """Return the picture of `draw_chain` as the text of an SVG document."""
     picture = io.StringIO()
-    _figure(report).savefig(picture, format="svg", facecolor="white")
+    _figure(chain, unrolled, restarts).savefig(picture, format="svg", facecolor="white")
     return picture.getvalue()
 
 
-def _figure(report: RulesReport | ChainReport) -> Figure:
-    chain = report.chain
-    if len(chain.labels) > MAX_DRAWN_NODES:
-        raise InputError(f"a drawing can show at most {MAX_DRAWN_NODES} nodes; {report.name} has {len(chain.labels):,}")
-    of_rules = report if isinstance(report, RulesReport) else None
-    edges = of_rules.unrolled.edges if of_rules else np.argwhere(as_moves(chain.weights).toarray() > 0)
-    if of_rules is None and report.walk is not None:
-        edges = edges[edges[:, 1] != chain.source]  # restarts, and moves to the start that look like them
+def _figure(chain: Chain, unrolled: MarkingGraph | None, restarts: bool) -> Figure:
+    n = len(chain.labels)
+    if n > MAX_DRAWN_NODES:
+        raise InputError(f"a drawing can show at most {MAX_DRAWN_NODES} nodes that differ; this chain has {n:,}")
+    edges = np.argwhere(as_moves(chain.weights).toarray() > 0) if unrolled is None else unrolled.edges
+    if unrolled is None and not restarts:
+        edges = edges[edges[:, 1] != chain.source]
     texts = [label.replace(", ", "\n") for label in chain.labels]
-    places = _places(_distances(edges, len(texts), chain.source), edges, max(text.count("\n") for text in texts))
+    places = _places(_distances(edges, n, chain.source), edges, max(text.count("\n") for text in texts))
     drawn = [places]
-    if of_rules and of_rules.unrolled.goals:
-        drawn.insert(0, _goal_places(of_rules))
+    if unrolled is not None and unrolled.relevant is not None:
+        depths = goal_depths(unrolled.relevant)
+        drawn.insert(0, _places(np.array([*depths.values()]), np.zeros((0, 2), np.int64), 0))
     extents = [_extent(one) for one in drawn]
     whole = sum(width for width, _ in extents) * INCHES, (max(height for _, height in extents) + 2) * INCHES
     scale = min(1.0, MOST_INCHES / max(whole))
     figure = Figure(figsize=(whole[0] * scale, whole[1] * scale), layout="constrained")
     axes = figure.subplots(1, len(drawn), width_ratios=[width for width, _ in extents], squeeze=False)[0]
-    if of_rules and of_rules.unrolled.goals:
-        _draw_goals(of_rules, axes[0], drawn[0], scale)
-    title = f"{'marking chain' if of_rules else 'chain'}\n{report.nodes} nodes, {report.edges} edges"
-    pen = Pen(axes[-1], scale, title, places)
+    if unrolled is not None and unrolled.relevant is not None:
+        _draw_goals(unrolled.relevant, axes[0], drawn[0], scale)
+    kind = "chain" if unrolled is None else "marking chain"
+    pen = Pen(axes[-1], scale, f"{kind}\n{n} nodes, {len(edges)} edges", places)
     for start, end in {tuple(sorted(edge)) for edge in edges.tolist() if edge[0] != edge[1]}:
         pen.arrow(places[start], places[end], FAINT, _heads(edges, start, end), 0.12)
-    dead = {*of_rules.unrolled.dead_ends} if of_rules else set()
+    dead = {*unrolled.dead_ends} if unrolled else set()
     for node, (place, text) in enumerate(zip(places, texts, strict=True)):
         is_exit = node in chain.goals[EXIT]
         colour = EXIT_COLOUR if is_exit else DEAD_COLOUR if node in dead else ROOM_COLOURS[node != chain.source]
         pen.node(place, colour, "")
         _below(axes[-1], place, text, scale)
-    notes = ["not drawn: staying, and the restart from every node to the start"] if report.walk else []
-    notes += ["red nodes: dead ends"] if dead else []
-    notes += ["red arrows: what is used up"] if of_rules else []
-    figure.supxlabel("    ".join(notes), fontsize=8 * max(scale, 0.7), color=INK, parse_math=False)
+    notes = [] if restarts else ["not drawn: staying, and the restarts"]
+    notes += ["red nodes: dead ends"] * bool(dead) + ["red arrows: what is used up"] * (unrolled is not None)
+    figure.supxlabel("\n".join(notes), fontsize=8 * max(scale, 0.7), color=INK, parse_math=False)
     return figure
 
 
-def _draw_goals(report: RulesReport, axes: Axes, places: list[Point], scale: float) -> None:
-    goals, rules = report.unrolled.goals, report.rules
-    title = f"{report.name}\ntarget {rules.target}, exit depth {report.exit_depth:.0f}, width {report.width}"
-    pen = Pen(axes, scale, title, places)
-    for first, giver in enumerate(goals):
+def _draw_goals(rules: Rules, axes: Axes, places: list[Point], scale: float) -> None:
+    pen = Pen(axes, scale, f"{rules.name}\ntarget {rules.target}", places)
+    for first, giver in enumerate(rules.names):
         given = {fact for way in rules.rules[giver] for fact in way.gives}
-        for last, taker in enumerate(goals):
+        for last, taker in enumerate(rules.names):
             asked = {fact for way in rules.rules[taker] for fact in required(way)} & given
             used = {fact for way in rules.rules[taker] for fact in way.uses} & given
             if asked and first != last:
                 pen.arrow(places[first], places[last], USED_COLOUR if used else INK, bend=0.12)
-    for goal, place in zip(goals, places, strict=True):
+    for goal, place in zip(rules.names, places, strict=True):
         is_last = any(rules.target in way.gives for way in rules.rules[goal])
         pen.node(place, EXIT_COLOUR if is_last else ROOM_COLOURS[1], "", is_key=True)
         _below(axes, place, goal, scale)
-
-
-def _goal_places(report: RulesReport) -> list[Point]:
-    depths = np.array([report.goal_depths[goal] for goal in report.unrolled.goals])
-    return _places(depths, np.zeros((0, 2), np.int64), 0)
 
 
 def _distances(edges: NDArray[np.int64], n: int, source: int) -> NDArray[np.float64]:

@@ -152,7 +152,8 @@ def test_a_walk_too_long_for_floats_is_one_clear_line():
     report = analyze(GoalGraph(tuple(range(15)), 15), True, Walk(0, 1e-6, 1 - 1e-6))
     assert report.expected_steps > 1e180
     with pytest.raises(InputError, match=r"a walk of \de\+\d+ steps is too long for its variance"):
-        report.std  # noqa: B018
+        report.variance  # noqa: B018
+    assert report.std == pytest.approx(report.expected_steps), "nearly all walks start again many times"
 
 
 def test_a_system_of_no_nodes_has_a_solution_of_none():
