@@ -102,6 +102,6 @@ pole = hierroom.Task(
 
 
 def hurry(step):
-    """A reward of one's own, which in a task sees no states."""
+    """A user's reward, which in a task sees no states."""
     assert step.before is step.after is None
     return step.success - 0.01

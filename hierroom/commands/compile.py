@@ -160,6 +160,8 @@ def _plays() -> Iterator[Callable[[], object]]:
     yield partial(train, **shop, preset="learned", meta="learned", features=(*workshop_of("2").features,))
     yield partial(step, EscapeRoom(**shop, meta="fixed-dfs"), None)
     yield partial(step, EscapeRooms(4, **shop, meta="oracle", flat=True), 4)
+    pole = hierroom.Task("CartPole-v1", {"left": lambda env, info: env.unwrapped.state[0] < 0}, target="left")
+    yield partial(train, task=pole, meta="random", max_steps=30)
     yield partial(step, EscapeRoom(**small, meta="random"), None)
     yield partial(step, EscapeRooms(4, **small, autoreset_mode="SameStep"), 4)
     yield partial(step, EscapeRooms(4, **small, flat=True), 4)

@@ -16,7 +16,7 @@ class ByteArray:
 
     Args:
         shape: of the array.
-        kind: ``pixels`` (uint8 or float32, of shape height, width, channels), ``symbols`` (uint8, likewise),
+        kind: ``pixels`` (uint8 or float32, of shape height, width, channels), ``symbols`` (uint8, in the same shape),
             ``numbers`` (float32) or ``ids`` (int32, each below ``n_values``).
         low: the smallest value, where it is known; else -inf.
         high: the largest value, where it is known; else inf.

@@ -92,7 +92,7 @@ class BaseWorld:
         return len(self.everywhere)
 
     def begin(self, envs: NDArray[np.integer]) -> None:
-        """Begin the episodes of environments [M], whose ``seeds``, ``indices`` and ``numbers`` say which."""
+        """Begin episodes in environments [M]; their ``seeds``, ``indices`` and ``numbers`` say which."""
         raise NotImplementedError
 
     def shown(self, envs: NDArray[np.integer]) -> dict[str, NDArray]:
@@ -225,7 +225,7 @@ class BaseWorld:
         return observe_alone(self, goal)
 
     def batch_observations(self, *, flat: bool) -> BatchWriter:
-        """Return what writes the observations of all environments at once."""
+        """Return what writes the observations of all environments."""
         return ObservationWriter(self, flat=flat)
 
     def screen(self, render_mode: str | None) -> Screen:

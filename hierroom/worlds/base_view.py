@@ -64,7 +64,7 @@ class BaseView:
     """The view of M environments, in arrays that nobody else holds and that are read-only.
 
     Args:
-        world: whose they are, a `BaseWorld`.
+        world: the `BaseWorld` that they belong to.
         entries: what they show, by name, [M, ...] each.
         counts: [M, G] how often each goal was achieved in the episode.
         markings: [M, F] how many there are of each fact of the rules.

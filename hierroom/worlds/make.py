@@ -70,12 +70,20 @@ def ships(spec: Any) -> bool:
 
 
 def name_in_module(task: WorldMaker) -> str:
-    """Return ``package.module:name`` of a task, by which a run finds it again."""
-    for module, loaded in sorted(sys.modules.items()):
-        for name, value in [*vars(loaded).items()] if isinstance(loaded, ModuleType) else ():
-            if value is task:
-                return f"{module}:{name}"
-    raise InputError(f"a run names its task, like package.module:name; no module has {task.name} under a name")
+    """Return ``package.module:name`` of a task, by which a run finds it again.
+
+    Of several modules that have it, the one that its functions come from is named, and a script only if no other has.
+    """
+    found = [
+        (module, name)
+        for module, loaded in sorted(sys.modules.items())
+        for name, value in ([*vars(loaded).items()] if isinstance(loaded, ModuleType) else ())
+        if value is task
+    ]
+    if not found:
+        raise InputError(f"a run names its task, like package.module:name; no module has {task.name} under a name")
+    homes = getattr(task, "homes", ())
+    return ":".join(min(found, key=lambda one: (one[0] not in homes, one[0] == "__main__", one)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -133,7 +133,8 @@ class TaskBoxes:
             spaces.flatten(space, observation[name]) if name in observation else np.zeros(spaces.flatdim(space))
             for name, space in self._parts.items()
         ]
-        return np.concatenate([*parts, self.mask(observation), [agent == META]], dtype=np.float32, casting="unsafe")
+        numbers = [np.asarray(part, np.float32) for part in (*parts, self.mask(observation), [agent == META])]
+        return np.concatenate(numbers)
 
 
 def _boxes(env: Any, agents: Sequence[str]) -> Boxes | TaskBoxes:

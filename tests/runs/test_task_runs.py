@@ -155,7 +155,7 @@ def test_a_network_reads_each_entry_of_the_observation_and_the_goal():
         ({"task": "chest_task:chest", "method": "ppo-rnd"}, "the curiosity of ppo-rnd reads categories"),
         (
             {"task": "chest_task:chest", "method": "ppo-novelty"},
-            "does not remember what a feature or a reward",
+            "does not remember what a feature or a reward asks for",
         ),
         ({"task": "chest_task:chest", "size": 31}, "size is for EscapeRooms; chest_task:chest has no such entry"),
         ({"task": "chest_task:chest", "goal_mask": "seen"}, "goal_mask of chest_task:chest is one of reachable"),

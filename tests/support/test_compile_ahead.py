@@ -17,6 +17,7 @@ from hierroom.commands.compile import compile_all
 from hierroom.support.compile.clock import compile_clock
 from hierroom.support.compile.kernel import KERNELS
 
+pole = hierroom.Task("CartPole-v1", {"left": lambda env, info: env.unwrapped.state[0] < 0}, target="left")
 print(compile_all(Console(stderr=True)))
 called = {kernel: {*kernel.signatures} for kernel in KERNELS}
 clock = compile_clock()
@@ -25,6 +26,7 @@ for entries in (
     {"preset": "long", "method": "ppo-bonus", "drop_key": True},
     {"preset": "large", "size": 31, "method": "ppo-sketch", "goal_mask": "seen", "subgoal_horizon": 7, "threads": 1},
     {"task": "workshop:4:1", "goal_mask": "existing"},
+    {"task": pole, "max_steps": 50},
 ):
     trainer = hierroom.train(num_envs=5, steps=500, evaluations=1, evaluation_episodes=3, **entries)
     list(hierroom.rollout(trainer, episodes=2))

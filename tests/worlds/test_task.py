@@ -1,6 +1,8 @@
 """A user's own environment as a world."""
 
+import sys
 from dataclasses import replace
+from types import ModuleType
 
 import chest_task
 import gymnasium
@@ -68,8 +70,9 @@ def test_an_action_that_is_none_only_costs_the_step():
 
 
 def legal(turns):
-    turns.ledger.write_fields({"is_meta_turn": True})
-    return [["coin", "key", "chest"][goal] for goal in np.flatnonzero(turns.meta_masks()[0, :-1])]
+    """The goals that the meta-controller of the only environment could choose if it were its turn."""
+    mask = turns.world.legal_goals("reachable", np.array([True]))
+    return [["coin", "key", "chest"][goal] for goal in np.flatnonzero(mask[0, :-1])]
 
 
 def test_with_rules_the_goals_are_legal_whose_rule_applies_and_changes_something():
@@ -80,7 +83,7 @@ def test_with_rules_the_goals_are_legal_whose_rule_applies_and_changes_something
         if action == USE:
             found.append(legal(turns))
     assert found == [["coin", "key"], ["coin", "key"], ["key"], ["chest"]]
-    level = turns.situation(np.arange(1)).level(0)
+    level = turns.world.exact_view(np.arange(1)).level(0, turns.world.legal_goals("reachable", np.array([True]))[0])
     assert str(level) == "step 6; achieved: coin 2 times, key 1 times; legal goals: chest"
     assert level.facts == {"coin": 2, "key": 1, "chest": 0}
     assert np.flatnonzero(turns.world.legal_goals("existing", np.array([True]))[0]).tolist() == [0, 2]
@@ -166,6 +169,7 @@ def test_recorded_episodes_are_played_again_and_drawn():
         ({"rules": {**chest_task.RULES, "rope": {}}}, "they have 'rope'"),
         ({"rules": {"chest": {}}}, "they lack 'coin', 'key'"),
         ({"rules": {**chest_task.RULES, "key": {"wants": "coin"}}}, "rule 'key' takes needs, uses, gives"),
+        ({"rules": {**chest_task.RULES, "chest": {"needs": "ky"}}}, "goal 'chest' asks for 'ky', which no rule gives"),
         ({"max_steps": 0}, "max_steps must be at least 1, not 0"),
         ({"vectors": {"coin": [1.0]}}, "vectors of a task are equally many finite numbers for each goal"),
         ({"vectors": {"coin": [1.0], "key": [1.0, 2.0], "chest": [0.0]}}, "no common length"),
@@ -271,6 +275,10 @@ def test_rules_of_a_task_may_be_rules_and_are_named_after_its_goals():
 
 def test_a_task_is_found_again_by_the_name_that_its_module_gives_it():
     assert name_in_module(chest) == "chest_task:chest"
+    sys.modules["a_script"] = ModuleType("a_script")
+    sys.modules["a_script"].chest = chest  # imported there, and earlier in the alphabet
+    assert name_in_module(chest) == "chest_task:chest"
+    del sys.modules["a_script"]
     with pytest.raises(InputError, match="no module has task under a name"):
         name_in_module(replace(chest))
 

@@ -53,7 +53,7 @@ class PlayedRules:
 
     @property
     def never(self) -> tuple[str, ...]:
-        """The goals that were never achieved, of which nothing is known."""
+        """The goals that were never achieved: nothing is known of them."""
         return tuple(goal for goal, n in self.seen.items() if not n)
 
     @cached_property

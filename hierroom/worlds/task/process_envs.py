@@ -80,20 +80,20 @@ class ProcessEnvs:
 
     def reset(self, envs: Sequence[int], seeds: Sequence[int]) -> tuple[list[Any], list[list[int]]]:
         """Begin an episode in some environments; return what they show, and how their goals stand."""
-        shown = self._tell(_RESET, envs, seeds)
+        shown = self._send(_RESET, envs, seeds)
         return self._observations(shown, envs), shown["totals"][[*envs]].tolist()
 
     def step(self, envs: Sequence[int], actions: Sequence[int]) -> Taken:
         """Act in some environments."""
-        shown, chosen = self._tell(_STEP, envs, actions), [*envs]
+        shown, chosen = self._send(_STEP, envs, actions), [*envs]
         rewards, ends, cuts, totals = (shown[name][chosen].tolist() for name in _RESULTS)
         return Taken(self._observations(shown, envs), rewards, ends, cuts, totals)
 
-    def _tell(self, kind: int, envs: Sequence[int], values: Sequence[int]) -> dict[str, NDArray]:
+    def _send(self, kind: int, envs: Sequence[int], values: Sequence[int]) -> dict[str, NDArray]:
         """Let blocks act, and return what all environments show, [N, ...] each."""
-        told = np.zeros((self._blocks.num_envs * self._n_places, 2), np.int64)
-        told[[*envs], 0], told[[*envs], 1] = kind, values
-        shown, *_ = self._blocks.step(told.reshape(self._blocks.num_envs, self._n_places, 2))
+        actions = np.zeros((self._blocks.num_envs * self._n_places, 2), np.int64)
+        actions[[*envs], 0], actions[[*envs], 1] = kind, values
+        shown, *_ = self._blocks.step(actions.reshape(self._blocks.num_envs, self._n_places, 2))
         return {name: array.reshape(-1, *array.shape[2:]) for name, array in shown.items()}
 
     def _observations(self, shown: dict[str, NDArray], envs: Sequence[int]) -> list[Any]:

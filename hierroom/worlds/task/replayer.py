@@ -97,7 +97,7 @@ class TaskReplayer:
     window_tile_size = tile_size
 
     def picture(self, state: Moment, goal: int, tile_size: int, title: str = "") -> NDArray[np.uint8]:
-        """Draw a state: what the environment draws, and beside it the goals; [H, W, 3] uint8."""
+        """Draw a state: what the environment draws, and the goals next to it; [H, W, 3] uint8."""
         frame, most = state.draw(), replace(state, counts=np.full_like(state.counts, 999))
         widest = max((text for text, _ in self._lines(most, goal)), key=len)  # so that all pictures are of one size
         panel = _panel(tuple(self._lines(state, goal)), widest, title)

@@ -108,7 +108,7 @@ def _layout(space: spaces.Box) -> ByteArray:
 
 
 def _image_shape(shape: tuple[int, ...]) -> tuple[int, int, int]:
-    """Return height, width and channels of an image, whose channels may come first or be left out."""
+    """Return height, width and channels of an image; its channels may come first or be left out."""
     if len(shape) == 2:
         return shape[0], shape[1], 1
     is_first = shape[0] < min(shape[1:])

@@ -94,6 +94,11 @@ class Task:
         """In titles, tables and errors."""
         return self.label
 
+    @property
+    def homes(self) -> set[str]:
+        """The modules that its functions come from."""
+        return {getattr(function, "__module__", "") for function in (self.make, *self.goals.values())}
+
     def _rules(self) -> Rules | None:
         if self.rules is None:
             if self.capacity:
@@ -109,9 +114,17 @@ class Task:
         if wrong := [f"{what} {', '.join(map(repr, some))}" for what, some in found.items() if some]:
             raise InputError(f"the rules of a task are of its goals {', '.join(self.goals)}; they {', '.join(wrong)}")
         if isinstance(self.rules, Rules):
-            return replace(self.rules, capacity={**self.rules.capacity, **(self.capacity or {})})
-        given = {name: _giving_itself(name, rule) for name, rule in self.rules.items()}
-        return Rules(given, self.target, self.capacity or {}, label=self.label)
+            rules = replace(self.rules, capacity={**self.rules.capacity, **(self.capacity or {})})
+        else:
+            given = {name: _giving_itself(name, rule) for name, rule in self.rules.items()}
+            rules = Rules(given, self.target, self.capacity or {}, label=self.label)
+        there = {fact for ways in rules.rules.values() for way in ways for fact in way.gives}
+        there |= {fact for fact, n in rules.start.items() if n}
+        for name, ways in rules.rules.items():
+            for fact in (fact for way in ways for fact in (*way.needs, *way.uses)):
+                if fact not in there:
+                    raise InputError(f"the rule of goal {name!r} asks for {fact!r}, which no rule gives")
+        return rules
 
     @cached_property
     def goal_set(self) -> GoalSet:
