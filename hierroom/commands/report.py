@@ -168,4 +168,9 @@ def _play(one: ReportedRun, arguments: ReportArguments, notes: list[str]) -> tup
     except InputError as error:
         notes.append(f"not played: {error}")
         return None
-    return {**row, "training": training_goals(RunFolder(one.path))}, episodes
+    try:
+        training = training_goals(RunFolder(one.path))
+    except InputError as error:
+        training = None
+        notes.append(f"the goals that training achieved are left out: {error}")
+    return {**row, "training": training}, episodes

@@ -8,10 +8,8 @@ import io
 import json
 import os
 import tomllib
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 from hierroom.support.errors import InputError
 from hierroom.support.files import open_regular
@@ -20,13 +18,6 @@ MOST_TEXT, MOST_TABLE, MOST_STATE = 2**26, 2**30, 2**34
 """The most bytes of a file of text, a table and a checkpoint."""
 _AT_ONCE = 2**24
 _DEEPEST = 50  # levels of lists and objects in each other: what is much deeper could not be written again
-
-
-@contextmanager
-def open_to_read(path: Path) -> Iterator[BinaryIO]:
-    """Open a regular file, which may be longer than memory, to read its bytes one after the other."""
-    with open_regular(path) as number, open(number, "rb", closefd=False) as file:
-        yield file
 
 
 def read_bytes(path: Path, most: int = MOST_TEXT, what: str = "", *, or_any: bool = False) -> bytes:

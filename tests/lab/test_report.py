@@ -295,6 +295,9 @@ def test_goals_while_training(tmp_path):
     few.episodes.append([{"steps": n, **columns, "goals": "key 1" if n > 10 else ""} for n in range(25)])
     assert training_goals(few)["shares"] == {"key 1": [0.15385, 1]}
     assert training_goals(RunFolder(tmp_path / "none")) is None
+    few.episodes.path.write_text("steps,graph\n1,a\n")
+    with pytest.raises(InputError, match=r"episodes\.csv is broken: 'goals'"):
+        training_goals(few)
 
 
 def test_what_a_run_says_is_text(tmp_path, capsys):

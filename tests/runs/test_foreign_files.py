@@ -59,6 +59,13 @@ def test_a_link_in_the_place_of_a_folder_is_refused_before_anything_changes(name
     refused(run, f"cannot write .*{path.name}: it is a link, which is not followed")
 
 
+@pytest.mark.parametrize("target", ["nowhere", "../config.json", None])
+def test_what_is_no_folder_where_the_copies_of_a_session_would_be_is_refused_before_anything_changes(target, run):
+    path = run.path / "modules" / "session-2"
+    path.symlink_to(target) if target else path.write_text("")
+    refused(run, f"cannot write .*session-2: {'it is a link' if target else 'it is no folder'}")
+
+
 @pytest.mark.parametrize("name", ["metrics.csv", "evaluations.csv", "episodes.csv", RunLock.FILE])
 def test_a_second_name_of_another_file_is_refused_where_it_would_change(name, run):
     (run.path / name).unlink()

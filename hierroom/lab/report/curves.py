@@ -150,12 +150,12 @@ def goal_row(evaluation: Evaluation) -> dict[str, Any]:
 
 def training_goals(folder: RunFolder) -> dict[str, Any] | None:
     """Return the ``shares`` of training's episodes that achieved each goal, in bins of ``steps``; None for few."""
+    rows = folder.episodes.read()
     try:
-        rows = folder.episodes.read()
         steps = np.array([float(row["steps"]) for row in rows])
         achieved = [set(row["goals"].split(" > ")) for row in rows]
-    except (InputError, OSError, KeyError, ValueError):
-        return None
+    except (KeyError, ValueError) as error:
+        raise InputError(f"{folder.episodes.path} is broken: {error}") from error
     if len(rows) < 2 * LEAST_IN_BIN:
         return None
     bins = np.array_split(np.arange(len(rows)), min(N_BINS, len(rows) // LEAST_IN_BIN))

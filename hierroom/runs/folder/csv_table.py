@@ -12,8 +12,8 @@ from typing import Never
 
 from hierroom.support.cells import plain_cell, read_number, text_of_cell
 from hierroom.support.errors import InputError, shown
-from hierroom.support.files import append_whole, sync, truncate, write_atomically
-from hierroom.support.reading import MOST_TEXT, open_to_read
+from hierroom.support.files import append_whole, open_regular, sync, truncate, write_atomically
+from hierroom.support.reading import MOST_TEXT
 
 _FIRST = "steps"
 _LONGEST = 2**20  # bytes of a line
@@ -109,7 +109,7 @@ class CSVTable:
         end, names, torn, first_torn = 0, [], 0, 0
         if not self.path.exists():
             return
-        with open_to_read(self.path) as file:
+        with open_regular(self.path) as opened, open(opened, "rb", closefd=False) as file:
             for number, line in enumerate(iter(partial(file.readline, _LONGEST), b""), start=1):
                 end += len(line)
                 if not line.strip():  # a crash leaves such lines too

@@ -140,7 +140,12 @@ class RunFolder:
         refuse_foreign(
             replaced=[*written, *self._checkpoint_paths().values()],
             changed=[table.path for table in self.tables],
-            folders=[self.checkpoints, copies, *filter(os.path.isdir, copies.rglob("*"))],
+            folders=[
+                self.checkpoints,
+                copies,
+                *filter(os.path.isdir, copies.rglob("*")),
+                *copies.glob("session-*[0-9]"),
+            ],
         )
 
     def tidy(self) -> None:

@@ -49,11 +49,7 @@ class SavedAgent:
             "steps": str(self.steps),
             "descriptions": to_json({agent: state["description"] for agent, state in self.agents.items()}),
         }
-        content = save(tensors, {**metadata, "sha256": digest(metadata, tensors)})
-        try:
-            write_atomically(path, content)
-        except OSError as error:
-            raise InputError(f"cannot write {path}: {error.strerror}") from error
+        write_atomically(path, save(tensors, {**metadata, "sha256": digest(metadata, tensors)}))
 
     @classmethod
     def read(cls, path: Path) -> SavedAgent:
