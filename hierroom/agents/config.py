@@ -7,7 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
+
+import tyro
 
 from hierroom.support.errors import InputError, require_number, shown, use_python_numbers
 
@@ -71,6 +73,10 @@ def require_features(name: str, given: object, known: Collection[str] | None = N
         raise InputError(f"{name} has {twice[0]} twice; name each once")
 
 
+FEATURES = tyro.conf.arg(metavar="FEATURE [FEATURE ...]")
+"""How features are shown on the command line."""
+
+
 @dataclass(frozen=True)
 class AgentsConfig:
     """The two agents.
@@ -99,12 +105,12 @@ class AgentsConfig:
     method: MethodName = "hippo"
     meta: str | None = None
     network: str = "recurrent"
-    features: tuple[str, ...] | None = (
+    features: Annotated[tuple[str, ...] | None, FEATURES] = (
         *("view", "goal", "goal-in-view", "goal-place", "direction", "keys", "previous-action"),
         *("doorway-places", "frontier-places"),
     )
     curiosity_weight: float = 0.05
-    meta_features: tuple[str, ...] | None = ("goal-status", "goal-outcome")
+    meta_features: Annotated[tuple[str, ...] | None, FEATURES] = ("goal-status", "goal-outcome")
     meta_start_success: float = 0.03
 
     def __post_init__(self) -> None:

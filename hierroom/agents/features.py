@@ -33,8 +33,8 @@ def offered(world: WorldSpec) -> dict[str, Feature]:
         return Feature((n + 1,), lambda o: (o.goals % (n + 1))[:, None], vectors, is_of_goal=True, is_of_world=False)
 
     return {
-        "goal": goal(world.goals.vectors),
         **world.features,
+        "goal": world.features.get("goal", goal(world.goals.vectors)),
         "symbol": goal(None),
         "previous-action": Feature((world.n_actions + 1,), lambda o: o.previous_actions[:, None], is_of_world=False),
         "goal-outcome": Feature(

@@ -100,11 +100,12 @@ class EnvConfig:
         self._require("drop_key", isinstance(self.drop_key, bool), "True or False")
         for name, low in (("curriculum_stages", 1), ("env_index", 0)):
             self._require(name, _is_whole(getattr(self, name), low), f"a whole number of at least {low}")
-        if self.task is None:
-            if self.max_steps is None:
-                object.__setattr__(self, "max_steps", DEFAULT_MAX_STEPS)
-        else:
+        is_limit = self.max_steps is None or _is_whole(self.max_steps, 1)
+        self._require("max_steps", is_limit, "a whole number of at least 1")
+        if self.task is not None:
             self._require_task()
+        elif self.max_steps is None:
+            object.__setattr__(self, "max_steps", DEFAULT_MAX_STEPS)
         horizon = self.subgoal_horizon
         is_horizon = horizon is None or _is_whole(horizon, 1)
         self._require("subgoal_horizon", is_horizon, "a whole number of at least 1 or None")
@@ -120,7 +121,6 @@ class EnvConfig:
             raise InputError(f"{name} must be {allowed}, not {shown(getattr(self, name))}")
 
     def _require_task(self) -> None:
-        self._require("max_steps", self.max_steps is None or _is_whole(self.max_steps, 1), "a whole number or None")
         if self.task == "" or not (isinstance(self.task, str) or is_task(self.task)):
             raise InputError(f"a task is a name, like package.module:name, or a hierroom.Task, not {shown(self.task)}")
         for entry in fields(EnvConfig):

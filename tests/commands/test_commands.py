@@ -6,11 +6,10 @@ from functools import cache
 
 import pytest
 from children import run_child, run_python
-from escape_room import FEATURES
 
 import hierroom
 from hierroom.__main__ import COMMANDS, main
-from hierroom.agents.config import METHODS, FeatureName, MethodName
+from hierroom.agents.config import METHODS, MethodName
 from hierroom.complexity.tables import COLUMNS, ColumnName
 from hierroom.runs.config.config import PresetName
 from hierroom.runs.config.presets import PRESETS
@@ -66,13 +65,12 @@ def test_help_is_printed_without_loading_torch(name):
     ("choices", "table"),
     [
         (MethodName, METHODS),
-        (FeatureName, FEATURES),
         (RewardName, REWARDS),
         (GoalMaskName, GOAL_MASKS),
         (PresetName, PRESETS),
         (ColumnName, COLUMNS),
     ],
-    ids=["method", "feature", "reward", "goal mask", "preset", "column to sort by"],
+    ids=["method", "reward", "goal mask", "preset", "column to sort by"],
 )
 def test_the_command_line_has_every_choice(choices, table):
     assert set(choices.__args__) == set(table)
@@ -146,7 +144,7 @@ def test_no_value_of_a_list_is_lost():
 
 def test_all_lists_are_known():
     helps = [help_of(name)[0] for name in COMMANDS if name != "paper"] + [help_of("paper", "table3")[0]]
-    found = {option for text in helps for option in re.findall(r"(--[\w-]+) (?:GRAPH )?\[", text)}
+    found = {option for text in helps for option in re.findall(r"(--[\w-]+) (?:[A-Z]+ )?\[", text)}
     assert found == set(LISTS)
 
 

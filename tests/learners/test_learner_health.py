@@ -157,7 +157,7 @@ def test_a_diverging_run_ends_in_one_line_and_keeps_its_last_good_checkpoint(tmp
     assert re.fullmatch(
         rf"error: training diverged after [\d,]+ steps in controller_0's weights \S+ \(.*\); a learning_rate below "
         rf"1e\+30, .*\. The checkpoint after {kept['steps']:,} steps is kept; begin again with --config "
-        rf"'{out}'/config\.json{start} and what is to change\n",
+        rf"'{out}/config\.json'{start} and what is to change\n",
         said,
     )
     assert bool(kept["steps"]) == bool(steps)

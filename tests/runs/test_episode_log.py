@@ -24,6 +24,7 @@ def ended(*successes: bool, length: int = 10) -> Any:
         option_ended=np.arange(n) < n - 1,
         terminated=flags,
         reached=flags,
+        success=flags,
         lengths=np.full(n, length),
         rewards=np.full(n, 0.5),
         shortest=np.full(n, -1),

@@ -13,7 +13,8 @@ from hierroom.lab.compare.comparison import ALL, Comparison, GroupSummary
 from hierroom.lab.compare.curve import METRICS
 from hierroom.lab.compare.style import DASHES, STYLE, line_style, save
 from hierroom.lab.compare.tasks import OWN
-from hierroom.runs.logs.plots import drawing, step_unit
+from hierroom.runs.logs.plots import step_unit
+from hierroom.support.drawing import drawing
 
 MAX_PANELS = 12  # of more graphs only the panel over all is drawn
 _COLUMN, _PAGE = 3.3, 6.8  # inches: the width of a column and of a page of a paper in two columns

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
@@ -19,7 +20,7 @@ from hierroom.lab.paper.runs import PaperRuns, cell, mean_and_interval
 from hierroom.lab.paper.table2 import Table2
 from hierroom.lab.paper.table3 import Table3
 from hierroom.lab.sweep.sweep import Sweep
-from hierroom.runs.logs.plots import drawing
+from hierroom.support.drawing import drawing
 from hierroom.support.errors import InputError
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class _PaperFigure:
+class _PaperFigure(ABC):
     runs: tyro.conf.OmitArgPrefixes[PaperRuns]
     graphs: ClassVar[str] = "abcdefg"
     methods: ClassVar[tuple[str, ...]] = tuple(METHODS)
@@ -42,8 +43,8 @@ class _PaperFigure:
             if sentence := self.sentence(sweep, size):
                 Console().print(sentence, highlight=False)
 
-    def draw(self, sweep: Sweep, size: int) -> Figure:
-        raise NotImplementedError
+    @abstractmethod
+    def draw(self, sweep: Sweep, size: int) -> Figure: ...
 
     def sentence(self, sweep: Sweep, size: int) -> str:
         return ""

@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import io
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from threading import Lock
-from typing import Any
 
 import numpy as np
 
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.logs.episode_log import WINDOW
 from hierroom.runs.logs.learning_curve import LearningCurve
+from hierroom.support.drawing import drawing
 from hierroom.support.errors import one_line
 from hierroom.support.files import write_atomically
-
-_one_draws = Lock()
 
 
 def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path) -> None:
@@ -47,16 +41,6 @@ def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path)
     with drawing():
         figure.savefig(picture, format="png", dpi=120)
     write_atomically(path, picture.getvalue())
-
-
-@contextmanager
-def drawing(style: dict[Any, Any] | None = None) -> Iterator[None]:
-    """Draw in a style, one thread at a time: matplotlib's settings and the filters of warnings are the process's."""
-    import matplotlib
-
-    with _one_draws, matplotlib.rc_context(style), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", r"Glyph \d+")  # of a name in a script that the font does not have
-        yield
 
 
 def step_unit(most: float) -> tuple[float, str]:
