@@ -133,7 +133,7 @@ def test_a_row_tells_the_own_code_that_made_it(own_code, tmp_path, capsys):
     own = tmp_path / "own_reward_of_a_sweep.py"
     own.write_text("import numpy as np\n\ndef none(step):\n    return np.zeros(len(step.events))\n")
     words = tiny_words(f"reward={own.stem}:none,intrinsic", "method=ppo", "seed=0")
-    words += ["--out", "out", "--processes", "1"]
+    words += ["--out", "out", "--processes", "1", "--episodes", "10"]
     assert main(words) == 0
     rows = results(tmp_path / "out" / "sweep.csv")
     assert {row["reward"]: len(row["own_code"]) for row in rows} == {f"{own.stem}:none": 16, "intrinsic": 0}

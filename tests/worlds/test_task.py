@@ -248,7 +248,7 @@ def test_a_reward_that_no_float_holds_ends_in_one_line():
         ({"size": 13}, "size is for EscapeRooms; task has no such entry"),
         ({"graph": "d"}, "graph is for EscapeRooms"),
         ({"task": 3}, "a task is a name, like package.module:name, or a hierroom.Task, not 3"),
-        ({"max_steps": 0}, "max_steps must be a whole number or None, not 0"),
+        ({"max_steps": 0}, "max_steps must be a whole number of at least 1, not 0"),
     ],
 )
 def test_entries_of_escape_rooms_are_refused_for_a_task(entries, said):

@@ -17,7 +17,7 @@ from hierroom.runs.evaluation import Evaluation
 from hierroom.runs.folder.own_modules import find_module_files, own_code_digest
 from hierroom.runs.folder.provenance import changed_modules, version_of_code
 from hierroom.runs.folder.run_folder import RunFolder
-from hierroom.runs.folder.run_lock import RunLockedError
+from hierroom.runs.folder.run_lock import RunLock, RunLockedError
 from hierroom.runs.interrupt import Interrupt
 from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
 from hierroom.runs.logs.output import lasting_output
@@ -69,7 +69,8 @@ class Job:
             try:
                 trainer, folder = begin(config, self.folder, self.run.identity["variant"])
             except InputError as error:
-                if (self.folder / "config.json").is_file():  # another process began it in the meantime
+                has_begun = (self.folder / "config.json").is_file()  # in another process, in the meantime
+                if has_begun or (self.folder.is_dir() and RunLock(self.folder).is_held):
                     raise RunLockedError(str(error)) from error
                 raise
         with folder.lock, lasting_output(), Interrupt(hears_ctrl_c=False) as interrupt:
