@@ -135,7 +135,8 @@ class Exactly(Schema):
     value: Any
 
     def _look(self, value: Any, name: str) -> _Parts:
-        if type(value) is not type(self.value) or text_of(value) != text_of(self.value):
+        is_same = value is self.value or (type(value) is type(self.value) and text_of(value) == text_of(self.value))
+        if not is_same:
             raise InputError(f"{name} must be {shown(self.value)}, not {shown(value)}")
         return []
 
