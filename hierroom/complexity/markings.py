@@ -57,7 +57,7 @@ class MarkingGraph:
 
     @property
     def markings(self) -> NDArray[np.int64]:
-        """How many there are of each fact at every node but the target's: [n - 1, F]."""
+        """Counts of each fact at every node but the target's: [n - 1, F]."""
         return self._unrolled.markings
 
     @property
@@ -162,7 +162,7 @@ class MarkingGraph:
 
     @cached_property
     def _adders(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-        """What each rule requires that only adds to one fact [S, F], that fact [S], and how many it adds [S].
+        """Return, of each rule that only adds to one fact, what it requires [S, F], that fact [S] and its count [S].
 
         Such rules do not get in each other's way, so from where some apply all combinations of their facts are reached.
         """

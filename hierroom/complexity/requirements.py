@@ -1,4 +1,4 @@
-"""Which rules matter for a target, and how deep their goals lie: fixpoints over AND and OR.
+"""The rules that matter for a target, and the depths of their goals: fixpoints over AND and OR.
 
 Requirements need not be a tree, nor free of cycles: water freezes and ice melts. So the depth of a goal is the least
 solution of

@@ -1,4 +1,4 @@
-"""What every report says of its walk, whatever its nodes are."""
+"""The part of a report that describes its walk, whatever its nodes are."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class WalkReport(ABC):
     @property
     @abstractmethod
     def name(self) -> str:
-        """What the report is of, in a word."""
+        """The subject of the report, in a word."""
 
     @abstractmethod
     def described(self) -> dict[str, Any]:

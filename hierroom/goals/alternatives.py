@@ -1,4 +1,4 @@
-"""What a rule needs, uses and gives, as users write it and as files hold it."""
+"""Alternatives of a rule, as users write them and as files hold them."""
 
 from __future__ import annotations
 

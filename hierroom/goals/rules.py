@@ -112,17 +112,17 @@ class Rules:
 
     @cached_property
     def required(self) -> NDArray[np.int64]:
-        """What must be there for each alternative, needed or used [R, A, F]; the last alternative fills up the rest."""
+        """Counts that each alternative requires, needed or used [R, A, F]; the last alternative fills up the rest."""
         return self._array(lambda way, fact: max(way.needs.get(fact, 0), way.uses.get(fact, 0)))
 
     @cached_property
     def used(self) -> NDArray[np.int64]:
-        """What each alternative takes away [R, A, F]."""
+        """Counts that each alternative takes away [R, A, F]."""
         return self._array(lambda way, fact: way.uses.get(fact, 0))
 
     @cached_property
     def given(self) -> NDArray[np.int64]:
-        """What each alternative gives [R, A, F]."""
+        """Counts that each alternative gives [R, A, F]."""
         return self._array(lambda way, fact: way.gives.get(fact, 0))
 
     @cached_property
@@ -169,7 +169,7 @@ class Rules:
 
     @cached_property
     def _compact(self) -> tuple[NDArray[np.integer], NDArray[np.integer]]:
-        """What changes, and the limits, in a dtype in which sums do not overflow."""
+        """The changes and the limits, in a dtype in which sums do not overflow."""
         dtype = np.min_scalar_type(-int(max(self.limits.max() + self.given.max(), self.used.max())) - 1)
         return (self.given - self.used).astype(dtype), self.limits.astype(dtype)
 

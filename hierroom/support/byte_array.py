@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class ByteArray:
-    """How a row of bytes is read as an array.
+    """The layout of an array in a row of bytes.
 
     Args:
         shape: of the array.
@@ -37,12 +37,12 @@ class ByteArray:
 
     @property
     def n_numbers(self) -> int:
-        """How many numbers the array holds."""
+        """Number of entries of the array."""
         return math.prod(self.shape)
 
     @property
     def n_bytes(self) -> int:
-        """How many bytes a row has."""
+        """Number of bytes of a row."""
         return self.n_numbers * self.dtype.itemsize
 
     def to_bytes(self, values: NDArray) -> NDArray[np.uint8]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from hierroom.goals.goal_set import GoalSet
 from hierroom.support.errors import InputError
-from hierroom.support.read_only import Shown
+from hierroom.support.read_only import Shown, freeze
 from hierroom.support.schema import Array, Table, Whole
 from hierroom.worlds.base_view import BaseView
 from hierroom.worlds.dependencies import Dependencies
@@ -28,7 +29,7 @@ _SPLITS = (None, "training", "evaluation")
 _MOST = 2**62
 
 
-class BaseWorld:
+class BaseWorld(ABC):
     """N environments that are stepped one after the other or together, by a subclass.
 
     A subclass has the attributes ``goals``, ``n_actions``, ``features`` and ``observation_spaces``, begins episodes in
@@ -72,8 +73,7 @@ class BaseWorld:
         self.config, self.autoreset = config, autoreset
         self.max_steps = config.max_steps or self.default_max_steps
         self.variants: tuple[str, ...] = config.names
-        self.everywhere: NDArray[np.integer] = np.arange(num_envs)
-        self.everywhere.setflags(write=False)
+        self.everywhere: NDArray[np.integer] = freeze(np.arange(num_envs))
         self._outcomes = np.zeros(num_envs, OUTCOME)
         self._seeds, self._numbers, self._lengths = (np.zeros(num_envs, np.int64) for _ in range(3))
         self._indices = config.env_index + np.arange(num_envs)
@@ -91,21 +91,21 @@ class BaseWorld:
     def __len__(self) -> int:
         return len(self.everywhere)
 
+    @abstractmethod
     def begin(self, envs: NDArray[np.integer]) -> None:
         """Begin episodes in environments [M]; their ``seeds``, ``indices`` and ``numbers`` say which."""
-        raise NotImplementedError
 
+    @abstractmethod
     def shown(self, envs: NDArray[np.integer]) -> dict[str, NDArray]:
         """Return what environments [M] show now, by name, [M, ...] each, in fresh arrays."""
-        raise NotImplementedError
 
+    @abstractmethod
     def step(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Act once in every environment, `record` what that did, and return the outcomes."""
-        raise NotImplementedError
 
     def get_state(self, envs: Any = slice(None)) -> Any:
         """Return the state of one environment, which the replayer plays on from and draws."""
-        raise NotImplementedError
+        raise InputError(f"{self.variants[0]} has no states to copy or to draw")
 
     @property
     def complexity(self) -> Any:

@@ -33,7 +33,7 @@ class GoalInWords:
 
     @property
     def was_achieved(self) -> bool:
-        """Whether it was achieved in this episode."""
+        """Return whether it was achieved in this episode."""
         return self.achieved > 0
 
     def __str__(self) -> str:

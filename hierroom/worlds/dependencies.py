@@ -1,4 +1,4 @@
-"""What the rules of a world say of its goals: what has been achieved, what may come next."""
+"""The rules of a world applied to its goals: what has been achieved, what may come next."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ OF_ESCAPE_ROOMS = ("graph", "exclude", "curriculum_stages", "size", "drop_key")
 
 @dataclass(frozen=True)
 class EnvConfig:
-    """What an environment is made of.
+    """Describe an environment.
 
     Args:
         graph: goal graphs, of which each episode samples one: letters from a to g, names such as

@@ -1,4 +1,4 @@
-"""Which environments of a batch are meant, and the seeds that their episodes begin with."""
+"""Indices of environments in a batch, and the seeds that their episodes begin with."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the goals of a task stand in an environment, as the user's functions say."""
+"""The state of a task's goals in an environment, as the user's functions return it."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from hierroom.worlds.task.parts import TaskParts
 
 
 class Taken(NamedTuple):
-    """What a step of some environments did, an item for each."""
+    """The results of a step in some environments, an item for each."""
 
     observations: list[Any]
     rewards: list[Any]

@@ -1,4 +1,4 @@
-"""What worlds, environments and replays of a task ask of it."""
+"""The parts of a task that its worlds, environments and replays read."""
 
 # Methods of protocols have a docstring alone.
 # pyright: reportReturnType=false
@@ -19,7 +19,7 @@ from hierroom.worlds.world import Feature
 
 @dataclass(frozen=True)
 class Trial:
-    """What a few random steps in one environment of a task showed.
+    """Facts found by a few random steps in one environment of a task.
 
     Args:
         entries: of its observations, by flat names: the keys that lead to each, and its space.
@@ -53,7 +53,7 @@ class TaskParts(Protocol):
 
     @property
     def rules(self) -> Rules | None:
-        """What must be achieved before what, if it is known."""
+        """The dependencies of the goals, if they are known."""
 
     @property
     def max_steps(self) -> int:
@@ -65,7 +65,7 @@ class TaskParts(Protocol):
 
     @property
     def trial(self) -> Trial:
-        """What a few random steps showed."""
+        """Facts found by a few random steps."""
 
     @property
     def n_actions(self) -> int:
@@ -73,7 +73,7 @@ class TaskParts(Protocol):
 
     @property
     def features(self) -> Mapping[str, Feature]:
-        """What networks can read."""
+        """Features that networks can read."""
 
     def new_env(self, render_mode: str | None = None) -> gymnasium.Env:
         """Return a new environment, which draws itself in a render mode if it can."""

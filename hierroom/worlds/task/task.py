@@ -165,7 +165,7 @@ class Task:
 
     @cached_property
     def trial(self) -> Trial:
-        """What was found out by a few random steps in one environment; what is wrong with the task is raised here."""
+        """Facts found by a few random steps in one environment; errors of the task are raised here."""
         return try_out(cast(TaskParts, self))
 
     @property
@@ -175,7 +175,7 @@ class Task:
 
     @cached_property
     def features(self) -> dict[str, Feature]:
-        """What networks can read: each entry of the observation, and how it stands with each goal."""
+        """Features that networks can read: each entry of the observation, and the status of each goal."""
         entries = {name: space for name, (_, space) in self.trial.entries.items()}
         return {**features_of(entries), "goal-status": goal_status(len(self.goals))}
 

@@ -50,7 +50,7 @@ class WorkshopTask:
 
     @cached_property
     def solver(self) -> Solver:
-        """What finds the shortest solutions."""
+        """The solver of shortest solutions."""
         return Solver(self.book.recipes)
 
     @cached_property
@@ -67,12 +67,12 @@ class WorkshopTask:
 
     @cached_property
     def features(self) -> Any:
-        """What networks can read."""
+        """Features that networks can read."""
         return features_of(self.book)
 
     @cached_property
     def replayer(self) -> WorkshopReplayer:
-        """What plays episodes again and draws them."""
+        """The replayer, which plays episodes again and draws them."""
         return WorkshopReplayer(self)
 
     @cached_property

@@ -115,7 +115,7 @@ class WorkshopWorld(BaseWorld):
 
     @property
     def features(self) -> Mapping[str, Feature]:
-        """What networks can read, by name."""
+        """Features that networks can read, by name."""
         return self.task.features
 
     def remember(self, memories: Iterable[str]) -> None:
@@ -126,13 +126,17 @@ class WorkshopWorld(BaseWorld):
             visited = np.zeros((len(self), min(2 * self.max_steps, MOST_VISITED)), np.uint64)
             self._state = replace(self._state, visited=visited)
 
+    def begin(self, envs: NDArray[np.integer]) -> None:
+        """Begin episodes in environments [M], which their shops name."""
+        part = self._state[envs]
+        kernels.begin_shops(part.shops, part.things, part.visited, self.book.recipes)
+        self._write(part, envs)
+
     def reset(self, seed: Seeds = None, envs: Indices = slice(None)) -> None:
         """Begin an episode: with a seed (0 to 2**63 - 1) an environment's first one, without one its next."""
         chosen = chosen_envs(envs, len(self))
         write_seeds(self._state.shops, seed, chosen)
-        part = self._state[chosen]
-        kernels.begin_shops(part.shops, part.things, part.visited, self.book.recipes)
-        self._write(part, chosen)
+        self.begin(chosen)
         self._outcomes[chosen] = np.zeros((), OUTCOME)
         self.has_begun = True
 
