@@ -13,8 +13,9 @@ from hierroom.goals.goal_set import MAX_GOALS
 from hierroom.support.errors import InputError, require_name, require_number, shown
 
 Name = TypeVar("Name", str, tuple[str, str])
-Shape = Literal["mixed", "deep", "wide"]
-"""What a thing is made of: things at random, the newest thing and another, the oldest things that nothing uses yet."""
+Shape = Literal["mixed", "deep", "wide", "either"]
+"""What a thing is made of: things at random, the newest thing and another, the oldest things that nothing uses yet, or
+things at random in either of two ways."""
 MIN_GOALS = 2
 MATERIALS = (
     *(("tree", "wood"), ("rock", "stone"), ("mine", "ore"), ("field", "straw"), ("sheep", "wool"), ("pit", "clay")),
@@ -50,7 +51,8 @@ def tech_tree(n_goals: int, seed: int = 0, shape: Shape = "mixed") -> Rules:
     Args:
         n_goals: 2 to 63.
         seed: 0 to 10**18 - 1.
-        shape: deep for a long way to the target, wide for a short one with many branches, or mixed.
+        shape: deep for a long way to the target, wide for a short one with many branches, mixed, or either, in which
+            about half of the parts and tools can also be made in a second way.
     """
     require_number("the number of goals of a workshop", n_goals, MIN_GOALS, MAX_GOALS, is_whole=True)
     require_number("the seed of a workshop", seed, 0, 10**18 - 1, is_whole=True)
@@ -60,19 +62,26 @@ def tech_tree(n_goals: int, seed: int = 0, shape: Shape = "mixed") -> Rules:
     n_parts = (n_goals - n_materials) // 2
     pairs = _chosen(rng, MATERIALS, n_materials, lambda number: (f"source {number}", f"material {number}"))
     sources, materials = zip(*pairs, strict=True)
-    rules: dict[str, dict] = {material: {"needs": source, "gives": material} for source, material in pairs}
+    rules: dict[str, dict | list[dict]] = {material: {"needs": source, "gives": material} for source, material in pairs}
     parts = _chosen(rng, PARTS, n_parts, "part {}".format)
     tools = _chosen(rng, TOOLS, n_goals - n_materials - n_parts - 1, "tool {}".format)
     products = [*rng.permutation([*parts, *tools]).tolist(), MASTERPIECE]
-    unused, known = [*materials], [*materials]
+    unused, known, made = [*materials], [*materials], []
     for product in products:
-        ask = _ask(rng, unused, known, materials, shape, is_last=product == MASTERPIECE)
-        rules[product] = {
-            "needs": {thing: count for thing, count in ask.items() if thing in tools},
-            "uses": {thing: count for thing, count in ask.items() if thing not in tools},
-            "gives": product,
-        }
-        unused = [thing for thing in unused if thing not in ask] + [product]
+        asks = [_ask(rng, unused, known, materials, shape, is_last=product == MASTERPIECE)]
+        unused = [thing for thing in unused if thing not in asks[0]] + [product]
+        if shape == "either" and product != MASTERPIECE and rng.random() < 0.5:
+            asks += _other_ask(rng, known, made)
+        made += asks
+        ways = [
+            {
+                "needs": {thing: count for thing, count in ask.items() if thing in tools},
+                "uses": {thing: count for thing, count in ask.items() if thing not in tools},
+                "gives": product,
+            }
+            for ask in asks
+        ]
+        rules[product] = ways if len(ways) > 1 else ways[0]
         known.append(product)
     label = f"workshop:{n_goals}:{seed}" + (f":{shape}" if shape != "mixed" else "")
     capacity = dict.fromkeys(materials, CAPACITY)
@@ -103,6 +112,17 @@ def _ask(
     if len(counts) < 3 and of_materials and rng.random() < 0.5:
         counts[of_materials[0]] = 2
     return counts
+
+
+def _other_ask(
+    rng: np.random.Generator, known: list[str], made: list[dict[str, int]], tries: int = 20
+) -> list[dict[str, int]]:
+    """Return two known things of which nothing is made yet, as a list of one; empty if none is found."""
+    for _ in range(tries if len(known) > 1 else 0):
+        ask = dict.fromkeys(rng.choice(known, 2, replace=False).tolist(), 1)
+        if ask not in made:
+            return [ask]
+    return []
 
 
 def _chosen(rng: np.random.Generator, names: Sequence[Name], n: int, more: Callable[[int], Name]) -> list[Name]:
