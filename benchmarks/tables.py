@@ -8,7 +8,7 @@ of a sweep, and SEEDS how many of its first seeds are taken.
 
 | line | table |
 |---|---|
-| `<!-- sweep NAME -->` | what was trained; with SEEDS where it is of the first ones only |
+| `<!-- sweep NAME -->` | what was trained; with SEEDS where it is of the first ones only; with the column that benchmarks/results/NAME/told.csv has for each variant |
 | `<!-- study NAME MEASURE ... -->` | how well measures predicted it, all measures where none is named |
 | `<!-- measures NAME MEASURE ... -->` | the same for some measures, in one table |
 | `<!-- hierarchy NAME SEEDS -->` | when hierarchy pays; with a milestone that is not that of the rules, or `width` |
@@ -49,7 +49,7 @@ from hierroom.lab.paper.cells import table_3
 from hierroom.lab.paper.published import METHODS
 from hierroom.lab.paper.runs import PaperRuns
 from hierroom.lab.paper.table3 import Compared, markdown
-from hierroom.lab.sweep.summary import summarise
+from hierroom.lab.sweep.summary import Summary, summarise
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
@@ -86,8 +86,18 @@ def sweep_table(name: str, n_seeds: str | None = None) -> str:
     rows = done_rows(name, runs)
     only = "" if n_seeds is None else f" --seeds {n_seeds}"
     command = f"python -m hierroom sweep benchmarks/sweeps/{name}.toml{only} --out benchmarks/results/{name}"
-    summary = summarise(runs, rows, plan.metas)
+    summary = _with_told(summarise(runs, rows, plan.metas), ROOT / "benchmarks" / "results" / name / "told.csv")
     return f"\n`{command}` ({summary.caption()}):\n\n{summary.markdown()}\n\n"
+
+
+def _with_told(summary: Summary, path: Path) -> Summary:
+    """Return a summary with what a file says of each variant after its name, if there is one."""
+    if not path.exists():
+        return summary
+    told = ResultTable.read(path)
+    said = dict([told.headings, *told.rows])
+    columns = [(*line[:1], said[line[0]], *line[1:]) for line in (summary.headings, *summary.lines)]
+    return replace(summary, headings=columns[0], n_names=summary.n_names + 1, lines=tuple(columns[1:]))
 
 
 def paper_table(size: str, n_seeds: str) -> str:
