@@ -8,7 +8,7 @@ of a sweep, and SEEDS how many of its first seeds are taken.
 
 | line | table |
 |---|---|
-| `<!-- sweep NAME -->` | what was trained; with SEEDS where it is of the first ones only; with the column that benchmarks/results/NAME/told.csv has for each variant |
+| `<!-- sweep NAME -->` | what was trained; with SEEDS where it is of the first ones only |
 | `<!-- study NAME MEASURE ... -->` | how well measures predicted it, all measures where none is named |
 | `<!-- measures NAME MEASURE ... -->` | the same for some measures, in one table |
 | `<!-- hierarchy NAME SEEDS -->` | when hierarchy pays; with a milestone that is not that of the rules, or `width` |
@@ -18,6 +18,8 @@ of a sweep, and SEEDS how many of its first seeds are taken.
 | `<!-- tuning NAME ... -->` | which settings the sweeps tuned |
 | `<!-- paper SIZE SEEDS -->` | the paper's Table 3, ours on grids of one size |
 | `<!-- result NAME -->` | what a benchmark measured that is no sweep, as it wrote it to benchmarks/results/NAME.csv |
+
+A file benchmarks/results/NAME/told.csv puts a column into the table of a sweep, with a text for each variant.
 
 What `study` and `measures` show was written by `benchmarks.study.statistics --out correlations.csv`, or, where a
 milestone stands before the measures, with `--outcome steps_to_50 --out correlations_steps_to_50.csv`.
@@ -86,11 +88,11 @@ def sweep_table(name: str, n_seeds: str | None = None) -> str:
     rows = done_rows(name, runs)
     only = "" if n_seeds is None else f" --seeds {n_seeds}"
     command = f"python -m hierroom sweep benchmarks/sweeps/{name}.toml{only} --out benchmarks/results/{name}"
-    summary = _with_told(summarise(runs, rows, plan.metas), ROOT / "benchmarks" / "results" / name / "told.csv")
+    summary = with_told(summarise(runs, rows, plan.metas), ROOT / "benchmarks" / "results" / name / "told.csv")
     return f"\n`{command}` ({summary.caption()}):\n\n{summary.markdown()}\n\n"
 
 
-def _with_told(summary: Summary, path: Path) -> Summary:
+def with_told(summary: Summary, path: Path) -> Summary:
     """Return a summary with what a file says of each variant after its name, if there is one."""
     if not path.exists():
         return summary

@@ -7,10 +7,11 @@
 
     treasure = task_of(TreasureEnv, target="get gold")
 
-Goals are ``get ITEM``, ``place ITEM`` and ``go to ZONE``, as far as the target can need them; a transformation that does
-several of these is one goal, ``get key, go to hall``. Facts of the rules are items, ``ITEM in ZONE`` and ``at ZONE``.
-Rules know no upper bounds: what may be there at most is left out. Where a goal can be achieved in several ways, the
-rules count the first one that applies.
+Goals are ``get ITEM``, ``place ITEM`` and ``go to ZONE``, as far as the target can need them. A transformation that
+does several of these is one goal: ``get key, go to hall``. Facts of the rules are ITEM, ``ITEM in ZONE``, ``at ZONE``.
+
+Where the rules are simpler than the world: they ask for no maximum; of each fact they count no more than some rule asks
+for; of several transformations that achieve a goal they apply the first that can be.
 """
 
 from collections import Counter, defaultdict
@@ -52,7 +53,7 @@ def task_of(make, target, max_steps=1000):
 
 
 class CountTransformations(gymnasium.Wrapper):
-    """Counts for each goal how often a transformation achieved it: ``times``.
+    """Counts for each goal how often a transformation achieved it: ``times``. It draws nothing, as that opens a window.
 
     Args:
         env: the environment.
@@ -75,6 +76,9 @@ class CountTransformations(gymnasium.Wrapper):
         observation, reward, terminated, truncated, info = self.env.step(action)
         self._is_legal = info["action_is_legal"]
         return observation, reward, terminated, truncated, info
+
+    def render(self):
+        """Return None."""
 
 
 def _times(name):
