@@ -19,6 +19,8 @@ of a sweep, and SEEDS how many of its first seeds are taken.
 | `<!-- paper SIZE SEEDS -->` | the paper's Table 3, ours on grids of one size |
 | `<!-- result NAME -->` | what a benchmark measured that is no sweep, as it wrote it to benchmarks/results/NAME.csv |
 
+A file benchmarks/results/NAME/told.csv puts a column into the table of a sweep, with a text for each variant.
+
 What `study` and `measures` show was written by `benchmarks.study.statistics --out correlations.csv`, or, where a
 milestone stands before the measures, with `--outcome steps_to_50 --out correlations_steps_to_50.csv`.
 """
@@ -49,7 +51,7 @@ from hierroom.lab.paper.cells import table_3
 from hierroom.lab.paper.published import METHODS
 from hierroom.lab.paper.runs import PaperRuns
 from hierroom.lab.paper.table3 import Compared, markdown
-from hierroom.lab.sweep.summary import summarise
+from hierroom.lab.sweep.summary import Summary, summarise
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
@@ -86,8 +88,18 @@ def sweep_table(name: str, n_seeds: str | None = None) -> str:
     rows = done_rows(name, runs)
     only = "" if n_seeds is None else f" --seeds {n_seeds}"
     command = f"python -m hierroom sweep benchmarks/sweeps/{name}.toml{only} --out benchmarks/results/{name}"
-    summary = summarise(runs, rows, plan.metas)
+    summary = with_told(summarise(runs, rows, plan.metas), ROOT / "benchmarks" / "results" / name / "told.csv")
     return f"\n`{command}` ({summary.caption()}):\n\n{summary.markdown()}\n\n"
+
+
+def with_told(summary: Summary, path: Path) -> Summary:
+    """Return a summary with what a file says of each variant after its name, if there is one."""
+    if not path.exists():
+        return summary
+    told = ResultTable.read(path)
+    said = dict([told.headings, *told.rows])
+    columns = [(*line[:1], said[line[0]], *line[1:]) for line in (summary.headings, *summary.lines)]
+    return replace(summary, headings=columns[0], n_names=summary.n_names + 1, lines=tuple(columns[1:]))
 
 
 def paper_table(size: str, n_seeds: str) -> str:

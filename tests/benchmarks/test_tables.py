@@ -14,6 +14,7 @@ from benchmarks.study.correlations import correlations
 from benchmarks.study.picture import digest
 from benchmarks.study.tables import MEASURES_PATH, first_seeds, read_measures, read_rows
 from benchmarks.study.trained import by_rule, measures_of, medians, read_trained
+from hierroom.lab.sweep.summary import Summary
 from hierroom.support.errors import InputError
 
 ROOT = Path(__file__).parents[2]
@@ -62,6 +63,16 @@ def test_a_page_with_an_unfinished_table_does_not_keep_the_others(monkeypatch, t
             tables.main()
         assert capsys.readouterr().out == printed
         assert [page.read_text().splitlines()[1] for page in pages] == ["old", second]
+
+
+def test_the_table_of_a_sweep_has_what_each_variant_is_told(tmp_path, monkeypatch):
+    path = tmp_path / "told.csv"
+    summary = Summary(("variant", "runs"), 1, (("first", "3"), ("second", "-")), False)
+    assert tables.with_told(summary, path) is summary
+    path.write_text("variant,told\nsecond,nothing\nfirst,rules\n")
+    told = tables.with_told(summary, path)
+    assert told.headings == ("variant", "told", "runs")
+    assert told.lines == (("first", "rules", "3"), ("second", "nothing", "-"))
 
 
 def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch):

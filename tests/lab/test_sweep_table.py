@@ -8,6 +8,7 @@ import pytest
 from tiny_sweep import plan
 
 from hierroom.goals import GoalGraph
+from hierroom.lab.sweep.plan import Plan
 from hierroom.lab.sweep.summary import summarise
 from hierroom.lab.sweep.sweep import Sweep
 from hierroom.lab.sweep.table import SweepTable
@@ -216,6 +217,14 @@ def test_a_summary_has_medians_and_their_spread():
         "| ppo | 2 | - | - | 25.0% | 40 | 1.50 | 50.0% |",
     ]
     assert summary.table().row_count == 2
+
+
+def test_a_summary_of_tasks_names_them_and_leaves_out_what_nobody_knows():
+    runs = Plan({"task": ["chest_task:chest", "chest_task:free"]}).runs()
+    numbers = {"success_rate": "0.5", "length": "40", "length_over_shortest": ""}
+    summary = summarise(runs, pd.DataFrame([{**run.identity, **numbers, "digest": run.digest} for run in runs]))
+    assert summary.headings == ("task", "runs", "steps to 50%", "steps to 95%", "success", "length", "greedy")
+    assert [line[0] for line in summary.lines] == ["chest_task:chest", "chest_task:free"]
 
 
 def test_a_single_run_has_the_interval_of_its_evaluations():

@@ -57,6 +57,9 @@ def summarise(runs: Sequence[PlannedRun], rows: pd.DataFrame, metas: Sequence[st
         columns |= {f"{meta} goals": (f"{meta}_success_rate", percent), f"{meta} length": (f"{meta}_length", whole)}
     if any(run.config.env.exclude for run in runs):
         columns["excluded graphs"] = ("excluded_success_rate", percent)
+    are_tasks = all(run.config.env.task is not None for run in runs)
+    if are_tasks and not (len(rows) and rows["length_over_shortest"].any()):
+        del columns["/ shortest"]  # nobody knows the shortest ways of a user's environment
     planned = pd.DataFrame([run.identity for run in runs]).drop(columns="seed")
     names = telling_columns(planned) or ["method", "graph"]
     groups = dict([*rows.groupby(names, sort=False)]) if len(rows) else {}
@@ -67,7 +70,8 @@ def summarise(runs: Sequence[PlannedRun], rows: pd.DataFrame, metas: Sequence[st
         else:
             lines.append((*values, str(len(group)), *(_spread(group, *column) for column in columns.values())))
     has_single_runs = any(len(group) == 1 for group in groups.values())
-    return Summary((*names, "runs", *columns), len(names), tuple(lines), has_single_runs)
+    headings = ("task" if name == "graph" and are_tasks else name for name in names)
+    return Summary((*headings, "runs", *columns), len(names), tuple(lines), has_single_runs)
 
 
 def _spread(group: pd.DataFrame, name: str, text: Callable[[float], str]) -> str:

@@ -1,0 +1,149 @@
+"""The tasks in examples/tasks: their goals fire when they should, and their rules ask for no more than play shows."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from crafting_stand_in import FLAG, ISLAND, WOOD, Crafting
+from minigrid.core.actions import Actions
+from minigrid.core.world_object import Ball
+
+from hierroom.meta import make_meta, take_turn
+from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import EnvConfig
+
+TASKS = Path(__file__).parents[2] / "examples" / "tasks"
+
+
+@pytest.fixture(autouse=True)
+def in_tasks(monkeypatch):
+    monkeypatch.syspath_prepend(TASKS)
+
+
+def test_every_example_task_is_tested():
+    assert {path.name for path in TASKS.iterdir() if path.suffix} == {"minigrid_levels.py", "hierarchycraft.py"}
+
+
+def level_task(name):
+    import minigrid_levels
+
+    return getattr(minigrid_levels, name)
+
+
+class Played:
+    """A level of a task in which the agent is put in front of things."""
+
+    def __init__(self, name):
+        self.task = level_task(name)
+        self.env = self.task.new_env()
+        self.info = self.env.reset(seed=3)[1]
+        self.level = self.env.unwrapped
+
+    def achieved(self):
+        return {goal for goal, function in self.task.goals.items() if function(self.env, self.info)}
+
+    def where(self, kind):
+        """The cell of the only thing of a kind."""
+        width, things = self.level.grid.width, self.level.grid.grid
+        ((col, row),) = [(n % width, n // width) for n, thing in enumerate(things) if thing and thing.type == kind]
+        return col, row
+
+    def act(self, action, cell):
+        """Act on the cell to the right of the agent."""
+        self.level.agent_pos, self.level.agent_dir = (cell[0] - 1, cell[1]), 0
+        *_, terminated, _, self.info = self.env.step(action)
+        return self.achieved(), terminated
+
+
+def test_in_unlock_pickup_each_goal_fires_in_its_step():
+    played = Played("unlock_pickup")
+    key, door, box = played.where("key"), played.where("door"), played.where("box")
+    assert played.achieved() == set()
+    assert played.act(Actions.toggle, door) == (set(), False)
+    assert played.act(Actions.pickup, key) == ({"key"}, False)
+    assert played.act(Actions.pickup, box) == ({"key"}, False)  # the hands are full
+    assert played.act(Actions.drop, key) == (set(), False)
+    played.act(Actions.pickup, key)
+    assert played.act(Actions.toggle, door) == ({"key", "unlock"}, False)
+    assert played.act(Actions.toggle, door) == ({"key", "unlock"}, False)  # closed, and not locked
+    assert played.act(Actions.drop, key) == ({"unlock", "drop"}, False)
+    assert played.act(Actions.pickup, box) == ({"unlock", "box"}, True)
+
+
+def test_in_blocked_unlock_pickup_the_ball_is_moved_where_it_lies_elsewhere():
+    played = Played("blocked_unlock_pickup")
+    ball, key = played.where("ball"), played.where("key")
+    assert ball == (played.where("door")[0] - 1, played.where("door")[1])
+    assert played.achieved() == set()
+    assert played.act(Actions.pickup, ball) == (set(), False)  # nothing in front of the door, but not put down yet
+    assert played.act(Actions.drop, ball) == (set(), False)
+    played.act(Actions.pickup, ball)
+    elsewhere = next(cell for cell in ((2, 1), (2, 3)) if played.level.grid.get(*cell) is None and cell != ball)
+    assert played.act(Actions.drop, elsewhere) == ({"ball"}, False)
+    assert isinstance(played.level.grid.get(*elsewhere), Ball)
+    assert played.act(Actions.pickup, key) == ({"ball", "key"}, False)
+
+
+def test_in_key_corridor_a_closed_door_opens_before_the_locked_one():
+    played = Played("key_corridor")
+    rooms = [room for row in played.level.room_grid for room in row]
+    doors = {door.cur_pos: door for room in rooms for door in room.doors if hasattr(door, "is_locked")}
+    closed = next(cell for cell, door in doors.items() if not door.is_locked)
+    locked = next(cell for cell, door in doors.items() if door.is_locked)
+    assert played.act(Actions.toggle, closed) == ({"door"}, False)
+    assert played.act(Actions.pickup, played.where("key")) == ({"door", "key"}, False)
+    assert played.act(Actions.toggle, locked) == ({"door", "key", "unlock"}, False)
+    free = next((x, y) for x in range(1, 7) for y in range(1, 7) if played.level.grid.get(x, y) is None)
+    assert played.act(Actions.drop, free) == ({"door", "unlock", "drop"}, False)
+    assert played.act(Actions.pickup, played.where("ball")) == ({"door", "unlock", "ball"}, True)
+
+
+GOALS = ["go to forest", "go to shore", "get wood", "place raft", "place raft, go to island", "get flag"]
+
+
+def crafting_task(target="get flag"):
+    from hierarchycraft import task_of
+
+    return task_of(Crafting, target, max_steps=60)
+
+
+def test_transformations_of_hierarchycraft_become_the_rules_that_the_target_can_need():
+    task = crafting_task()
+    assert [*task.goals] == GOALS
+    rules = task.rules.to_dict()
+    assert rules["rules"]["get wood"] == {"needs": {"axe": 1, "at forest": 1}, "gives": {"wood": 2}}
+    assert rules["rules"]["get flag"] == {
+        "needs": {"flag in island": 1, "at island": 1},
+        "uses": "flag in island",
+        "gives": {"flag": 1, "get flag": 1},
+    }
+    (sail,) = task.rules.rules["place raft, go to island"]
+    assert (sail.uses, sail.gives) == ({"raft in shore": 1, "at shore": 1}, {"raft in island": 1, "at island": 1})
+    (forest,) = [way for way in task.rules.rules["place raft"] if "raft in forest" in way.gives]
+    assert (forest.needs, forest.uses) == ({"wood": 2, "at forest": 1}, {"wood": 2})
+    assert (rules["capacity"], rules["start"]) == ({"wood": 2}, {"axe": 1, "at shore": 1, "flag in island": 1})
+    assert "get wood" not in crafting_task("go to forest").goals
+    with pytest.raises(ValueError, match=r"the target is one of go to forest, .*; not 'get gold'"):
+        crafting_task("get gold")
+
+
+def test_in_play_of_hierarchycraft_the_rules_count_what_is_there():
+    task = crafting_task()
+    turns, meta, random = Turns(EnvConfig(task=task), 1, seed=0), make_meta("fixed-dfs"), np.random.default_rng(0)
+    goal_of_action = [*GOALS, "sing"]
+    env, n_flags = turns.world._envs._envs[0].unwrapped, 0
+    for _ in range(300):
+        take_turn(meta, turns)
+        goal = GOALS[int(turns.goals[0])]
+        action = goal_of_action.index(goal) if random.random() < 0.5 else int(random.integers(7))
+        is_legal = env._legal()[action]
+        step = turns.step([action])
+        achieved = [GOALS[goal] for goal in np.flatnonzero(step.achieved[0])]
+        assert achieved == ([goal_of_action[action]] if is_legal and action < 6 else [])
+        n_flags += bool(step.success[0])
+        if not step.episode_ended[0]:
+            facts = dict(zip(task.rules.facts, turns.world.markings[0].tolist(), strict=True))
+            assert facts[f"at {env.zone.name}"] == 1
+            assert facts["wood"] == env.things[None, WOOD]
+            assert facts["flag in island"] == env.things[ISLAND, FLAG]
+    assert n_flags > 3
