@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
@@ -15,12 +16,13 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.config_file import read_config
 from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.support.cli import Flag, read_arguments, run
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, shown
 from hierroom.worlds.env_config import is_task
 from hierroom.worlds.make import WorldMaker, name_in_module
 
 if TYPE_CHECKING:
     from hierroom.runs.trained_agent import TrainedAgent
+    from hierroom.runs.trainer import Trainer
 
 _CODE = ("meta", "network", "reward", "task")  # options that may name custom code
 _ONLY_BESIDE_RESUME = "a resumed run keeps its config; only --steps, --threads and --device may be given"
@@ -76,7 +78,13 @@ def parse(argv: Sequence[str]) -> TrainArguments:
 
 
 def train(
-    config: TrainConfig | None = None, *, out: str | Path | None = None, log: str = "tensorboard", **entries: Any
+    config: TrainConfig | None = None,
+    *,
+    out: str | Path | None = None,
+    log: str = "tensorboard",
+    callback: Callable[[Trainer], object] | None = None,
+    quiet: bool = False,
+    **entries: Any,
 ) -> TrainedAgent:
     """Train an agent as the command does, with a progress bar and a run folder; return it as `hierroom.load` does.
 
@@ -87,14 +95,23 @@ def train(
             ``default``, or ``learned`` where ``meta="learned"``.
         out: the run folder, new or empty; None: a new one in ``runs/``, named after what differs from the preset.
         log: ``"tensorboard"``, ``"wandb"``, ``"mlflow"``, several joined by commas, or ``"none"``.
+        callback: called with the `Trainer` after each update. If it returns a true value the run stops: it is saved as
+            after Ctrl-C, so that ``--resume`` goes on with it, and `TrainedAgent.is_finished` of what is returned is
+            False. What it raises is raised here, after the run is saved.
+        quiet: print nothing: no progress, no results, no warnings of the run (Python's own follow Python's filters).
         **entries: changed entries of the config, named as on the command line but with underscores: ``graph="f"``,
             ``steps=2_000_000``, ``method="ppo"``. The ``task`` may be a `hierroom.Task` that a module holds.
     """
     from hierroom.learners.networks.initial_weights import plain_torch
     from hierroom.runs.logs.logs import logger_names
+    from hierroom.runs.logs.output import silence
     from hierroom.runs.session import begin, run_session
     from hierroom.runs.trained_agent import load
 
+    if callback is not None and not callable(callback):
+        raise InputError(f"callback is a function of the trainer, not {shown(callback)}")
+    if not isinstance(quiet, bool):
+        raise InputError(f"quiet must be True or False, not {shown(quiet)}")
     if config is None:
         config = find_preset(entries.pop("preset", None) or implied_preset(entries.get("meta")))
     elif not isinstance(config, TrainConfig):
@@ -102,10 +119,12 @@ def train(
     if is_task(task := entries.get("task")):
         entries["task"] = name_in_module(cast(WorldMaker, task))
     loggers, config = logger_names(log), config.changed(**entries)
-    with plain_torch():
+    with plain_torch(), ExitStack() as stack:
+        if quiet:
+            stack.enter_context(silence())
         trainer, folder = begin(config, None if out is None else Path(out))
         _warn_of_what_does_nothing(config)
-        if run_session(trainer, folder, loggers):
+        if run_session(trainer, folder, loggers, callback):
             raise KeyboardInterrupt
     return load(folder.path, trust=True)  # what it names was named in this call
 

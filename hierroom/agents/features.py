@@ -20,6 +20,10 @@ from hierroom.worlds.make import WorldSpec
 from hierroom.worlds.world import Feature
 
 
+ENTRY, CHOICE = "features", "choice"
+"""The entries of observations that trained agents act by: what a network reads, and the meta-controller's goal."""
+
+
 def offered(world: WorldSpec) -> dict[str, Feature]:
     """Return all features that networks can read in a world, by name.
 

@@ -183,7 +183,11 @@ class FrozenAgent:
     def record(self, step: Step, turns: Turns) -> None:
         """Forget the episodes that a primitive step ended."""
         if turns.n_ended:
-            self._policy.reset(np.flatnonzero(step.episode_ended))
+            self.forget(np.flatnonzero(step.episode_ended))
+
+    def forget(self, envs: NDArray[np.integer]) -> None:
+        """Forget the episodes of some environments [M]."""
+        self._policy.reset(envs)
 
     def subset(self, envs: NDArray[np.integer]) -> FrozenAgent:
         """Return the same agent in some of its environments [M], which replaces it; see `Policy.part`."""

@@ -78,6 +78,21 @@ class Policy:
         """Restore the initial recurrent state of ``envs`` [M], whose episodes have ended."""
         self._states[envs] = self._stepper.initial_states(len(envs))
 
+    def next(self, begins: NDArray[np.bool_]) -> Policy:
+        """Return the same policy with recurrent states of its own, initial ones where ``begins`` [N].
+
+        The two share a generator: what one draws the other does not draw again.
+        """
+        policy = copy(self)
+        policy._states = self._states.copy()
+        policy.reset(np.flatnonzero(begins))
+        return policy
+
+    @property
+    def num_envs(self) -> int:
+        """Return the number of environments N."""
+        return len(self._states)
+
     def part(self, envs: NDArray[np.integer]) -> Policy:
         """Return the same policy in some environments [M], with the random numbers that the whole would draw for them.
 

@@ -24,7 +24,7 @@ from hierroom.runs.folder.weights import digest
 from hierroom.runs.interrupt import Interrupt
 from hierroom.runs.logs.learning_curve import LearningCurve, evaluation_points, evaluation_rows
 from hierroom.runs.logs.logs import DEFAULT, NONE, Logs
-from hierroom.runs.logs.output import lasting_output, warn
+from hierroom.runs.logs.output import is_quiet, lasting_output, warn
 from hierroom.runs.logs.scalars import evaluation_scalars, metric_scalars
 from hierroom.runs.results import write_results
 from hierroom.runs.trainer import Trainer
@@ -35,6 +35,9 @@ from hierroom.turns.records import META
 
 ROWS, CHECKPOINTS = 500, 10
 """How often a run writes a row of ``metrics.csv``, besides that after the first update, and a checkpoint."""
+
+Callback = Callable[[Trainer], object]
+"""Called after each update; a true value stops the run."""
 
 
 def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Trainer, RunFolder]:
@@ -97,10 +100,15 @@ def _warn_of_learning_rates(trainer: Trainer, steps: int) -> None:
                 warn(f"the learning rate of {name} goes on at {now:.1e} after {was:.1e}: {over}")
 
 
-def run_session(trainer: Trainer, folder: RunFolder, log: Sequence[str] = DEFAULT) -> int:
-    """Train until the end or an interrupt, print results even if nobody reads them, and return the exit code."""
+def run_session(
+    trainer: Trainer, folder: RunFolder, log: Sequence[str] = DEFAULT, callback: Callback | None = None
+) -> int:
+    """Train until the end, an interrupt or the callback's stop, print results even if nobody reads them.
+
+    Return the exit code: 130 after an interrupt, else 0.
+    """
     with one_torch_thread(), folder.lock, lasting_output():  # more threads gain nothing at these sizes
-        console = Console()
+        console = Console(quiet=is_quiet())
 
         def say(line: str) -> None:
             console.print(line, soft_wrap=True, markup=False)
@@ -116,13 +124,13 @@ def run_session(trainer: Trainer, folder: RunFolder, log: Sequence[str] = DEFAUL
                 "it remembers is not saved, so resuming, evaluating and watching begin without it"
             )
         with Interrupt() as interrupt, _progress_bar(trainer, console) as report:
-            train(trainer, folder, interrupt, report, log)
+            is_stopped = train(trainer, folder, interrupt, report, log, callback)
         if not trainer.is_done:
-            say("stopped and saved; go on with:")
+            say(f"stopped {'by the callback ' * is_stopped}and saved; go on with:")
             logged = () if tuple(log) == DEFAULT else ("--log", ",".join(log) or NONE)
             again = "--resume", folder.path, *trust_option(trainer.config), *logged
             say(shell_words("python", "-m", "hierroom", "train", *again))
-            return 130
+            return 0 if is_stopped else 130
         write_results(trainer, folder, console)
         return 0
 
@@ -133,28 +141,35 @@ def train(
     interrupt: Interrupt,
     report: Callable[[str], object] = lambda status: None,
     log: Sequence[str] = DEFAULT,
-) -> None:
-    """Train until the end, an interrupt or a `DivergenceError`, with tables, loggers and checkpoints.
+    callback: Callback | None = None,
+) -> bool:
+    """Train until the end, an interrupt, a `DivergenceError` or the callback's stop; return whether it was the latter.
 
-    A checkpoint is written last, so that a run that is resumed from it never repeats rows. ``report`` gets a few words
-    after each update on how training stands.
+    Tables, loggers and checkpoints are written. A checkpoint is written last, so that a run that is resumed from it
+    never repeats rows. ``report`` gets a few words after each update on how training stands. What the callback raises
+    ends the run, saved.
     """
     logs = Logs(folder.path, trainer.config, trainer.steps or -1, log)  # -1: a run that begins has logged nothing
     try:
-        _train(trainer, folder, interrupt, report, logs)
+        return _train(trainer, folder, interrupt, report, logs, callback)
     finally:
         logs.close(is_done=trainer.is_done)
 
 
 def _train(
-    trainer: Trainer, folder: RunFolder, interrupt: Interrupt, report: Callable[[str], object], logs: Logs
-) -> None:
+    trainer: Trainer,
+    folder: RunFolder,
+    interrupt: Interrupt,
+    report: Callable[[str], object],
+    logs: Logs,
+    callback: Callback | None,
+) -> bool:
     """Train; what is due depends on the steps alone, so that a resumed run keeps to it."""
     total, evaluated = trainer.config.steps, ""
     points = evaluation_points(total, trainer.config.evaluations)
 
     def evaluate() -> str:
-        evaluation = trainer.evaluate()
+        evaluation = trainer.evaluation = trainer.evaluate()
         folder.evaluations.append(evaluation_rows(trainer.steps, trainer.seconds, evaluation))
         logs.add(evaluation_scalars(evaluation), trainer.steps)
         return f" (evaluated {evaluation.success_rate:.0%})"
@@ -164,7 +179,7 @@ def _train(
 
     if trainer.steps == 0 and points:
         evaluated = evaluate()
-    is_last = trainer.is_done
+    is_last, is_stopped = trainer.is_done, False
     while not is_last:
         before = trainer.steps
         try:
@@ -184,10 +199,16 @@ def _train(
         if trainer.is_done:
             logs.add_results(LearningCurve.of_rows(folder.evaluations.read()))
         logs.sync()
-        if has_completed_part(CHECKPOINTS, before):
-            folder.save_checkpoint(trainer.state_dict())
-        elif is_last:
-            folder.save_interrupted(trainer.state_dict())
+        stops = True  # where the callback raises
+        try:
+            stops = callback is not None and bool(callback(trainer))
+        finally:
+            is_stopped, is_last = stops and not is_last, is_last or stops
+            if has_completed_part(CHECKPOINTS, before):
+                folder.save_checkpoint(trainer.state_dict())
+            elif is_last:
+                folder.save_interrupted(trainer.state_dict())
+    return is_stopped
 
 
 def _status(trainer: Trainer, row: Mapping[str, float], evaluated: str) -> str:
@@ -207,7 +228,7 @@ def _progress_bar(trainer: Trainer, console: Console) -> Iterator[Callable[[str]
         TimeRemainingColumn(compact=True),
         TextColumn("left"),
     )
-    with Progress(*columns, console=console) as bar:
+    with Progress(*columns, console=console, disable=console.quiet) as bar:
         task = bar.add_task("", total=total, completed=min(trainer.steps, total), status="the first run compiles,")
         yield lambda status: bar.update(task, completed=min(trainer.steps, total), status=status)
 

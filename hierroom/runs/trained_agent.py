@@ -9,11 +9,16 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from numpy.typing import ArrayLike
+
+from hierroom.agents.acting import act
 from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.agents.trained_goals import TrainedGoals
 from hierroom.goals import graph_specs
+from hierroom.learners.networks.actor_critic import OneTurn
+from hierroom.learners.policy import Policy
 from hierroom.meta import MetaController, make_meta
 from hierroom.runs.assembly import freeze, make_agents, make_turns, meta_seed
 from hierroom.runs.config.config import TrainConfig
@@ -31,7 +36,7 @@ from hierroom.worlds.env_config import EnvConfig
 class TrainedAgent:
     """A meta-controller and a controller that were trained together: what `load` and `hierroom.train` return.
 
-    It plays, by `hierroom.rollout`, and learns no more.
+    It plays, by `hierroom.rollout` or step by step by `act`, and learns no more.
     """
 
     config: TrainConfig  # what was trained
@@ -46,6 +51,52 @@ class TrainedAgent:
         meta = type(self.meta.meta).__name__ if isinstance(self.meta, ScriptedAgent) else "learned"
         actions, path = "greedy" if self.is_greedy else "sampled", f", from {self.path}" if self.path else ""
         return f"<TrainedAgent {run_name(self.config)}, {self.steps:,} steps, meta {meta}, {actions} actions{path}>"
+
+    @property
+    def is_finished(self) -> bool:
+        """Return whether it took all the steps of its config; False after an interrupt or a callback's stop."""
+        return self.steps >= self.config.steps
+
+    @property
+    def network(self) -> OneTurn:
+        """Return the controller's network, in evaluation mode, as a torch module that is called for one turn.
+
+        See `OneTurn` for its inputs and outputs. The features [N, K] are those that `hierroom.add_features` puts into
+        observations: numbers from 0 to ``controller.features.cardinalities[k] - 1``.
+        """
+        return OneTurn(self.controller.learner.network).eval()
+
+    def act(
+        self,
+        observations: Any,
+        state: Policy | None = None,
+        *,
+        begins: ArrayLike = False,
+        greedy: bool | None = None,
+        seed: int = 0,
+    ) -> tuple[Any, Policy | None]:
+        """Return actions for the observations of one environment or of many, and the state for the next call.
+
+        The environment is one of hierroom, of any API, in ``hierroom.add_features(env, agent)``. Nothing is computed
+        but the network's turn: no gradients. Arguments are not written to, but a state and those that come of it draw
+        from one generator.
+
+        Args:
+            observations: as the API gives them: the dict of one agent (AEC), of both agents by name (parallel), of one
+                environment (Gymnasium) or of N (vector). What ``action_mask`` forbids is not done.
+            state: what the last call returned; None at first. After a turn of the controller, ``state.decision`` has
+                its logits, probabilities and values.
+            begins: whether the observations are the first of an episode: True or False, or [N] bool. In every API
+                this is where the info's ``length`` is 0. There the agent forgets the last episode.
+            greedy: whether the controller takes its most probable action instead of drawing one; None: as loaded.
+            seed: of what is drawn, where the state is None.
+
+        Returns:
+            the action of one environment as an int, those of N as [N] int64, or those of both agents by name; and the
+            next state.
+        """
+        is_greedy = self.is_greedy if greedy is None else bool(greedy)
+        return act(self.controller, observations, state, begins=begins, is_greedy=is_greedy, seed=seed)
 
     def env(self, **entries: Any) -> EnvConfig:
         """Return what the environments it was trained in are made of, with some entries of the `EnvConfig` changed.

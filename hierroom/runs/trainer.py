@@ -31,7 +31,20 @@ MAX_EVALUATION_ENVS = 100
 
 
 class Trainer:
-    """Trains the agents of a config, from the weights of its warm start, if any, where the run ``begins``."""
+    """Trains the agents of a config, from the weights of its warm start, if any, where the run ``begins``.
+
+    The callback of `hierroom.train` gets it after each update. It reads, besides `metrics` and `evaluate`:
+
+    Attributes:
+        config: the `TrainConfig`.
+        steps: primitive steps so far, over all environments.
+        seconds: of training so far, without compilation and evaluations.
+        compile_seconds: of compilation so far.
+        evaluation: the latest `Evaluation` of this session, with ``success_rate`` and ``mean_return``; None before
+            the first.
+        agents: the two agents by name.
+        turns: the environments.
+    """
 
     def __init__(self, config: TrainConfig, *, begins: bool = True):
         self.config = config
@@ -44,8 +57,9 @@ class Trainer:
         if config.warm_start and begins:
             self._warm_start(config.warm_start)
         self.log = EpisodeLog(self.turns.world.goals, self.turns.world.clocks())
-        self.steps = 0  # primitive steps so far, over all environments
-        self.seconds = self.compile_seconds = 0.0  # spent in `advance` so far, without compilation and on it
+        self.evaluation: Evaluation | None = None
+        self.steps = 0
+        self.seconds = self.compile_seconds = 0.0  # spent in `advance`
         self._speed = float("nan")
 
     @property
@@ -133,7 +147,11 @@ class Trainer:
         return evaluate(player, self.fresh_turns(num_envs, seed, graph=graph), episodes)
 
     def metrics(self) -> dict[str, float]:
-        """Return numbers on how training stands; the stage of a curriculum is counted from 1."""
+        """Return numbers on how training stands by name: a row of ``metrics.csv``.
+
+        Among them are ``success_rate``, ``episode_length`` and ``episode_return`` of the last 500 episodes, and the
+        losses of the last update, such as ``policy_loss``. The stage of a curriculum is counted from 1.
+        """
         world, ledger = self.turns.world, self.turns.ledger
         illegal = float(ledger.illegal_goals.sum() / max(1, ledger.meta_turns.sum()))
         return {

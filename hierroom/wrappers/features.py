@@ -1,9 +1,10 @@
-"""Wrappers: the learner's features, those of `agents.features.FEATURES`, for users of other learners."""
+"""Wrappers: the learner's features in observations, for other learners, and for trained agents in a user's own loop."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, TypeVar, cast
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import gymnasium
 import numpy as np
@@ -17,37 +18,76 @@ from pettingzoo.utils import BaseParallelWrapper
 from pettingzoo.utils.wrappers import BaseWrapper
 
 from hierroom.agents.config import require_features
-from hierroom.agents.features import Features
+from hierroom.agents.features import CHOICE, ENTRY, Features
 from hierroom.controller import Observation
 from hierroom.support.errors import InputError
-from hierroom.turns.records import AGENTS, CONTROLLER
+from hierroom.turns.records import AGENTS, CONTROLLER, META
 from hierroom.turns.turns import Turns
 from hierroom.worlds.make import world_spec
+
+if TYPE_CHECKING:
+    from hierroom.envs.single_env import SingleEnv
+    from hierroom.runs.trained_agent import TrainedAgent
 
 Env = TypeVar("Env", AECEnv, ParallelEnv, gymnasium.Env, VectorEnv)
 
 
-def add_features(env: Env, names: Sequence[str], agent: str = CONTROLLER) -> Env:
+def add_features(
+    env: Env, names: Sequence[str] | TrainedAgent, agent: str = CONTROLLER, *, seed: int | None = None
+) -> Env:
     """Put features into the observations of an agent, as one more entry: ``features`` [K] int64.
 
     What levels must remember for them, they remember from the next `reset` on.
 
     Args:
         env: an environment of hierroom, of any API: AEC, parallel, Gymnasium or Gymnasium vector; wrapped or not.
-        names: names in `agents.features.FEATURES`, in order; each is one whole number or several.
+        names: names in `agents.features.FEATURES`, in order; each is one whole number or several. Or a `TrainedAgent`,
+            for its method `act`: then they are its controller's. In an AEC or parallel environment the observations of
+            ``meta_0`` then have an entry ``choice``, the goal that its meta-controller chooses, and where that is due
+            the controller's features are those in pursuit of it. Gymnasium's environments take the meta-controller
+            when they are made: ``meta=agent.meta_controller(num_envs)``.
         agent: whose observations; those of Gymnasium's environments are all ``controller_0``'s.
+        seed: of what the meta-controller of a `TrainedAgent` draws; None: 0.
 
     Returns:
         the wrapped environment, of the same API.
     """
-    require_features("features", names)
+    trained = _trained(names)
+    if trained is None:
+        require_features("features", cast(Sequence[str], names))
     for api, wrapper in ((AECEnv, _AEC), (ParallelEnv, _Parallel), (VectorEnv, _Vector), (gymnasium.Env, _Gymnasium)):
         if isinstance(env, api) and hasattr(env.unwrapped, "single" if wrapper is not _Vector else "turns"):
             agents = AGENTS if wrapper in (_AEC, _Parallel) else (CONTROLLER,)
             if agent not in agents:
                 raise InputError(f"agent must be {' or '.join(agents)} in this environment, not {agent!r}")
-            return cast(Env, wrapper(env, names, agent))
+            if trained is None:
+                return cast(Env, wrapper(env, cast(Sequence[str], names), agent))
+            _require_same_world(trained, env)
+            wrapped: Any = wrapper(env, trained.controller.features.names)
+            if wrapper in (_AEC, _Parallel):
+                wrapped.follow(trained, seed or 0)
+            return cast(Env, wrapped)
     raise InputError(f"add_features takes an environment of hierroom, not {env!r}")
+
+
+def _trained(names: Any) -> TrainedAgent | None:
+    if isinstance(names, (list, tuple, str)):
+        return None
+    from hierroom.runs.trained_agent import TrainedAgent  # it brings torch along
+
+    return names if isinstance(names, TrainedAgent) else None
+
+
+def _require_same_world(trained: TrainedAgent, env: Any) -> None:
+    inner, space = env.unwrapped, trained.controller.learner.space
+    turns: Turns = inner.turns if hasattr(inner, "turns") else inner.single.turns
+    features = Features(world_spec(turns.config), trained.controller.features.names)
+    for what, theirs, ours in (
+        ("actions", space.n_actions, turns.world.n_actions),
+        ("features", space.cardinalities, features.cardinalities),
+    ):
+        if theirs != ours:
+            raise InputError(f"the agent was trained in environments with other {what} than those of {env}")
 
 
 class _Reader:
@@ -64,47 +104,111 @@ class _Reader:
             raise InputError(
                 f"features are added to observations that are dicts, before other wrappers, not to {space}"
             )
-        if "features" in space.spaces:
+        if ENTRY in space.spaces:
             raise InputError("these observations have features already: name all of them at once")
-        return spaces.Dict({**space.spaces, "features": self.space})
+        return spaces.Dict({**space.spaces, ENTRY: self.space})
 
     def read(self, observation: Observation) -> NDArray[np.int64]:
         return self._features.encode(observation).astype(np.int64)
 
 
+class _Goals:
+    """Lets the meta-controller of a trained agent choose in one environment, once where its turn is due."""
+
+    def __init__(self, single: SingleEnv, trained: TrainedAgent, seed: int) -> None:
+        self._single = single
+        self._agent: Any = trained.pair(1, seed=seed).agents[META]
+        if hasattr(self._agent, "features"):
+            single.turns.world.remember(self._agent.features.memories)
+        self._choice: int | None = None  # of the turn that is due
+
+    def choice(self) -> int:
+        """Return the goal that it chooses, the last action (no goal) where its turn is not due."""
+        turns, step = self._single.turns, self._single.turns.last_step
+        if not self._single.is_meta_turn or (step is not None and step.episode_ended[0]):
+            return len(turns.world.goals)
+        if self._choice is None:
+            situation = turns.situation(turns.due(META))
+            goals, _ = situation.validate_goals(self._agent.act(situation))
+            self._choice = int(goals[0]) % situation.goal_set.n_choices
+        return self._choice
+
+    def begin(self) -> None:
+        """Forget the episode."""
+        self._choice = None
+        if hasattr(self._agent, "forget"):
+            self._agent.forget(np.zeros(1, np.int64))
+
+    def watch(self, before: np.ndarray | None) -> None:
+        """Let it see a step, if one was taken since the records ``before``."""
+        turns = self._single.turns
+        if turns.last_step is not None and turns.last_records is not before:
+            self._choice = None
+            self._agent.record(turns.last_step, turns)
+
+
 class _TwoAgents:
-    def __init__(self, env: Any, names: Sequence[str], agent: str) -> None:
+    goals: _Goals | None = None
+
+    def __init__(self, env: Any, names: Sequence[str], agent: str = CONTROLLER) -> None:
         super().__init__(env)  # pyright: ignore[reportCallIssue] - PettingZoo's wrapper
         self._single = env.unwrapped.single
         self._reader = _Reader(self._single.turns, names, agent)
         self.observation_spaces = {name: env.observation_space(name) for name in env.possible_agents}
         self.observation_spaces[agent] = self._reader.extend(self.observation_spaces[agent])
 
+    def follow(self, trained: TrainedAgent, seed: int) -> None:
+        """Show what the meta-controller of a trained agent chooses."""
+        self.goals, space = _Goals(self._single, trained, seed), cast(spaces.Dict, self.observation_spaces[META])
+        choice = spaces.Discrete(self._single.turns.world.goals.n_choices)
+        self.observation_spaces[META] = spaces.Dict({**space.spaces, CHOICE: choice})
+
     def observation_space(self, agent: str) -> spaces.Space:
         return self.observation_spaces[agent]
 
     def _extended(self, agent: str, observation: Any) -> Any:
         if agent == self._reader.agent:
-            observation["features"] = self._reader.read(self._single.observation(agent))[0]
+            moment = self._single.observation(agent)
+            if self.goals is not None and (choice := self.goals.choice()) < len(moment.goal_set):
+                moment = replace(moment, goals=np.array([choice]))
+            observation[ENTRY] = self._reader.read(moment)[0]
+        elif self.goals is not None:
+            observation[CHOICE] = np.int64(self.goals.choice())
         return observation
 
 
 class _AEC(_TwoAgents, BaseWrapper):
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
+        if self.goals is not None:
+            self.goals.begin()
+        self.env.reset(seed, options)
+
     def observe(self, agent: str) -> Any:
         return self._extended(agent, self.env.observe(agent))
 
+    def step(self, action: Any) -> None:
+        before = self._single.turns.last_records
+        self.env.step(action)
+        if self.goals is not None:
+            self.goals.watch(before)
+
 
 class _Parallel(_TwoAgents, BaseParallelWrapper):
-    def __init__(self, env: Any, names: Sequence[str], agent: str) -> None:
+    def __init__(self, env: Any, names: Sequence[str], agent: str = CONTROLLER) -> None:
         super().__init__(env, names, agent)
         self.possible_agents = env.possible_agents
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None):
+        if self.goals is not None:
+            self.goals.begin()
         observations, infos = self.env.reset(seed, options)
         return {agent: self._extended(agent, of_agent) for agent, of_agent in observations.items()}, infos
 
     def step(self, actions: dict[str, int]):
+        before = self._single.turns.last_records
         observations, *results = self.env.step(actions)
+        if self.goals is not None:
+            self.goals.watch(before)
         return {agent: self._extended(agent, of_agent) for agent, of_agent in observations.items()}, *results
 
 
@@ -117,11 +221,11 @@ class _Gymnasium(gymnasium.ObservationWrapper, RecordConstructorArgs):
         self.observation_space = self._reader.extend(env.observation_space)
 
     def observation(self, observation: dict[str, Any]) -> dict[str, Any]:
-        return {**observation, "features": self._reader.read(self._single.observation(CONTROLLER))[0]}
+        return {**observation, ENTRY: self._reader.read(self._single.observation(CONTROLLER))[0]}
 
 
 class _Vector(VectorWrapper):
-    def __init__(self, env: Any, names: Sequence[str], agent: str) -> None:
+    def __init__(self, env: Any, names: Sequence[str], agent: str = CONTROLLER) -> None:
         super().__init__(env)
         self._turns: Turns = env.unwrapped.turns
         self._reader = _Reader(self._turns, names, agent)
@@ -139,7 +243,7 @@ class _Vector(VectorWrapper):
             assert step is not None
             features = self._reader.read(self._turns.final_observation(CONTROLLER, step, ended))
             for env, of_env in zip(ended, features, strict=True):
-                infos["final_obs"][env]["features"] = of_env
+                infos["final_obs"][env][ENTRY] = of_env
         return self._extended(observations), *results, infos
 
     def _extended(self, observations: dict[str, Any]) -> dict[str, Any]:
@@ -149,4 +253,4 @@ class _Vector(VectorWrapper):
             step = self._turns.last_step
             assert step is not None
             features[ended] = self._reader.read(self._turns.final_observation(CONTROLLER, step, ended))
-        return {**observations, "features": features}
+        return {**observations, ENTRY: features}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, runtime_checkable
+from typing import Protocol, cast, runtime_checkable
 
 import numpy as np
 import torch
@@ -85,6 +85,26 @@ class PolicyNetwork(Protocol):
         The result is that of T calls of `step`, with `initial_state` before each turn where ``resets`` [T, M] is True.
         """
         ...
+
+
+class OneTurn(nn.Module):
+    """A network that takes one turn when it is called: a `PolicyNetwork` as a plain module, ready for `torch.export`.
+
+    Its call takes the features [N, K] uint8 of an observation and the state [N, S] float32 before the turn, and returns
+    the logits [N, A] float32 of all actions, legal or not, the values [N] float32 and the state [N, S] after the turn.
+    """
+
+    def __init__(self, network: nn.Module) -> None:
+        super().__init__()
+        self.network = network
+
+    def initial_state(self, n: int) -> Tensor:
+        """Return the states [n, S] of ``n`` environments at the start of an episode."""
+        return cast(PolicyNetwork, self.network).initial_state(n)
+
+    def forward(self, features: Tensor, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Return logits [N, A], values [N] and new states [N, S]."""
+        return cast(PolicyNetwork, self.network).step(features, state)
 
 
 class RecurrentActorCritic(nn.Module):

@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from threading import Lock
 from typing import Any, TextIO
 
@@ -80,6 +81,26 @@ class _LastingOutput:
 lasting_output = _LastingOutput()
 
 
+_quiet: ContextVar[bool] = ContextVar("quiet", default=False)
+
+
+@contextmanager
+def silence() -> Iterator[None]:
+    """Let a run in this context, and in this thread, print nothing: see `is_quiet`."""
+    before = _quiet.set(True)
+    try:
+        yield
+    finally:
+        _quiet.reset(before)
+
+
+def is_quiet() -> bool:
+    """Return whether a run in this thread prints nothing."""
+    return _quiet.get()
+
+
 def warn(line: str) -> None:
-    """Print a warning on standard error, if anybody can read it."""
+    """Print a warning on standard error, if anybody can read it, unless the run prints nothing."""
+    if is_quiet():
+        return
     print(one_line(f"warning: {line}"), file=LastingStream(sys.stderr))

@@ -1,0 +1,76 @@
+"""Acting by the observations of any API, in a user's own loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hierroom.agents.features import CHOICE, ENTRY
+from hierroom.agents.ppo_agent import PPOAgent
+from hierroom.learners.policy import Policy
+from hierroom.support.errors import InputError, require_number, shown
+from hierroom.turns.records import AGENTS, CONTROLLER, META
+
+_WRAP = "wrap the environment by hierroom.add_features(env, agent)"
+
+
+def act(
+    controller: PPOAgent, observations: Any, state: Policy | None, *, begins: ArrayLike, is_greedy: bool, seed: int
+) -> tuple[Any, Policy | None]:
+    """Return actions and the next state: see `TrainedAgent.act`."""
+    if not isinstance(observations, Mapping):
+        raise InputError(f"act takes observations that are dicts, not {shown(observations)}: {_WRAP}")
+    if not (state is None or isinstance(state, Policy)):
+        raise InputError(f"the state is what the last act returned, or None, not {shown(state)}")
+    if META in observations and CONTROLLER in observations:
+        actions: dict[str, Any] = {}
+        for name in AGENTS:
+            one = act(controller, observations[name], state, begins=begins, is_greedy=is_greedy, seed=seed)
+            actions[name], state = one
+        return actions, state
+    if CHOICE in observations:
+        return int(observations[CHOICE]), state
+    if ENTRY not in observations:
+        raise InputError(f"these observations hold {', '.join(map(str, observations))}, and no features: {_WRAP}")
+    features, is_one = _features(controller, observations[ENTRY])
+    envs = np.arange(len(features))
+    if state is None:
+        require_number("seed", seed, 0, 2**63 - 1, is_whole=True)
+        policy = controller.learner.policy(len(envs), seed=seed)
+    elif state.num_envs != len(envs):
+        raise InputError(f"the state is of {state.num_envs} environments, and the observations are of {len(envs)}")
+    else:
+        policy = state.next(_flags(begins, len(envs)))
+    masks = _masks(observations.get("action_mask"), len(envs), controller.learner.space.n_actions)
+    actions = (policy.act_greedily if is_greedy else policy.act)(envs, features, masks)
+    return (int(actions[0]) if is_one else actions), policy
+
+
+def _features(controller: PPOAgent, given: Any) -> tuple[NDArray[np.uint8], bool]:
+    """Return features as [N, K] uint8, and whether they were [K], of one environment."""
+    features, n_numbers = np.asarray(given), controller.learner.space.n_features
+    if features.ndim not in (1, 2) or features.shape[-1] != n_numbers or features.dtype.kind not in "iu":
+        found = f"{features.dtype} of shape {features.shape}"
+        raise InputError(f"the agent reads {n_numbers} whole numbers of each environment, not {found}: {_WRAP}")
+    if features.size and not 0 <= features.min() <= features.max() <= 255:
+        raise InputError(f"features are numbers from 0 to 255, not from {features.min()} to {features.max()}")
+    return np.atleast_2d(features).astype(np.uint8), features.ndim == 1
+
+
+def _masks(given: Any, n: int, n_actions: int) -> NDArray[np.bool_]:
+    if given is None:
+        return np.ones((n, n_actions), bool)
+    masks = np.atleast_2d(given)
+    if masks.dtype.kind not in "biu":
+        raise InputError(f"an action mask is of bool or whole numbers, not of {masks.dtype}")
+    return masks.astype(bool)
+
+
+def _flags(given: ArrayLike, n: int) -> NDArray[np.bool_]:
+    flags = np.asarray(given)
+    if flags.dtype != bool or flags.shape not in ((), (n,)):
+        raise InputError(f"begins is True, False or {n} of these, not {flags.dtype} of shape {flags.shape}")
+    return np.broadcast_to(flags, n)

@@ -1,0 +1,160 @@
+"""Acting in a user's own loop: the actions are those of the package's own player, in every API."""
+
+from dataclasses import replace
+
+import gymnasium
+import numpy as np
+import pytest
+
+import hierroom
+from hierroom.support.errors import InputError
+from hierroom.turns.records import CONTROLLER, META
+
+MAX_STEPS, N_EPISODES = 40, 3
+
+
+def entries(agent):
+    return vars(agent.env(max_steps=MAX_STEPS, levels="evaluation"))
+
+
+def played(agent, num_envs, *, greedy):
+    """[(goals, actions)] of each environment by the package's own player, N_EPISODES each."""
+    agent = replace(agent, is_greedy=greedy)
+    env = agent.env(max_steps=MAX_STEPS)
+    episodes = hierroom.rollout(agent, env, N_EPISODES * num_envs, num_envs=num_envs, seed=5)
+    of_envs = [([], []) for _ in range(num_envs)]
+    for episode in episodes:
+        of_envs[episode.env][0].extend(episode.goals.tolist())
+        of_envs[episode.env][1].extend(episode.actions.tolist())
+    return of_envs
+
+
+def in_aec(agent, greedy):
+    env, state, actions = hierroom.add_features(hierroom.env(**entries(agent)), agent, seed=5), None, []
+    for n in range(N_EPISODES):
+        env.reset(seed=5 if n == 0 else None)
+        for name in env.agent_iter():
+            observation, _, terminated, truncated, info = env.last()
+            if terminated or truncated:
+                env.step(None)
+                continue
+            begins = info["length"] == 0
+            action, state = agent.act(observation, state, begins=begins, greedy=greedy, seed=5)
+            if name == CONTROLLER:
+                actions.append(action)
+            env.step(action)
+    return actions
+
+
+def in_parallel(agent, greedy):
+    env, state, actions = hierroom.add_features(hierroom.parallel_env(**entries(agent)), agent, seed=5), None, []
+    for n in range(N_EPISODES):
+        observations, infos = env.reset(seed=5 if n == 0 else None)
+        while env.agents:
+            begins = infos[META]["length"] == 0
+            chosen, state = agent.act(observations, state, begins=begins, greedy=greedy, seed=5)
+            actions.append(chosen[CONTROLLER])
+            observations, _, _, _, infos = env.step(chosen)
+    return actions
+
+
+def in_gymnasium(agent, greedy):
+    meta = agent.meta_controller(seed=5)
+    made = gymnasium.make("hierroom/EscapeRoom-v0", meta=meta, **entries(agent))
+    env, state, actions = hierroom.add_features(made, agent), None, []
+    for n in range(N_EPISODES):
+        observation, info = env.reset(seed=5 if n == 0 else None)
+        is_over = False
+        while not is_over:
+            begins = info["length"] == 0
+            action, state = agent.act(observation, state, begins=begins, greedy=greedy, seed=5)
+            actions.append(action)
+            observation, _, terminated, truncated, info = env.step(action)
+            is_over = terminated or truncated
+    return actions
+
+
+@pytest.mark.parametrize("greedy", [True, False])
+@pytest.mark.parametrize("play", [in_aec, in_parallel, in_gymnasium])
+def test_one_environment_is_played_as_by_the_own_player(play, greedy):
+    agent = hierroom.load("c")
+    ((_, expected),) = played(agent, 1, greedy=greedy)
+    assert play(agent, greedy) == expected
+    assert len(set(expected)) > 2
+
+
+@pytest.mark.parametrize("play", [in_aec, in_parallel])
+def test_a_learned_meta_controller_chooses_as_in_the_own_player(play):
+    agent = hierroom.load("learned-g")
+    ((goals, expected),) = played(agent, 1, greedy=False)
+    assert play(agent, False) == expected
+    assert len(set(goals)) > 2
+
+
+@pytest.mark.parametrize("greedy", [True, False])
+@pytest.mark.parametrize("mode", ["SameStep", "NextStep"])
+def test_many_environments_are_played_as_by_the_own_player(mode, greedy):
+    agent, n = hierroom.load("c"), 4
+    if mode == "NextStep" and not greedy:
+        pytest.skip("a step in which the next episode begins draws numbers, which the own player does not take")
+    expected = played(agent, n, greedy=greedy)
+    meta = agent.meta_controller(n, seed=5)
+    made = gymnasium.make_vec(
+        "hierroom/EscapeRoom-v0", n, meta=meta, autoreset_mode=mode, **entries(agent)
+    )
+    env, state, found = hierroom.add_features(made, agent), None, [[] for _ in range(n)]
+    observations, infos = env.reset(seed=5)
+    have_ended = np.zeros(n, bool)
+    while any(len(ours) < len(theirs) for ours, (_, theirs) in zip(found, expected, strict=True)):
+        begins = infos["length"] == 0
+        actions, state = agent.act(observations, state, begins=begins, greedy=greedy, seed=5)
+        for one in np.flatnonzero(~have_ended):
+            found[one].append(int(actions[one]))
+        observations, _, terminated, truncated, infos = env.step(actions)
+        if mode == "NextStep":
+            have_ended = terminated | truncated
+    for ours, (_, theirs) in zip(found, expected, strict=True):
+        assert ours[: len(theirs)] == theirs
+
+
+def test_a_state_is_not_written_to_and_masks_are_respected():
+    agent = hierroom.load("c")
+    env = hierroom.add_features(gymnasium.make("hierroom/EscapeRoom-v0", **entries(agent)), agent)
+    observation, _ = env.reset(seed=0)
+    _, state = agent.act(observation, greedy=True)
+    first, later = agent.act(observation, state, greedy=True)
+    again, _ = agent.act(observation, state, greedy=True)
+    assert first == again
+    np.testing.assert_array_equal(state.next(np.zeros(1, bool))._states, state._states)
+    assert (later._states != state._states).any()
+    probabilities = later.decision.probabilities
+    assert probabilities.shape == (1, 5) and probabilities.argmax() == first
+    for action in range(5):
+        only = np.arange(5) == action
+        assert agent.act({**observation, "action_mask": only.astype(np.int8)}, state)[0] == action
+
+
+def test_what_an_agent_cannot_act_on_is_refused():
+    agent = hierroom.load("c")
+    plain = gymnasium.make("hierroom/EscapeRoom-v0", **entries(agent))
+    env = hierroom.add_features(plain, agent)
+    observation, _ = env.reset(seed=0)
+    _, state = agent.act(observation)
+    many = {"features": np.zeros((2, len(observation["features"])), np.int64)}
+    for arguments, named, message in (
+        ((plain.reset(seed=0)[0],), {}, "these observations hold .*, and no features: wrap the environment by"),
+        ((7,), {}, "act takes observations that are dicts, not 7"),
+        (({"features": [0.5]},), {}, "the agent reads .* whole numbers of each environment, not float64 of shape"),
+        (({"features": observation["features"] - 99},), {}, "features are numbers from 0 to 255, not from -99 to"),
+        (({"features": observation["features"] + 99},), {}, "feature 0 must be below"),
+        ((many, state), {}, "the state is of 1 environments, and the observations are of 2"),
+        ((observation, 7), {}, "the state is what the last act returned, or None, not 7"),
+        ((observation, state), {"begins": [True, False]}, "begins is True, False or 1 of these, not bool of shape"),
+        ((observation,), {"seed": -1}, "seed must be at least 0, not -1"),
+        (({**observation, "action_mask": np.zeros(5, np.int8)},), {}, "environment 0 has no legal action"),
+    ):
+        with pytest.raises(InputError, match=message):
+            agent.act(*arguments, **named)
+    for env in (hierroom.env(drop_key=True), gymnasium.make_vec("hierroom/EscapeRoom-v0", 2, drop_key=True)):
+        with pytest.raises(InputError, match="the agent was trained in environments with other actions"):
+            hierroom.add_features(env, agent)
