@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from hierroom.parallel_env import parallel_env
     from hierroom.runs.config.config import TrainConfig
     from hierroom.runs.config.presets import find_preset
+    from hierroom.runs.minari import minari_dataset
     from hierroom.runs.rollout import rollout
     from hierroom.runs.trained_agent import TrainedAgent, load
     from hierroom.support.errors import InputError
@@ -64,6 +65,7 @@ __all__ = [
     "env",
     "find_preset",
     "load",
+    "minari_dataset",
     "minigrid_view",
     "parallel_env",
     "raw_env",
@@ -93,6 +95,7 @@ _HOMES = {
     "env": "aec_env",
     "find_preset": "runs.config.presets",
     "load": "runs.trained_agent",
+    "minari_dataset": "runs.minari",
     "minigrid_view": "wrappers.minigrid",
     "parallel_env": "parallel_env",
     "raw_env": "aec_env",

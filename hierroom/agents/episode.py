@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -74,6 +74,8 @@ class Episode:
         truncated: whether it was cut off by the limit of steps.
         success: whether it reached its target.
         shortest: the shortest possible length, or -1 if that was not measured.
+        observations: [L + 1, ...] each, the controller's observations by the names of their entries, before each step
+            and after the last one; None unless they were asked for.
     """
 
     start: Any
@@ -90,6 +92,7 @@ class Episode:
     truncated: bool
     success: bool
     shortest: int
+    observations: Mapping[str, NDArray] | None = None
 
     def __len__(self) -> int:
         return len(self.actions)

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hierroom.agents.episode import Episode
 from hierroom.agents.episode_facts import EndedEpisodes, EpisodeFacts
 from hierroom.agents.player import Play, Player
 from hierroom.turns.kernels import NO_OUTCOME
-from hierroom.turns.records import Step
+from hierroom.turns.records import CONTROLLER, Step
 from hierroom.turns.turns import Turns
 
 _PARTS = {"actions": "i4", "rewards": "f8", "extrinsic": "f8", "goals": "i1", "achieved": "i1", "outcomes": "i1"}
@@ -18,15 +19,21 @@ _PARTS = {"actions": "i4", "rewards": "f8", "extrinsic": "f8", "goals": "i1", "a
 
 
 def record(
-    turns: Turns, player: Player, episodes: int, progress: Callable[[int], object] = lambda done: None
+    turns: Turns,
+    player: Player,
+    episodes: int,
+    progress: Callable[[int], object] = lambda done: None,
+    *,
+    observations: bool = False,
 ) -> Iterator[Episode]:
     """Let a player play the first episodes of each environment (see `Play`), and yield them in a fixed order.
 
     The order is that of the environments, first everyone's first episode, then everyone's second. It does not depend on
-    how long episodes last, so the first K of them are as good a sample as all.
+    how long episodes last, so the first K of them are as good a sample as all. With ``observations`` episodes have
+    what the controller observed.
     """
-    tape, facts, finished, n_yielded, n = _Tape(turns), EpisodeFacts(len(turns)), {}, 0, len(turns)
-    play = Play(turns, player, episodes, progress)
+    facts, finished, n_yielded, n = EpisodeFacts(len(turns)), {}, 0, len(turns)
+    tape, play = _Tape(turns, _Observed(turns) if observations else None), Play(turns, player, episodes, progress)
     for step in play:
         ended = facts.add(step, play.turns, play.envs, play.counted)
         for row, episode in zip(ended.rows.tolist(), tape.add(step, play, ended), strict=True):
@@ -36,10 +43,33 @@ def record(
             n_yielded += 1
 
 
+class _Observed:
+    """What the controller observes in the episodes under way, but for the goal, which is not chosen yet."""
+
+    def __init__(self, turns: Turns) -> None:
+        self._so_far: list[list[tuple[dict[str, NDArray], int]]] = [[] for _ in range(len(turns))]
+        self._vectors = turns.world.goals.vectors
+        self.see(turns, np.arange(len(turns)))
+
+    def see(self, turns: Turns, envs: NDArray[np.integer]) -> None:
+        """Note what is observed now in all places [M] of these turns, which are the environments ``envs`` [M]."""
+        shown = turns.observe(CONTROLLER, turns.due(CONTROLLER)).as_dict()
+        for row, env in enumerate(envs.tolist()):
+            self._so_far[env].append((shown, row))
+
+    def ended(self, env: int, last: dict[str, NDArray], row: int, goals: NDArray[np.integer]) -> dict[str, NDArray]:
+        """Return the observations of an episode by name, in pursuit of goals [L], the last one in a row of arrays."""
+        moments, self._so_far[env] = [*self._so_far[env], (last, row)], []
+        observations = {name: np.stack([shown[name][at] for shown, at in moments]) for name in last}
+        observations["goal"][:-1] = self._vectors[goals]
+        return observations
+
+
 class _Tape:
     """The steps of the episodes under way, from the start of N fresh environments."""
 
-    def __init__(self, turns: Turns) -> None:
+    def __init__(self, turns: Turns, observed: _Observed | None) -> None:
+        self._observed = observed
         self._parts = {name: np.zeros((64, len(turns)), kind) for name, kind in _PARTS.items()}
         self._starts = [turns.world.get_state(env) for env in range(len(turns))]
 
@@ -52,9 +82,13 @@ class _Tape:
         noted |= {"achieved": step.events, "outcomes": np.where(step.option_ended, step.outcomes, NO_OUTCOME)}
         for name, values in noted.items():
             self._parts[name][at, envs] = values
-        episodes = []
-        for n, (row, env) in enumerate(zip(ended.rows.tolist(), ended.envs.tolist(), strict=True)):
+        episodes, rows, last = [], ended.rows, {}
+        if self._observed is not None and len(rows):
+            last = play.turns.final_observation(CONTROLLER, step, rows).as_dict()
+        for n, (row, env) in enumerate(zip(rows.tolist(), ended.envs.tolist(), strict=True)):
             length, start = int(ended.lengths[n]), self._starts[env]
+            parts = {name: np.ascontiguousarray(part[:length, env]) for name, part in self._parts.items()}
+            observed = self._observed and self._observed.ended(env, last, n, parts["goals"])
             episode = Episode(
                 start=start,
                 replayer=world.replayer,
@@ -64,9 +98,12 @@ class _Tape:
                 truncated=not step.terminated[row],
                 success=bool(ended.successes[n]),
                 shortest=int(ended.shortest[n]),
-                **{name: np.ascontiguousarray(part[:length, env]) for name, part in self._parts.items()},
+                observations=observed,
+                **parts,
             )
             episodes.append(episode)
         for row in np.flatnonzero(step.episode_ended).tolist():
             self._starts[envs[row]] = world.get_state(row)
+        if self._observed is not None:
+            self._observed.see(play.turns, envs)
         return episodes

@@ -26,6 +26,7 @@ def rollout(
     num_envs: int = 100,
     seed: int = 0,
     progress: Callable[[int], object] = lambda done: None,
+    observations: bool = False,
 ) -> Iterator[Episode]:
     """Let an agent play, and yield each episode with its subgoals, actions, rewards and end, as it is asked for.
 
@@ -44,14 +45,21 @@ def rollout(
         num_envs: environments that play in parallel, at most as many as episodes.
         seed: of the environments and of the actions.
         progress: called with the number of episodes played so far.
+        observations: whether episodes have what the controller observed: `Episode.observations`.
     """
+    turns, player = prepare(agent, env, episodes, num_envs, seed)
+    return record(turns, player, episodes, progress, observations=observations)
+
+
+def prepare(agent: Any, env: Any, episodes: Any, num_envs: Any, seed: Any) -> tuple[Turns, Player]:
+    """Return the environments and the player that the arguments of `rollout` name, checked."""
     for name, value in (("episodes", episodes), ("num_envs", num_envs)):
         if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 1:
             raise InputError(f"{name} must be a whole number of at least 1, not {value!r}")
     require_number("seed", seed, 0, 2**63 - 1, is_whole=True)
     num_envs, config = min(num_envs, episodes), None if env is None else _config_of(env)
     if isinstance(agent, TrainedAgent):
-        return record(agent.turns(num_envs, seed=seed, env=config), agent.pair(num_envs, seed=seed), episodes, progress)
+        return agent.turns(num_envs, seed=seed, env=config), agent.pair(num_envs, seed=seed)
     if not isinstance(agent, str) and not hasattr(agent, "step"):
         known = "what hierroom.load gives, 'random', 'oracle' or an object with a method step(turns)"
         raise InputError(f"an agent to play is {known}, not {agent!r}")
@@ -59,7 +67,7 @@ def rollout(
     whole = replace(config, curriculum_stages=1, levels=config.levels or "evaluation")
     turns = Turns(whole, num_envs, seed=seed, measure_shortest=True)
     player = make_player(agent, seed) if isinstance(agent, str) else agent if isinstance(agent, Pair) else _Given(agent)
-    return record(turns, player, episodes, progress)
+    return turns, player
 
 
 class _Given:

@@ -18,6 +18,7 @@ from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.agents.trained_goals import TrainedGoals
 from hierroom.goals import graph_specs
 from hierroom.learners.networks.actor_critic import OneTurn
+from hierroom.learners.networks.export import export
 from hierroom.learners.policy import Policy
 from hierroom.meta import MetaController, make_meta
 from hierroom.runs.assembly import freeze, make_agents, make_turns, meta_seed
@@ -27,6 +28,7 @@ from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.trust import require_trust
 from hierroom.runs.folder.weights import SHIPPED, SUFFIX, SavedAgent, weights_file
 from hierroom.support.errors import InputError, shown
+from hierroom.support.files import usable_path
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
@@ -65,6 +67,15 @@ class TrainedAgent:
         observations: numbers from 0 to ``controller.features.cardinalities[k] - 1``.
         """
         return OneTurn(self.controller.learner.network).eval()
+
+    def export(self, path: str | Path) -> None:
+        """Write the `network` for other programs, by the suffix: ``.pt2`` (`torch.export`), or ``.onnx`` (ONNX).
+
+        Inputs ``features`` and ``state`` and outputs ``logits``, ``values`` and ``new_state`` are those of `OneTurn`,
+        for any number of environments. ``torch.export.load(path).module()`` is called like the network. ONNX needs the
+        package onnxscript.
+        """
+        export(self.network, self.controller.learner.space, usable_path(path))
 
     def act(
         self,

@@ -1,0 +1,36 @@
+"""A network in a file for other programs: of `torch.export`, or ONNX."""
+
+from __future__ import annotations
+
+import io
+from importlib.util import find_spec
+from pathlib import Path
+
+import torch
+
+from hierroom.learners.networks.actor_critic import AgentSpace, OneTurn
+from hierroom.support.errors import InputError, own_code
+from hierroom.support.files import write_atomically
+
+FORMATS = (".pt2", ".onnx")
+_NAMES = {"input_names": ("features", "state"), "output_names": ("logits", "values", "new_state")}
+
+
+def export(network: OneTurn, space: AgentSpace, path: Path) -> None:
+    """Write a network for any number N of environments: see `TrainedAgent.export`."""
+    kind = path.suffix.lower()
+    if kind not in FORMATS:
+        raise InputError(f"a network is exported to {' or '.join(FORMATS)}, not to {path.name or path}")
+    if kind == ".onnx" and find_spec("onnxscript") is None:
+        raise InputError("to export to .onnx install onnxscript (pip install onnxscript)")
+    written, n = io.BytesIO(), torch.export.Dim("n", min=1)
+    inputs = torch.zeros(2, space.n_features, dtype=torch.uint8), network.initial_state(2)
+    with own_code("the network", f"cannot be exported to {kind}"), torch.no_grad():
+        program = torch.export.export(network, inputs, dynamic_shapes=({0: n}, {0: n}))
+        if kind == ".pt2":
+            torch.export.save(program, written)
+        else:
+            exported = torch.onnx.export(program, dynamo=True, verbose=False, **_NAMES)
+            assert exported is not None  # it is None where it writes a file by itself
+            written.write(exported.model_proto.SerializeToString())
+    write_atomically(path, written.getvalue())

@@ -1,0 +1,95 @@
+"""Episodes of any player as a Minari data set, for offline learning."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from importlib.util import find_spec
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from hierroom.agents.recorder import record
+from hierroom.goals import plain_specs
+from hierroom.meta import META_CONTROLLERS
+from hierroom.runs.rollout import prepare
+from hierroom.runs.trained_agent import TrainedAgent
+from hierroom.support.errors import InputError
+from hierroom.turns.records import CONTROLLER
+from hierroom.worlds.env_config import EnvConfig
+
+
+def minari_dataset(
+    dataset_id: str,
+    agent: Any,
+    env: Any = None,
+    episodes: int = 100,
+    *,
+    num_envs: int = 100,
+    seed: int = 0,
+    **details: Any,
+) -> Any:
+    """Let an agent play, write its episodes as a Minari data set, and return it as ``minari.load_dataset`` does.
+
+    An episode holds what the controller observed, did and was rewarded with. The other arguments are those of
+    `rollout`. ``recover_environment`` of the data set makes the environment with the rules played by, unless the reward
+    or the task is an object; with the agent's meta-controller where that is one that ships and learns nothing, else
+    without goals. Needs the package minari with its extra hdf5.
+
+    Args:
+        dataset_id: its name, such as ``"hierroom/c/hippo-v0"``, under which there is none yet.
+        agent: who plays.
+        env: where.
+        episodes: how many.
+        num_envs: environments that play in parallel.
+        seed: of the environments and of the actions.
+        **details: what ``minari.create_dataset_from_buffers`` notes besides: ``author``, ``description`` and so on.
+    """
+    if find_spec("minari") is None or find_spec("h5py") is None:
+        raise InputError('to write a Minari data set install minari (pip install "minari[hdf5]")')
+    import minari
+    from minari.data_collector import EpisodeBuffer
+    from minari.dataset.minari_dataset import parse_dataset_id
+
+    try:
+        parse_dataset_id(dataset_id)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"Minari takes no data set of this name: {error}") from error
+    if dataset_id in minari.list_local_datasets():
+        raise InputError(f"there is a data set {dataset_id} already: delete it, or give another name")
+    turns, player = prepare(agent, env, episodes, num_envs, seed)
+    buffers = []
+    for n, episode in enumerate(record(turns, player, episodes, observations=True)):
+        at_end = np.arange(len(episode)) == len(episode) - 1
+        buffers.append(
+            EpisodeBuffer(
+                id=n,
+                seed=episode.seed,
+                observations=dict(episode.observations or {}),
+                actions=episode.actions.astype(np.int64),  # pyright: ignore[reportArgumentType] - arrays do
+                rewards=episode.rewards,  # pyright: ignore[reportArgumentType]
+                terminations=at_end & episode.terminated,  # pyright: ignore[reportArgumentType]
+                truncations=at_end & episode.truncated,  # pyright: ignore[reportArgumentType]
+            )
+        )
+    meta = agent.config.resolved_method.meta if isinstance(agent, TrainedAgent) and not agent.has_other_meta else None
+    return minari.create_dataset_from_buffers(
+        dataset_id,
+        buffers,
+        env=_spec(turns.config, meta),
+        observation_space=turns.observation_space(CONTROLLER),
+        action_space=turns.action_space(CONTROLLER),
+        jpeg_encoding=False,  # which loses what symbols mean
+        **details,
+    )
+
+
+def _spec(config: EnvConfig, meta: str | None) -> Any:
+    """Return Gymnasium's spec of environments of a config, or None where it cannot be written down."""
+    plain = {entry.name: getattr(config, entry.name) for entry in fields(EnvConfig)}
+    plain = {name: value for name, value in plain.items() if value != getattr(EnvConfig(task=config.task), name)}
+    if not all(isinstance(plain.get(name, ""), str) for name in ("task", "reward")):
+        return None
+    plain |= {name: plain_specs(plain[name]) for name in ("graph", "exclude") if name in plain}
+    plain |= {"meta": meta} if meta in META_CONTROLLERS else {}
+    return gymnasium.make("hierroom/EscapeRoom-v0", **plain).spec
