@@ -1,0 +1,101 @@
+"""A callback from `hierroom.train` after each update, and runs that print nothing."""
+
+import sys
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+import pytest
+from same_run import differences
+
+import hierroom
+from hierroom.support.errors import InputError
+from hierroom.train import main
+
+SMALL = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 8, "sequence_length": 16, "minibatches": 2}
+SMALL |= {"steps": 1024, "evaluations": 2, "evaluation_episodes": 4, "log": "none"}
+EXAMPLES = Path(__file__).parents[2] / "examples" / "clients"
+
+
+def stop_at(steps, seen):
+    def callback(trainer):
+        seen.append((trainer.steps, trainer.evaluation, trainer.metrics()))
+        return trainer.steps >= steps
+
+    return callback
+
+
+def test_a_callback_stops_a_run_which_goes_on_as_one_that_was_not_stopped(tmp_path, capsys):
+    seen, whole = [], []
+    agent = hierroom.train(**SMALL, out=tmp_path / "stopped" / "run", callback=stop_at(384, seen))
+    assert "stopped by the callback and saved; go on with:" in capsys.readouterr().out
+    assert (agent.steps, agent.is_finished, [steps for steps, *_ in seen]) == (384, False, [128, 256, 384])
+    assert seen[-1][1].episodes == 4
+    assert {"success_rate", "episode_return", "policy_loss", "steps"} <= seen[-1][2].keys()
+    assert not (tmp_path / "stopped" / "run" / "summary.json").exists()
+    assert main(["--resume", str(tmp_path / "stopped" / "run"), "--log", "none"]) == 0
+    agent = hierroom.train(**SMALL, out=tmp_path / "whole" / "run", callback=stop_at(1024, whole))
+    assert agent.is_finished, "a stop after the last update is none"
+    assert len(whole) == 8
+    assert differences(tmp_path / "stopped" / "run", tmp_path / "whole" / "run") == []
+
+
+def test_what_a_callback_raises_is_raised_after_the_run_is_saved(tmp_path):
+    class Pruned(Exception):
+        pass
+
+    def callback(trainer):
+        if trainer.steps > 128:
+            raise Pruned
+
+    with pytest.raises(Pruned):
+        hierroom.train(**SMALL, out=tmp_path / "run", callback=callback, quiet=True)
+    agent = hierroom.load(tmp_path / "run")
+    assert (agent.steps, agent.is_finished) == (256, False)
+
+
+def test_a_quiet_run_prints_nothing_but_what_its_callback_prints(tmp_path, capfd, monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")  # a bar as on a terminal
+    entries = SMALL | {"features": ["view", "direction"], "method": "ppo", "subgoal_horizon": 9}
+    agent = hierroom.train(**entries, out=tmp_path / "run", quiet=True, callback=lambda trainer: print("mine"))
+    out, err = capfd.readouterr()
+    assert (out, err) == ("mine\n" * 8, "")
+    assert agent.is_finished
+    hierroom.train(**entries, out=tmp_path / "loud")
+    out, err = capfd.readouterr()
+    assert "seconds of training" in out
+    assert "warning: " in err
+
+
+def test_a_callback_that_is_none_is_refused(tmp_path):
+    for named, message in (
+        ({"callback": 7}, "callback is a function of the trainer, not 7"),
+        ({"quiet": "yes"}, "quiet must be True or False, not 'yes'"),
+    ):
+        with pytest.raises(InputError, match=message):
+            hierroom.train(**SMALL, out=tmp_path / "run", **named)
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("is_behind", [True, False])
+def test_the_example_for_optuna_prunes_with_a_stand_in(is_behind, monkeypatch):
+    optuna = ModuleType("optuna")
+    optuna.__dict__.update(Trial=object, TrialPruned=type("TrialPruned", (Exception,), {}))
+    monkeypatch.setitem(sys.modules, "optuna", optuna)
+    monkeypatch.syspath_prepend(EXAMPLES)
+    monkeypatch.delitem(sys.modules, "optuna_pruning", raising=False)
+    import optuna_pruning
+
+    monkeypatch.setattr(optuna_pruning, "SETTINGS", {name: value for name, value in SMALL.items() if name != "log"})
+    reports = []
+    trial = SimpleNamespace(
+        suggest_float=lambda name, low, high, log: 1e-3,
+        report=lambda value, step: reports.append((value, step)),
+        should_prune=lambda: is_behind and len(reports) == 3,
+    )
+    if is_behind:
+        with pytest.raises(optuna.TrialPruned):
+            optuna_pruning.objective(trial)
+    else:
+        assert 0 <= optuna_pruning.objective(trial) <= 1
+    assert [step for _, step in reports] == list(range(128, 512 if is_behind else 1152, 128))[: 3 if is_behind else 8]
+    assert all(0 <= value <= 1 for value, _ in reports)

@@ -1,0 +1,94 @@
+"""The network of a trained agent as a torch module, and in files for other programs."""
+
+import sys
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+import torch
+
+import hierroom
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.trained_agent import TrainedAgent
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
+from hierroom.turns.records import META
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@pytest.fixture(params=["c", "chest_task:chest", "own_network:GatedMemory"])
+def agent(request, monkeypatch):
+    """One that ships; one on arrays, and one with a user's network, untrained."""
+    if request.param == "c":
+        return hierroom.load("c")
+    monkeypatch.syspath_prepend(EXAMPLES)
+    what = {"task": request.param} if "task" in request.param else {"network": request.param}
+    trainer = Trainer(TrainConfig().changed(num_envs=4, minibatches=2, **what))
+    return TrainedAgent(trainer.config, trainer.agents[META], trainer.controller, 0)
+
+
+def agrees_step_by_step(agent, n, step):
+    """Let ``step(features, state)``, of arrays, and the agent play side by side in n environments."""
+    made = gymnasium.make_vec("hierroom/Task-v0", n, **vars(agent.env(max_steps=20)))
+    env, state = hierroom.add_features(made, agent), None
+    observations, infos = env.reset(seed=1)
+    memory = start = agent.network.initial_state(n).detach().numpy()
+    for _ in range(30):  # with ends of episodes
+        begins = infos["length"] == 0
+        actions, state = agent.act(observations, state, begins=begins, greedy=True)
+        memory = np.where(begins[:, None], start, memory)
+        logits, values, memory = step(observations["features"].astype(np.uint8), memory)
+        np.testing.assert_allclose(logits, state.decision.logits, atol=2e-5)
+        np.testing.assert_allclose(values, state.decision.values, atol=2e-5)
+        observations, _, _, _, infos = env.step(actions)
+
+
+def of_torch(module):
+    def step(features, memory):
+        with torch.no_grad():
+            return [output.numpy() for output in module(torch.from_numpy(features), torch.from_numpy(memory))]
+
+    return step
+
+
+def test_the_network_is_a_module_that_computes_what_the_agent_does(agent):
+    network = agent.network
+    assert isinstance(network, torch.nn.Module)
+    assert not network.training
+    agrees_step_by_step(agent, 3, of_torch(network))
+
+
+@pytest.mark.slow
+def test_the_exported_program_computes_what_the_agent_does(agent, tmp_path):
+    agent.export(tmp_path / "agent.pt2")
+    module = torch.export.load(tmp_path / "agent.pt2").module()
+    for n in (1, 3):
+        agrees_step_by_step(agent, n, of_torch(module))
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_in_onnx_it_computes_what_the_agent_does(agent, tmp_path):
+    pytest.importorskip("onnxscript")
+    onnxruntime = pytest.importorskip("onnxruntime")
+    if agent.config.env.task:
+        with pytest.raises(InputError, match=r"^the network cannot be exported to .onnx: "):
+            agent.export(tmp_path / "agent.onnx")
+        assert not list(tmp_path.iterdir())
+        return
+    agent.export(tmp_path / "agent.onnx")
+    session = onnxruntime.InferenceSession(tmp_path / "agent.onnx")
+    for n in (1, 3):
+        agrees_step_by_step(agent, n, lambda features, state: session.run(None, {"features": features, "state": state}))
+
+
+def test_what_cannot_be_exported_is_refused(tmp_path, monkeypatch):
+    agent = hierroom.load("c")
+    with pytest.raises(InputError, match=r"^a network is exported to .pt2 or .onnx, not to agent.pt$"):
+        agent.export(tmp_path / "agent.pt")
+    monkeypatch.setitem(sys.modules, "onnxscript", None)
+    with pytest.raises(InputError, match=r"^to export to .onnx install onnxscript"):
+        agent.export(tmp_path / "agent.onnx")
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,68 @@
+"""What the controller observed in episodes, and episodes as a Minari data set."""
+
+import sys
+
+import gymnasium
+import numpy as np
+import pytest
+
+import hierroom
+from hierroom.support.errors import InputError
+from hierroom.worlds.env_config import EnvConfig
+
+
+@pytest.mark.parametrize("config", [EnvConfig("c", max_steps=50), EnvConfig(task="workshop:6", max_steps=20)])
+def test_observations_are_those_that_an_environment_shows_of_the_same_episode(config):
+    player = hierroom.load("c") if config.task is None else "random"
+    episodes = list(hierroom.rollout(player, config, 7, num_envs=3, seed=4, observations=True))
+    assert {episode.number for episode in episodes} == {0, 1, 2}
+    assert {episode.success for episode in episodes} == ({True, False} if config.task is None else {False})
+    for episode in episodes:
+        entries = vars(config) | {"env_index": episode.env, "levels": "evaluation"}
+        env = gymnasium.make("hierroom/EscapeRoom-v0", meta="none" if isinstance(player, str) else "fixed-dfs", **entries)
+        observation, _ = env.reset(seed=4)
+        for _ in range(episode.number):
+            observation, _ = env.reset()
+        seen = [observation]
+        for action in episode.actions:
+            observation, *_ = env.step(action)
+            seen.append(observation)
+        assert episode.observations is not None
+        assert episode.observations.keys() == env.observation_space.spaces.keys()
+        for name, values in episode.observations.items():
+            np.testing.assert_array_equal(values, np.stack([one[name] for one in seen]), err_msg=name)
+            assert values.dtype == env.observation_space[name].dtype
+    (without,) = hierroom.rollout("random", config, 1)
+    assert without.observations is None
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_data_set_holds_the_episodes_and_makes_their_environment_again(tmp_path, monkeypatch):
+    minari = pytest.importorskip("minari")
+    pytest.importorskip("h5py")
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    agent, config = hierroom.load("c"), EnvConfig("c", max_steps=50, reward="extrinsic")
+    hierroom.minari_dataset("hierroom/c/hippo-v0", agent, config, 6, num_envs=3, seed=4, author="me")
+    expected = list(hierroom.rollout(agent, config, 6, num_envs=3, seed=4, observations=True))
+    data = minari.load_dataset("hierroom/c/hippo-v0")
+    assert (data.total_episodes, data.total_steps) == (6, sum(map(len, expected)))
+    for ours, theirs in zip(expected, data.iterate_episodes(), strict=True):
+        np.testing.assert_array_equal(ours.actions, theirs.actions)
+        np.testing.assert_array_equal(ours.rewards, theirs.rewards)
+        assert [*theirs.terminations[-1:], *theirs.truncations[-1:]] == [ours.terminated, ours.truncated]
+        assert not (theirs.terminations[:-1].any() or theirs.truncations[:-1].any())
+        for name, values in ours.observations.items():
+            np.testing.assert_array_equal(values, theirs.observations[name])
+    env = data.recover_environment()
+    assert env.unwrapped.config == EnvConfig("c", max_steps=50, reward="extrinsic", levels="evaluation")
+    assert type(env.unwrapped.meta).__name__ == "FixedDFS"
+    with pytest.raises(InputError, match="there is a data set hierroom/c/hippo-v0 already"):
+        hierroom.minari_dataset("hierroom/c/hippo-v0", agent, config, 6)
+    with pytest.raises(InputError, match="Minari takes no data set of this name"):
+        hierroom.minari_dataset("no version", agent, config, 6)
+
+
+def test_without_minari_it_is_said_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "minari", None)
+    with pytest.raises(InputError, match=r"^to write a Minari data set install minari"):
+        hierroom.minari_dataset("hierroom/c/hippo-v0", "random")
