@@ -26,11 +26,11 @@ def act(
     if not (state is None or isinstance(state, Policy)):
         raise InputError(f"the state is what the last act returned, or None, not {shown(state)}")
     if META in observations and CONTROLLER in observations:
-        actions: dict[str, Any] = {}
+        chosen = {}
         for name in AGENTS:
             one = act(controller, observations[name], state, begins=begins, is_greedy=is_greedy, seed=seed)
-            actions[name], state = one
-        return actions, state
+            chosen[name], state = one
+        return chosen, state
     if CHOICE in observations:
         return int(observations[CHOICE]), state
     if ENTRY not in observations:

@@ -19,7 +19,6 @@ from hierroom.turns.records import CONTROLLER, N_OUTCOMES
 from hierroom.worlds.make import WorldSpec
 from hierroom.worlds.world import Feature
 
-
 ENTRY, CHOICE = "features", "choice"
 """The entries of observations that trained agents act by: what a network reads, and the meta-controller's goal."""
 

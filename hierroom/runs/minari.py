@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from dataclasses import fields
 from importlib.util import find_spec
 from typing import Any
@@ -47,12 +48,9 @@ def minari_dataset(
     """
     if find_spec("minari") is None or find_spec("h5py") is None:
         raise InputError('to write a Minari data set install minari (pip install "minari[hdf5]")')
-    import minari
-    from minari.data_collector import EpisodeBuffer
-    from minari.dataset.minari_dataset import parse_dataset_id
-
+    minari: Any = importlib.import_module("minari")
     try:
-        parse_dataset_id(dataset_id)
+        minari.dataset.minari_dataset.parse_dataset_id(dataset_id)
     except (TypeError, ValueError) as error:
         raise InputError(f"Minari takes no data set of this name: {error}") from error
     if dataset_id in minari.list_local_datasets():
@@ -62,14 +60,14 @@ def minari_dataset(
     for n, episode in enumerate(record(turns, player, episodes, observations=True)):
         at_end = np.arange(len(episode)) == len(episode) - 1
         buffers.append(
-            EpisodeBuffer(
+            minari.data_collector.EpisodeBuffer(
                 id=n,
                 seed=episode.seed,
                 observations=dict(episode.observations or {}),
-                actions=episode.actions.astype(np.int64),  # pyright: ignore[reportArgumentType] - arrays do
-                rewards=episode.rewards,  # pyright: ignore[reportArgumentType]
-                terminations=at_end & episode.terminated,  # pyright: ignore[reportArgumentType]
-                truncations=at_end & episode.truncated,  # pyright: ignore[reportArgumentType]
+                actions=episode.actions.astype(np.int64),
+                rewards=episode.rewards,
+                terminations=at_end & episode.terminated,
+                truncations=at_end & episode.truncated,
             )
         )
     meta = agent.config.resolved_method.meta if isinstance(agent, TrainedAgent) and not agent.has_other_meta else None

@@ -85,7 +85,7 @@ class TrainedAgent:
         begins: ArrayLike = False,
         greedy: bool | None = None,
         seed: int = 0,
-    ) -> tuple[Any, Policy | None]:
+    ) -> tuple[Any, Any]:
         """Return actions for the observations of one environment or of many, and the state for the next call.
 
         The environment is one of hierroom, of any API, in ``hierroom.add_features(env, agent)``. Nothing is computed

@@ -1,6 +1,7 @@
 """Acting in a user's own loop: the actions are those of the package's own player, in every API."""
 
 from dataclasses import replace
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -122,9 +123,7 @@ def test_many_environments_are_played_as_by_the_own_player(mode):
     agent, n, greedy = hierroom.load("c"), 4, mode == "NextStep"
     expected = played(agent, n, greedy=greedy)
     meta = agent.meta_controller(n, seed=5)
-    made = gymnasium.make_vec(
-        "hierroom/EscapeRoom-v0", n, meta=meta, autoreset_mode=mode, **entries(agent)
-    )
+    made = gymnasium.make_vec("hierroom/EscapeRoom-v0", n, meta=meta, autoreset_mode=mode, **entries(agent))
     env, state, found = hierroom.add_features(made, agent), None, [[] for _ in range(n)]
     observations, infos = env.reset(seed=5)
     have_ended = np.zeros(n, bool)
@@ -151,7 +150,8 @@ def test_a_state_is_not_written_to_and_masks_are_respected():
     np.testing.assert_array_equal(state.next(np.zeros(1, bool))._states, state._states)
     assert (later._states != state._states).any()
     probabilities = later.decision.probabilities
-    assert probabilities.shape == (1, 5) and probabilities.argmax() == first
+    assert probabilities.shape == (1, 5)
+    assert probabilities.argmax() == first
     for action in range(5):
         only = np.arange(5) == action
         assert agent.act({**observation, "action_mask": only.astype(np.int8)}, state)[0] == action
@@ -164,7 +164,7 @@ def test_what_an_agent_cannot_act_on_is_refused():
     observation, _ = env.reset(seed=0)
     _, state = agent.act(observation)
     many = {"features": np.zeros((2, len(observation["features"])), np.int64)}
-    for arguments, named, message in (
+    cases: tuple[tuple[tuple[Any, ...], dict[str, Any], str], ...] = (
         ((plain.reset(seed=0)[0],), {}, "these observations hold .*, and no features: wrap the environment by"),
         ((7,), {}, "act takes observations that are dicts, not 7"),
         (({"features": [0.5]},), {}, "the agent reads .* whole numbers of each environment, not float64 of shape"),
@@ -175,7 +175,8 @@ def test_what_an_agent_cannot_act_on_is_refused():
         ((observation, state), {"begins": [True, False]}, "begins is True, False or 1 of these, not bool of shape"),
         ((observation,), {"seed": -1}, "seed must be at least 0, not -1"),
         (({**observation, "action_mask": np.zeros(5, np.int8)},), {}, "environment 0 has no legal action"),
-    ):
+    )
+    for arguments, named, message in cases:
         with pytest.raises(InputError, match=message):
             agent.act(*arguments, **named)
     for env in (hierroom.env(drop_key=True), gymnasium.make_vec("hierroom/EscapeRoom-v0", 2, drop_key=True)):

@@ -1,8 +1,10 @@
 """A callback from `hierroom.train` after each update, and runs that print nothing."""
 
+import importlib
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
+from typing import Any
 
 import pytest
 from same_run import differences
@@ -67,10 +69,11 @@ def test_a_quiet_run_prints_nothing_but_what_its_callback_prints(tmp_path, capfd
 
 
 def test_a_callback_that_is_none_is_refused(tmp_path):
-    for named, message in (
+    cases: tuple[tuple[dict[str, Any], str], ...] = (
         ({"callback": 7}, "callback is a function of the trainer, not 7"),
         ({"quiet": "yes"}, "quiet must be True or False, not 'yes'"),
-    ):
+    )
+    for named, message in cases:
         with pytest.raises(InputError, match=message):
             hierroom.train(**SMALL, out=tmp_path / "run", **named)
     assert not (tmp_path / "run").exists()
@@ -83,7 +86,7 @@ def test_the_example_for_optuna_prunes_with_a_stand_in(is_behind, monkeypatch):
     monkeypatch.setitem(sys.modules, "optuna", optuna)
     monkeypatch.syspath_prepend(EXAMPLES)
     monkeypatch.delitem(sys.modules, "optuna_pruning", raising=False)
-    import optuna_pruning
+    optuna_pruning = importlib.import_module("optuna_pruning")
 
     monkeypatch.setattr(optuna_pruning, "SETTINGS", {name: value for name, value in SMALL.items() if name != "log"})
     reports = []
