@@ -60,6 +60,9 @@ CLIENTS = (
     Client("AgileRL", ("agilerl", "pettingzoo"), "clients/agilerl_ippo.py", "box view, parallel"),
     Client("MiniGrid's wrappers", ("minigrid",), "clients/minigrid_wrappers.py", "`minigrid_view`, Gymnasium"),
     Client("Gymnasium's tools", ("gymnasium",), "clients/gymnasium_tools.py", "Gymnasium"),
+    Client("Optuna", ("optuna",), "clients/optuna_pruning.py", "a callback of `hierroom.train`"),
+    Client("Minari", ("minari", "h5py"), "clients/minari_data.py", "`minari_dataset`"),
+    Client("ONNX Runtime", ("onnxruntime", "onnxscript"), "clients/onnx_controller.py", "`agent.export`"),
     Client("Jupyter", ("ipython",), "clients/notebook.py", "goal graphs, reports"),
 )
 

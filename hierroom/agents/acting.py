@@ -55,9 +55,10 @@ def _features(controller: PPOAgent, given: Any) -> tuple[NDArray[np.uint8], bool
     if features.ndim not in (1, 2) or features.shape[-1] != n_numbers or features.dtype.kind not in "iu":
         found = f"{features.dtype} of shape {features.shape}"
         raise InputError(f"the agent reads {n_numbers} whole numbers of each environment, not {found}: {_WRAP}")
-    if features.size and not 0 <= features.min() <= features.max() <= 255:
+    as_bytes = features.astype(np.uint8)
+    if not (as_bytes == features).all():
         raise InputError(f"features are numbers from 0 to 255, not from {features.min()} to {features.max()}")
-    return np.atleast_2d(features).astype(np.uint8), features.ndim == 1
+    return as_bytes.reshape(-1, n_numbers), features.ndim == 1
 
 
 def _masks(given: Any, n: int, n_actions: int) -> NDArray[np.bool_]:

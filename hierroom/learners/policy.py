@@ -85,7 +85,8 @@ class Policy:
         """
         policy = copy(self)
         policy._states = self._states.copy()
-        policy.reset(np.flatnonzero(begins))
+        if begins.any():
+            policy.reset(np.flatnonzero(begins))
         return policy
 
     @property

@@ -23,6 +23,9 @@ SAID = {
     "AgileRL": r"[1-9]\d* of \d+ weights changed",
     "MiniGrid's wrappers": r"256 steps on the whole grid",
     "Gymnasium's tools": r"two other processes: \(2, 7, 7, 3\)",
+    "Optuna": r"best learning rate \d\.\de-0\d; \d of 5 runs pruned",
+    "Minari": r"\d+ steps in 20 episodes, \d+ escapes",
+    "ONNX Runtime": r"^(\d+) of \1 actions are the agent's",
     "Jupyter": r"GoalGraph: .*image/svg\+xml",
 }
 
