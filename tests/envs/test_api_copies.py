@@ -62,6 +62,10 @@ KINDS = {
     "minigrid": (lambda: hierroom.minigrid_view(gymnasium.make(ID, meta="fixed-dfs", **SETTINGS)), play_gymnasium),
     "aec": (lambda **s: hierroom.env(graph="b", **SETTINGS, **s), play_turns),
     "aec boxes": (lambda: hierroom.box_view(hierroom.env(graph="b", **SETTINGS)), play_turns),
+    "aec for an agent": (
+        lambda: hierroom.add_features(hierroom.env(graph="b", **SETTINGS), hierroom.load("learned-g")),
+        play_turns,
+    ),
     "parallel": (lambda **s: hierroom.parallel_env(graph="b", **SETTINGS, **s), play_parallel),
     "parallel boxes": (lambda: hierroom.box_view(hierroom.parallel_env(graph="b", **SETTINGS)), play_parallel),
     "vector": (make_rooms, play_vector),

@@ -132,6 +132,9 @@ def test_gymnasium_vector(mode):
     r"ignore:.*is different from the unwrapped version:UserWarning",  # it is wrapped on purpose
 )
 def test_the_checkers_are_content():
+    for trained in map(hierroom.load, ("d", "learned-g")):
+        api_test(add(hierroom.env(**SETTINGS), trained), 100)
+        parallel_api_test(add(hierroom.parallel_env(**SETTINGS), trained), 100)
     for agent in AGENTS:
         names = [name for name in FEATURES if agent == META or name != "goal-outcome"]
         api_test(add(hierroom.env(**SETTINGS), names, agent), 300)
