@@ -25,6 +25,7 @@ MEASURES: Mapping[str, int] = {
     "goals": 1,
     "exit_depth": 1,
     "width": 1,
+    "fewest": 1,
     "hitting_time": 1,
     "expected_steps": 1,
     "play_hitting_time": 1,

@@ -88,7 +88,7 @@ def measured_tree(n_goals: int, seed: int, shape: Shape) -> dict[str, str | floa
 
 
 def chosen(columns: NDArray[np.float64], n: int, tries: int, seed: int) -> NDArray[np.int64]:
-    """Return n of the rows [C, K] on which the columns rank as differently as exchanges of single rows can make them."""
+    """Return n of the rows [C, K] on which the columns rank as differently as exchanges of rows can make them."""
     rng = np.random.default_rng(seed)
     order = rng.permutation(len(columns))
     inside, outside = order[:n], order[n:]
@@ -120,7 +120,8 @@ def main() -> int:
     if len(rows) <= options.trees:
         raise InputError(f"there are {len(rows)} candidates, and more than {options.trees} are needed")
     columns = np.array([[row[name] for name in APART] for row in rows], float)
-    rows = [rows[i] for i in chosen(columns, options.trees, options.tries, options.seed)]
+    places = chosen(columns, options.trees, options.tries, options.seed)
+    rows = [rows[place] for place in places]
     text = io.StringIO()
     writer = csv.DictWriter(text, [*rows[0]], lineterminator="\n")
     writer.writeheader()
