@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+import os
+import signal
 from collections.abc import Sequence
 from functools import partial
 from typing import Any
@@ -74,7 +77,7 @@ class ProcessEnvs:
         self._n_places = -(-num_envs // n_blocks)
         n_blocks = -(-num_envs // self._n_places)
         sizes = [min(self._n_places, num_envs - n * self._n_places) for n in range(n_blocks)]
-        make = [partial(Block, task, size, self._n_places) for size in sizes]
+        make = [partial(_make_block, os.getpid(), task, size, self._n_places) for size in sizes]
         self._blocks = AsyncVectorEnv(make, autoreset_mode=AutoresetMode.DISABLED)
         self._blocks.reset()
 
@@ -108,6 +111,19 @@ class ProcessEnvs:
     def close(self) -> None:
         """End the processes."""
         self._blocks.close()
+
+
+def _make_block(parent: int, task: TaskParts, n_envs: int, n_places: int) -> Block:
+    """Return a block, which in a process of its own ends when asked to, and leaves what it inherited alone.
+
+    A fork inherits the handlers of a training run, which take note of a signal and go on, and its `AsyncVectorEnv`s,
+    which complain when they are collected elsewhere. Ctrl-C reaches all processes; this one is ended by its parent.
+    """
+    if os.getpid() != parent:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        gc.freeze()
+    return Block(task, n_envs, n_places)
 
 
 def _batch(space: spaces.Space, n: int) -> spaces.Box:
