@@ -49,12 +49,13 @@ class _Observed:
     def __init__(self, turns: Turns) -> None:
         self._so_far: list[list[tuple[dict[str, NDArray], int]]] = [[] for _ in range(len(turns))]
         self._vectors = turns.world.goals.vectors
-        self.see(turns, np.arange(len(turns)))
+        every = np.arange(len(turns))
+        self.see(turns, every, every)
 
-    def see(self, turns: Turns, envs: NDArray[np.integer]) -> None:
-        """Note what is observed now in all places [M] of these turns, which are the environments ``envs`` [M]."""
+    def see(self, turns: Turns, rows: NDArray[np.integer], envs: NDArray[np.integer]) -> None:
+        """Note what is observed now in places [M] of these turns, which are the environments ``envs`` [M]."""
         shown = turns.observe(CONTROLLER, turns.due(CONTROLLER)).as_dict()
-        for row, env in enumerate(envs.tolist()):
+        for row, env in zip(rows.tolist(), envs.tolist(), strict=True):
             self._so_far[env].append((shown, row))
 
     def ended(self, env: int, last: dict[str, NDArray], row: int, goals: NDArray[np.integer]) -> dict[str, NDArray]:
@@ -105,5 +106,5 @@ class _Tape:
         for row in np.flatnonzero(step.episode_ended).tolist():
             self._starts[envs[row]] = world.get_state(row)
         if self._observed is not None:
-            self._observed.see(play.turns, envs)
+            self._observed.see(play.turns, play.counted, envs[play.counted])
         return episodes

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from copy import deepcopy
 from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +29,7 @@ from hierroom.runs.config.run_name import run_name
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.trust import require_trust
 from hierroom.runs.folder.weights import SHIPPED, SUFFIX, SavedAgent, weights_file
-from hierroom.support.errors import InputError, shown
+from hierroom.support.errors import InputError, own_code, shown
 from hierroom.support.files import usable_path
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
@@ -59,14 +61,16 @@ class TrainedAgent:
         """Return whether it took all the steps of its config; False after an interrupt or a callback's stop."""
         return self.steps >= self.config.steps
 
-    @property
+    @cached_property
     def network(self) -> OneTurn:
-        """Return the controller's network, in evaluation mode, as a torch module that is called for one turn.
+        """Return a copy of the controller's network, in evaluation mode, as a torch module called for one turn.
 
         See `OneTurn` for its inputs and outputs. The features [N, K] are those that `hierroom.add_features` puts into
-        observations: numbers from 0 to ``controller.features.cardinalities[k] - 1``.
+        observations: numbers from 0 to ``controller.features.cardinalities[k] - 1``. The agent does not act by the
+        copy: move it, change it or train it.
         """
-        return OneTurn(self.controller.learner.network).eval()
+        with own_code("the network", "cannot be copied"):
+            return OneTurn(deepcopy(self.controller.learner.network)).eval()
 
     def export(self, path: str | Path) -> None:
         """Write the `network` for other programs, by the suffix: ``.pt2`` (`torch.export`), or ``.onnx`` (ONNX).
@@ -75,7 +79,7 @@ class TrainedAgent:
         for any number of environments. ``torch.export.load(path).module()`` is called like the network. ONNX needs the
         package onnxscript.
         """
-        export(self.network, self.controller.learner.space, usable_path(path))
+        export(deepcopy(self.network).cpu().eval(), self.controller.learner.space, usable_path(path))
 
     def act(
         self,

@@ -58,6 +58,10 @@ def test_the_network_is_a_module_that_computes_what_the_agent_does(agent):
     assert isinstance(network, torch.nn.Module)
     assert not network.training
     agrees_step_by_step(agent, 3, of_torch(network))
+    with torch.no_grad():
+        for weights in network.parameters():
+            weights.zero_()
+    assert all(bool(weights.any()) for weights in agent.controller.learner.network.parameters() if weights.ndim > 1)
 
 
 @pytest.mark.slow
