@@ -7,10 +7,10 @@ from hierroom.worlds.escape_room.view_kernels import look_and_remember
 
 
 @njit(cache=True, nogil=True)
-def reset_levels(levels, grids, graphs, outcomes):
+def reset_levels(levels, grids, graphs, maps, map_grids, outcomes):
     """Begin the next episode in every environment."""
     for n in range(levels.shape[0]):
-        generate(levels[n], grids[n], graphs)
+        generate(levels[n], grids[n], graphs, maps, map_grids)
         look_and_remember(levels[n], grids[n], outcomes[n].tiles)
 
 
@@ -34,12 +34,12 @@ def step_levels(levels, grids, actions, outcomes):
 
 
 @njit(cache=True, nogil=True)
-def step_and_reset_levels(levels, grids, graphs, actions, outcomes, finals):
+def step_and_reset_levels(levels, grids, graphs, maps, map_grids, actions, outcomes, finals):
     """Step every environment; where the episode ends, store its final view and level and begin the next one."""
     for n in range(levels.shape[0]):
         advance_and_look(levels[n], grids[n], actions[n], outcomes[n])
         if levels[n].has_ended:
             outcomes[n].final_tiles[:] = outcomes[n].tiles
             finals[n] = levels[n]
-            generate(levels[n], grids[n], graphs)
+            generate(levels[n], grids[n], graphs, maps, map_grids)
             look_and_remember(levels[n], grids[n], outcomes[n].tiles)
