@@ -198,8 +198,8 @@ def _show_play(options: ComplexityArguments, player: str, walk: Walk, reading: R
         raise InputError("choose one of --from-play and --measures, not both")
     if several or options.csv or options.latex or options.markdown or options.sort:
         raise InputError(
-            "--from-play measures one goal graph and allows only --graph, --layout, --drop, --walk, --reading, --json, --draw, "
-            "--size, --max-steps, --episodes, --seed and --trust-run"
+            "--from-play measures one goal graph and allows only --graph, --layout, --drop, --walk, --reading, --json, "
+            "--draw, --size, --max-steps, --episodes, --seed and --trust-run"
         )
     from hierroom.lab.measure import measure_named  # it loads the world and the learners
 

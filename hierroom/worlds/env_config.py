@@ -35,7 +35,7 @@ LAYOUTS = tyro.constructors.PrimitiveConstructorSpec(
     metavar="FILE [FILE ...]",
     instance_from_str=tuple,
     is_instance=lambda _: True,
-    str_from_instance=lambda maps: [one.name for one in maps] or ["none"],  # for help texts only
+    str_from_instance=lambda maps: [*map(str, maps)] or ["none"],  # for help texts only
 )
 """How layouts are given on the command line: as paths."""
 

@@ -71,5 +71,7 @@ def graphs_of(groups: Sequence[Group]) -> list[set[str]]:
         for name, graph in run.own_graphs.items():
             if named.setdefault(name, run).own_graphs[name] != graph:
                 both = f"in {named[name].path} and in {run.path}"
-                raise InputError(f"two different goal graphs or layouts are called {name}, {both}; compare one of them at a time")
+                raise InputError(
+                    f"two different goal graphs or layouts are called {name}, {both}; compare one of them at a time"
+                )
     return [{graph for run in group.runs for graph in run.curves} for group in groups]

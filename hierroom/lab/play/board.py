@@ -10,8 +10,8 @@ from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
 from hierroom.goals.drawing import tree_places
 from hierroom.lab.play.game import Game
 from hierroom.worlds.escape_room.constants import KEY, LOCKED_DOOR, MARGIN
-from hierroom.worlds.escape_room.rooms import rooms_of
 from hierroom.worlds.escape_room.render import cells_of, draw_level
+from hierroom.worlds.escape_room.rooms import rooms_of
 
 PANEL, LEVEL = 390, 684  # pixels: the width of the panel, and about that of the level
 PAPER, INK, FAINT = (24, 28, 36), (232, 236, 243), (150, 160, 176)

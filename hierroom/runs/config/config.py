@@ -159,7 +159,7 @@ class TrainConfig:
         return replace(self, **whole)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain types for JSON; goal graphs and layouts of users by their content, whatever becomes of their files."""
+        """Return plain types for JSON; users' graphs and layouts by their content, whatever becomes of their files."""
         named = {
             "reward": self.env.reward,
             "task": self.env.task,

@@ -120,9 +120,7 @@ class Engine:
         self._clear_outcomes(chosen, 0)
         self.has_begun = True
         if len(chosen) == len(self):
-            batch_kernels.reset_levels(
-                levels, self._state.grids, self._graphs, maps.levels, maps.grids, self._outcomes
-            )
+            batch_kernels.reset_levels(levels, self._state.grids, self._graphs, maps.levels, maps.grids, self._outcomes)
         else:
             part, outcomes = self._state[chosen], self._outcomes[chosen]
             batch_kernels.reset_levels(part.levels, part.grids, self._graphs, maps.levels, maps.grids, outcomes)

@@ -23,7 +23,7 @@ from hierroom.worlds.random_kernels import random_below, shuffle, stream_key
 
 @njit(cache=True)
 def generate(level, grid, graphs, maps, map_grids):
-    """Begin the next episode: on one of the maps if there are any, else on a new level that the level's split allows."""
+    """Begin the next episode: on one of the maps, if there are any, else on a new level that the split allows."""
     level.episode += 1
     level.key = stream_key(level.seed, level.index, level.episode)
     level.n_drawn = np.uint64(0)

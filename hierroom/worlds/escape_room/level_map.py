@@ -141,12 +141,12 @@ class LevelMap:
 
     @classmethod
     def _from_dict(cls, table: Mapping[str, Any]) -> LevelMap:
-        rows = table.get("map")
+        rows: Any = table.get("map")
         lines = rows.split("\n") if isinstance(rows, str) else rows
-        is_right = {*table} == {"name", "map"} and isinstance(table["name"], str) and isinstance(lines, Sequence)
+        is_right = {*table} == {"name", "map"} and isinstance(table["name"], str) and isinstance(lines, (list, tuple))
         if not is_right or not all(isinstance(line, str) for line in lines):
             raise InputError(
-                f"a layout in a table holds name, a text, and map, its rows of text, and nothing else, not {shown(table)}"
+                f"a layout in a table holds name, a text, and map, its rows, and nothing else, not {shown(table)}"
             )
         return cls(table["name"], *_rows_of("\n".join(lines)))
 
