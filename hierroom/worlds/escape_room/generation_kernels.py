@@ -62,6 +62,7 @@ def set_up(level, grid, start, start_grid):
     level.key_rooms[:], level.door_rooms[:] = start.key_rooms, start.door_rooms
     level.colours[:], level.branches[:] = start.colours, start.branches
     level.doors_at[:], level.keys_at[:], level.exit_at[:] = start.doors_at, start.keys_at, start.exit_at
+    level.rectangles[:], level.divider[:] = 0, 0
     level.row, level.col, level.direction = start.row, start.col, start.direction
     if start.direction < 0:
         level.direction = random_below(level, 4)
@@ -79,9 +80,9 @@ def draw(level, grid, graph):
     block the way.
     """
     n_branches = graph.n_rooms - 1
-    level.n_rooms, level.exit_room = graph.n_rooms, graph.exit_room
-    level.key_rooms[:] = graph.key_rooms
     begin(level)
+    level.map, level.n_rooms, level.exit_room = 0, graph.n_rooms, graph.exit_room
+    level.key_rooms[:], level.door_rooms[:] = graph.key_rooms, 0
     level.rectangles[:], level.doors_at[:], level.keys_at[:] = 0, 0, 0  # the last episode's rooms may have been more
 
     for colour in range(6):

@@ -30,7 +30,7 @@ RULES = (
     "the goal graph is a tree of its rooms",
     "branches is the inverse of colours",
     "walls surround the grid",
-    "rooms lie inside the walls, and of a level that is drawn all doors are in the first",
+    "rooms lie inside the walls",
     "keys, doors and what was found are those of the rooms",
     "a key that is held and a door that is open were found",
     "each door stands where it is said to",
@@ -41,6 +41,7 @@ RULES = (
     "the bag holds the keys that are held, each once",
     "the key to drop is the one picked up last whose door is locked",
     "an episode has ended at the exit or after its last step, and nowhere else",
+    "all doors of a level that is drawn are opened from its first room",
 )
 """What must be so of a level and its grid besides the bounds, in the order in which `_broken_rule` looks at it."""
 
@@ -185,7 +186,7 @@ def _broken_rule(level, grid):
         top, left, bottom, right = level.rectangles[room]
         if level.map:
             continue
-        is_room = top <= bottom and left <= right and not level.door_rooms.any()
+        is_room = top <= bottom and left <= right
         if not (is_room and _is_inside(grid, top, left) and _is_inside(grid, bottom, right)):
             return 3
     if (level.keys | level.doors | level.found) >> n_branches:
@@ -223,4 +224,4 @@ def _broken_rule(level, grid):
     at_exit = level.row == level.exit_at[0] and level.col == level.exit_at[1]
     if level.has_ended != (at_exit or level.steps >= level.max_steps):
         return 13
-    return -1
+    return 14 if not level.map and level.door_rooms.any() else -1
