@@ -78,7 +78,7 @@ class Engine:
             Whole(1, 2**31 - 1).check(value, name)
         Whole(0, 2**62).check(first_index, "first_index")
         self._graphs = graph_records(graphs)
-        self._state = empty_state(num_envs, size, maps)
+        self._state, self._has_maps = empty_state(num_envs, size, maps), len(maps) > 0
         self._outcomes = np.zeros(num_envs, OUTCOME)
         self._finals = np.zeros(num_envs, LEVEL)
         records = self._state.levels
@@ -115,16 +115,23 @@ class Engine:
 
         ``seed`` is one for all of them, or a sequence with one, or None, for each.
         """
-        chosen, levels, maps = chosen_envs(envs, len(self)), self._state.levels, self._state.maps
+        chosen, levels = chosen_envs(envs, len(self)), self._state.levels
         write_seeds(levels, seed, chosen)
         self._clear_outcomes(chosen, 0)
         self.has_begun = True
         if len(chosen) == len(self):
-            batch_kernels.reset_levels(levels, self._state.grids, self._graphs, maps.levels, maps.grids, self._outcomes)
+            self._begin(levels, self._state.grids, self._outcomes)
         else:
             part, outcomes = self._state[chosen], self._outcomes[chosen]
-            batch_kernels.reset_levels(part.levels, part.grids, self._graphs, maps.levels, maps.grids, outcomes)
+            self._begin(part.levels, part.grids, outcomes)
             levels[chosen], self._state.grids[chosen], self._outcomes[chosen] = part.levels, part.grids, outcomes
+
+    def _begin(self, levels: np.ndarray, grids: NDArray[np.uint8], outcomes: np.ndarray) -> None:
+        if self._has_maps:
+            maps = self._state.maps
+            batch_kernels.reset_levels_of_maps(levels, grids, maps.levels, maps.grids, outcomes)
+        else:
+            batch_kernels.reset_levels(levels, grids, self._graphs, outcomes)
 
     def remember(self, memories: Iterable[str]) -> None:
         """Let levels remember more of their episode, names in `layout.MEMORIES`, from the next `reset` on."""
@@ -152,7 +159,10 @@ class Engine:
 
     def advance(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Step as `step` does, with actions that were checked."""
-        sources, step = (self._graphs, self._state.maps.levels, self._state.maps.grids), _compiled_step()
+        if self._has_maps:
+            sources, step = (self._state.maps.levels, self._state.maps.grids), _compiled_step_of_maps()
+        else:
+            sources, step = (self._graphs,), _compiled_step()
         levels, grids, outcomes, finals = self._state.levels, self._state.grids, self._outcomes, self._finals
         if len(self._slices) == 1:
             step(levels, grids, *sources, actions, outcomes, finals)
@@ -225,9 +235,15 @@ class Engine:
 @cache
 def _compiled_step() -> Callable[..., None]:
     state = empty_state(1, MIN_SIZE)
-    sources = np.zeros(1, GRAPH), NO_MAPS.levels, NO_MAPS.grids
-    arrays = state.levels, state.grids, *sources, np.zeros(1, np.int64), np.zeros(1, OUTCOME), state.levels
+    arrays = state.levels, state.grids, np.zeros(1, GRAPH), np.zeros(1, np.int64), np.zeros(1, OUTCOME), state.levels
     return compiled(batch_kernels.step_and_reset_levels, *arrays)
+
+
+@cache
+def _compiled_step_of_maps() -> Callable[..., None]:
+    state, maps = empty_state(1, MIN_SIZE), (NO_MAPS.levels, NO_MAPS.grids)
+    arrays = state.levels, state.grids, *maps, np.zeros(1, np.int64), np.zeros(1, OUTCOME), state.levels
+    return compiled(batch_kernels.step_and_reset_levels_of_maps, *arrays)
 
 
 @cache

@@ -22,15 +22,9 @@ from hierroom.worlds.random_kernels import random_below, shuffle, stream_key
 
 
 @njit(cache=True)
-def generate(level, grid, graphs, maps, map_grids):
-    """Begin the next episode: on one of the maps, if there are any, else on a new level that the split allows."""
-    level.episode += 1
-    level.key = stream_key(level.seed, level.index, level.episode)
-    level.n_drawn = np.uint64(0)
-    if maps.shape[0]:
-        chosen = random_below(level, maps.shape[0])
-        set_up(level, grid, maps[chosen], map_grids[chosen])
-        return
+def generate(level, grid, graphs):
+    """Begin the next episode on a new level, of those that the level's split allows."""
+    begin(level)
     graph = graphs[random_below(level, graphs.shape[0])]
     draw(level, grid, graph)
     while level.split != ALL_LEVELS and is_held_out(grid) != (level.split == EVALUATION_LEVELS):
@@ -48,16 +42,21 @@ def is_held_out(grid):
 
 @njit(cache=True)
 def begin(level):
-    """Forget the last episode."""
+    """Begin the random numbers of the next episode, and forget the last one."""
+    level.episode += 1
+    level.key = stream_key(level.seed, level.index, level.episode)
+    level.n_drawn = np.uint64(0)
     level.steps, level.keys, level.doors, level.found, level.seen, level.bag_size = 0, 0, 0, 0, 0, 0
     level.carried, level.has_ended = -1, False
     level.bag[:], level.opened_at[:], level.doorways[:], level.visited[:], level.explored[:] = 0, 0, 0, 0, 0
 
 
 @njit(cache=True)
-def set_up(level, grid, start, start_grid):
-    """Begin an episode on the level of a map."""
+def generate_of_maps(level, grid, maps, map_grids):
+    """Begin the next episode on the level of one of the maps."""
     begin(level)
+    chosen = random_below(level, maps.shape[0])
+    start = maps[chosen]
     level.map, level.n_rooms, level.exit_room = start.map, start.n_rooms, start.exit_room
     level.key_rooms[:], level.door_rooms[:] = start.key_rooms, start.door_rooms
     level.colours[:], level.branches[:] = start.colours, start.branches
@@ -66,7 +65,7 @@ def set_up(level, grid, start, start_grid):
     level.row, level.col, level.direction = start.row, start.col, start.direction
     if start.direction < 0:
         level.direction = random_below(level, 4)
-    grid[:] = start_grid
+    grid[:] = map_grids[chosen]
     visit(level)
 
 
@@ -80,7 +79,6 @@ def draw(level, grid, graph):
     block the way.
     """
     n_branches = graph.n_rooms - 1
-    begin(level)
     level.map, level.n_rooms, level.exit_room = 0, graph.n_rooms, graph.exit_room
     level.key_rooms[:], level.door_rooms[:] = graph.key_rooms, 0
     level.rectangles[:], level.doors_at[:], level.keys_at[:] = 0, 0, 0  # the last episode's rooms may have been more
@@ -139,6 +137,7 @@ def draw(level, grid, graph):
         key_at[0], key_at[1] = place(level, grid, home, -1, -1, KEY + level.colours[branch])
     row, col = place(level, grid, centre, -1, -1, EMPTY)
     level.row, level.col, level.direction = row, col, random_below(level, 4)
+    level.visited[:] = 0
     visit(level)
 
 

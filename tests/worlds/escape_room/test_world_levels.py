@@ -21,7 +21,7 @@ from hierroom.worlds.escape_room.constants import (
     WALL,
 )
 from hierroom.worlds.escape_room.engine import Engine
-from hierroom.worlds.escape_room.layout import LEVEL, MEMORIES, NO_MAPS
+from hierroom.worlds.escape_room.layout import LEVEL, MEMORIES
 from hierroom.worlds.escape_room.oracle import shortest_lengths
 
 CHAIN, STAR, MIXED = GoalGraph((0, 1, 2, 3, 4, 5), 6), GoalGraph((0,) * 6, 1), GoalGraph((0, 0, 1, 0, 2, 4), 5)
@@ -62,9 +62,8 @@ def test_nothing_of_the_last_episode_is_left():
     kept = {"seed", "index", "episode", "max_steps", "can_drop", "remembers", "split"}
     for name in set(LEVEL.names) - kept:
         left.levels[name] = 1
-    sources = NO_MAPS.levels, NO_MAPS.grids
     for state in (left, fresh):
-        generation_kernels.generate(state.levels[0], state.grids[0], world._graphs, *sources)
+        generation_kernels.generate(state.levels[0], state.grids[0], world._graphs)
     assert left.levels == fresh.levels
     assert (left.grids == fresh.grids).all()
     nothing = ("steps", "keys", "doors", "found", "seen", "bag_size", "has_ended", "bag", "opened_at", "doorways")
