@@ -129,7 +129,7 @@ def test_a_file_that_is_no_map_is_refused(tmp_path):
         "empty": "it is empty",
         "pipe": "no regular file",
     }
-    for name, why in {**said, "missing": "No such file"}.items():
+    for name, why in {**said, "empty": "it is empty", "missing": "No such file"}.items():
         with pytest.raises(InputError, match=why):
             EnvConfig(layout=tmp_path / f"{name}.txt")
     for wrong in (3, "", {"map": [LEAST]}, {"name": "a", "map": LEAST}, [LEAST, LEAST]):

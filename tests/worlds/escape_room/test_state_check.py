@@ -98,8 +98,8 @@ BREAK = {
     "an episode has ended at the exit or after its last step, and nowhere else": lambda level, grid: setattr(
         level, "has_ended", True
     ),
-    "all doors of a level that is drawn are opened from its first room": lambda level, grid: (
-        level.door_rooms.__setitem__(1, 1)
+    "all doors of a level that is drawn are opened from its first room": lambda level, grid: setattr(
+        level, "door_rooms", 1
     ),
 }
 
