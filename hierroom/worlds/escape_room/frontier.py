@@ -38,7 +38,8 @@ def find_frontiers(levels, rooms):
     for m in range(levels.shape[0]):
         level = levels[m]
         here = room_at(level, rooms, level.row, level.col)
-        for row in range(MARGIN + 1, MARGIN + MAX_SIZE - 1):
+        n_lines = rooms.shape[1] - 2 * MARGIN if level.map else MAX_SIZE
+        for row in range(MARGIN + 1, MARGIN + n_lines - 1):
             frontier, col = _frontier(level, row), MARGIN
             while frontier:
                 if frontier & ONE:
