@@ -43,7 +43,7 @@ def trace() -> str:
         for actions in rng.choice(6, size=(150, 6), p=[0.4, 0.15, 0.15, 0.1, 0.1, 0.1]):
             record(world.step(actions))
             record(tiles.encode(world.outcomes["tiles"]))
-            record(nearest_frontiers(world.state.levels))
+            record(nearest_frontiers(world.state.levels, world.state.maps))
         uniforms = np.empty((6, 3))
         random_kernels.turn_uniforms(world.state.levels, np.arange(6), uniforms)
         record(uniforms)

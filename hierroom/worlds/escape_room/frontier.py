@@ -14,7 +14,7 @@ from hierroom.worlds.escape_room.layout import LEVEL, NO_MAPS, Maps
 from hierroom.worlds.escape_room.rooms import room_at
 
 
-def nearest_frontiers(levels: np.ndarray, maps: Maps = NO_MAPS) -> NDArray[np.int64]:
+def nearest_frontiers(levels: np.ndarray, maps: Maps) -> NDArray[np.int64]:
     """Find the frontier cells nearest to the agents by Manhattan distance; of equals the first by row and column.
 
     Floor is what lies in a room or is an open door.

@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.complexity.augmented import AugmentedGraph
-from hierroom.worlds.escape_room.layout import NO_MAPS, Maps
+from hierroom.worlds.escape_room.layout import Maps
 from hierroom.worlds.escape_room.rooms import rooms_of
 
 
 class NodeMap:
     """Finds where levels of one goal graph stand in its augmented graph."""
 
-    def __init__(self, augmented: AugmentedGraph, maps: Maps = NO_MAPS) -> None:
+    def __init__(self, augmented: AugmentedGraph, maps: Maps) -> None:
         self.exit, self._maps = augmented.exit, maps
         n_branches = augmented.graph.n_rooms - 1
         self._nodes = np.full((2, n_branches + 1, 1 << n_branches), -1)  # key or room, which, open doors as bits
