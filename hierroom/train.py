@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from hierroom.runs.trained_agent import TrainedAgent
 
 _CODE = ("meta", "network", "reward", "task")  # options that may name custom code
+_LEVELS = ("graph", "layout")
 _ONLY_BESIDE_RESUME = "a resumed run keeps its config; only --steps, --threads and --device may be given"
 
 
@@ -53,6 +54,8 @@ def parse(argv: Sequence[str]) -> TrainArguments:
     first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     for name in ("preset", *_CODE, "config", "resume", "out"):
         first.add_argument(f"--{name}", nargs="?")  # tyro says later that a value is missing
+    for name in _LEVELS:
+        first.add_argument(f"--{name}", nargs="*")
     known, _ = first.parse_known_args(argv)
     trust = "--trust-run" in argv or "--trust_run" in argv
     if known.resume and not (known.preset is known.config is known.out is None):
@@ -68,6 +71,9 @@ def parse(argv: Sequence[str]) -> TrainArguments:
         default = read_config(known.config, trust=trust, **named)
     else:
         default = find_preset(known.preset or implied_preset(known.meta)).changed(task=known.task)
+    for name in () if known.resume else _LEVELS:  # one replaces the other, whatever the preset or the file says
+        if words := getattr(known, name):
+            default = default.changed(**{name: words})
     arguments = read_arguments(TrainArguments, "train", argv, TrainArguments(config=default))
     kept = arguments.config.changed(steps=default.steps, threads=default.threads, device=default.device)
     if known.resume and kept != default:
@@ -134,9 +140,8 @@ def _warn_of_what_does_nothing(config: TrainConfig) -> None:
     from hierroom.runs.config.unread_entries import unread_note
     from hierroom.runs.logs.output import warn
 
-    graphs = (
-        find_graphs(config.env.graph, config.env.exclude, config.env.drop_key).notes if config.env.task is None else ()
-    )
+    env = config.env
+    graphs = find_graphs(env.graph, env.exclude, env.drop_key).notes if env.kind == "graph" else ()
     for note in (*graphs, unread_note(config)):
         if note:
             warn(note)

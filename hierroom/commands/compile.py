@@ -166,6 +166,7 @@ def _plays() -> Iterator[Callable[[], object]]:
     yield partial(step, EscapeRooms(4, **small, autoreset_mode="SameStep"), 4)
     yield partial(step, EscapeRooms(4, **small, flat=True), 4)
     yield partial(step, EscapeRooms(4, **small, autoreset_mode="NextStep", copy=False), 4)
+    yield partial(step, EscapeRooms(4, layout="######\n#@rRE#\n######", max_steps=30, autoreset_mode="SameStep"), 4)
 
 
 def _is_complete(stamp: Path) -> bool:

@@ -70,14 +70,14 @@ def main(argv: Sequence[str]) -> int:
         print(to_json({name: asdict(result) for name, result in results.items()}))
         return 0
     graphs, n_known = results["sampled"].graphs, len(turns["sampled"].world.variants)
-    what = "graph" if agent.config.env.task is None else "task"
-    where = f"{what} {next(iter(graphs))}" if n_known == 1 else f"{len(graphs)} graphs"
+    what = turns["sampled"].config.kind
+    where = f"{what} {next(iter(graphs))}" if n_known == 1 else f"{len(graphs)} {what}s"
     if n_known > len(graphs):
-        where = f"{len(graphs)} of {n_known} graphs (the others had no episode)"
+        where = f"{len(graphs)} of {n_known} {what}s (the others had no episode)"
     print(f"{arguments.run} on {where}, {results['sampled'].episodes} episodes")
     print_table(_table(results))
     if len(graphs) > 1:
-        print_table(_graph_table(results))
+        print_table(_graph_table(results, what))
     return 0
 
 
@@ -101,7 +101,7 @@ def _number(value: float, style: str = ".1f") -> str:
     return "-" if math.isnan(value) else format(value, style)
 
 
-def _graph_table(results: Mapping[str, Evaluation]) -> Table:
+def _graph_table(results: Mapping[str, Evaluation], kind: str) -> Table:
     rows = []
     for graph, score in results["sampled"].graphs.items():
         rows.append([graph, str(score.episodes)])
@@ -110,4 +110,4 @@ def _graph_table(results: Mapping[str, Evaluation]) -> Table:
             interval = "{:.0%}-{:.0%}".format(*own.success_interval)
             rows[-1] += [f"{own.success_rate:.1%}", interval, f"{own.length:.0f}"]
     headings = [f"{name}\n{what}" for name in results for what in ("success", "interval", "length")]
-    return named_table(["graph", "episodes", *headings], rows)
+    return named_table([kind, "episodes", *headings], rows)

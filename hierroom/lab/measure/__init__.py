@@ -107,7 +107,8 @@ def measure_named(
 
     Args:
         name: `"random"`, `"oracle"`, or the folder of a training run.
-        entries: the ``graph``, ``size`` and ``max_steps``, where they differ from the run's or else the defaults.
+        entries: the ``graph`` or ``layout``, ``size`` and ``max_steps``, where they differ from the run's or else the
+            defaults.
         drop_key: whether keys can be dropped; always true for a run that trained so.
         trust: whether to run the code that the run's config names, as for `load`.
     """

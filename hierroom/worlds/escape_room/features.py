@@ -64,7 +64,9 @@ def _doorway_places(observation: Any) -> NDArray:
 
 def _frontier_places(observation: Any) -> NDArray:
     """[M, 4] `_places` of what `nearest_frontiers` finds."""
-    return _compiled_places()(observation.view.levels, nearest_frontiers(observation.view.levels))
+    return _compiled_places()(
+        observation.view.levels, nearest_frontiers(observation.view.levels, observation.view.maps)
+    )
 
 
 def _places_of_goals(levels: np.ndarray, goals: NDArray[np.integer]) -> NDArray:
