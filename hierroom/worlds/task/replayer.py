@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hierroom.goals import NO_GOAL
 from hierroom.support.errors import own_code
-from hierroom.worlds.task.goal_values import goal_values
+from hierroom.worlds.task.goal_values import as_totals, goal_values
 from hierroom.worlds.task.parts import TaskParts
 
 SPLITS = (None, "training", "evaluation")
@@ -51,7 +51,10 @@ class TaskReplayer:
     def seed_of(self, identity: tuple[int, int, int, str | None]) -> int:
         """Return the seed with which an episode's environment is reset."""
         *numbers, levels = identity
-        return int(np.random.SeedSequence([*numbers, SPLITS.index(levels), 0]).generate_state(1)[0])
+        entropy = (*numbers, SPLITS.index(levels), 0)
+        # SeedSequence cuts whole numbers into these words itself, and takes twice as long.
+        words = [n >> shift & 0xFFFFFFFF for n in entropy for shift in range(0, n.bit_length() or 1, 32)]
+        return int(np.random.SeedSequence(np.array(words, np.uint32)).generate_state(1)[0])
 
     def identity(self, state: Moment) -> tuple[int, int, int]:
         """Return the seed of the environments, the number of this one, and how many episodes it had begun before."""
@@ -78,17 +81,21 @@ class TaskReplayer:
         try:
             with own_code(f"reset of {task.name}"):
                 _, info = env.reset(seed=self.seed_of(state.identity))
-            last = np.array(goal_values(task.goals, env, info, task.name), np.int64)
+            last = self._totals(env, info)
             for step in range(len(actions) + 1):
                 frame = _frame(env)
                 yield Moment(state.identity, state.max_steps, counts.copy(), marking, step, lambda f=frame: f)
                 if step < len(actions) and actions[step] < task.n_actions:
                     with own_code(f"step of {task.name}"):
                         *_, info = env.step(task.trial.first_action + int(actions[step]))
-                    now = np.array(goal_values(task.goals, env, info, task.name), np.int64)
+                    now = self._totals(env, info)
                     counts, last = counts + np.maximum(now - last, 0), now
         finally:
             env.close()
+
+    def _totals(self, env: Any, info: dict[str, Any]) -> NDArray[np.int64]:
+        goals, name = self._task.goals, self._task.name
+        return as_totals(goal_values(goals, [env], [info], name), goals, name)[0].astype(np.int64)
 
     def tile_size(self, state: Moment) -> int:
         """Return 1: pictures of a task have no tiles."""
