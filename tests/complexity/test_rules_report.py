@@ -200,14 +200,14 @@ def pipeline(n):
         ),
         (many(20), "these 21 rules over 21 facts give more; leave out rules"),
         (many(90), "these 91 rules over 91 facts give more; leave out rules"),
-        (pipeline(25), "these 26 rules over 26 facts give more; leave out rules"),
+        (pipeline(61), "these 62 rules over 62 facts give more; leave out rules"),
     ],
 )
 def test_too_many_markings_are_refused_within_a_second_with_what_to_lower(rules, advice):
     started = time.process_time()  # not slowed by what else runs
     with pytest.raises(InputError, match=f"at most 100,000 markings, .*{advice}") as caught:
         analyze(rules)
-    assert time.process_time() - started < 3, "it takes less than one on a quiet machine"
+    assert time.process_time() - started < 1
     assert "\n" not in str(caught.value)
 
 
