@@ -175,7 +175,7 @@ class Rules:
 
     @cached_property
     def _thresholds(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.uint64]]:
-        """The T facts and counts that alternatives ask for, and the bits of those that each one asks for: [T / 64, R, A].
+        """The T facts and counts that alternatives ask for, and which each one asks for, as bits: [T / 64, R, A].
 
         T is a multiple of 64: those at the end are always there.
         """
@@ -189,10 +189,11 @@ class Rules:
     def _choose(self, markings: NDArray[np.integer]) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
         """Find whether each rule applies to markings [..., F], and by which of its alternatives: [..., R] both."""
         facts, counts, asks = self._thresholds
-        lacks, enough = _bits(np.take(markings, facts, axis=-1) < counts), np.True_
+        lacks = _bits(np.take(markings, facts, axis=-1) < counts)
+        enough = np.ones((*lacks.shape[:-1], *asks.shape[1:]), bool)
         for word, asked in enumerate(asks):
-            enough = enough & ((lacks[..., word, None, None] & asked) == 0)
-        if enough.shape[-1] == 1:
+            enough &= (lacks[..., word, None, None] & asked) == 0
+        if asks.shape[-1] == 1:
             return enough[..., 0], np.broadcast_to(np.int64(0), enough.shape[:-1])
         return np.any(enough, axis=-1), enough.argmax(axis=-1)
 
