@@ -19,6 +19,7 @@ from hierroom.worlds.task.parts import TaskParts
 from hierroom.worlds.task.process_envs import ProcessEnvs
 from hierroom.worlds.task.replayer import Moment, TaskReplayer
 from hierroom.worlds.task.spaces import entry_of
+from hierroom.worlds.world import Feature
 
 MAX_REMEMBERED = 20_000
 """Actions of an episode that a checkpoint holds, so that a resumed run can go on in its midst."""
@@ -38,7 +39,7 @@ class TaskWorld(BaseWorld):
 
     def __init__(self, task: TaskParts, config: EnvConfig, num_envs: int, **settings: Any) -> None:
         self.task, self._trial = task, task.trial
-        self.goals, self.n_actions, self.features, self.rules = task.goal_set, task.n_actions, task.features, task.rules
+        self.goals, self.n_actions, self.rules = task.goal_set, task.n_actions, task.rules
         self.is_repeatable = self._trial.are_counts
         self.observation_spaces: dict[str, spaces.Space] = {name: one for name, (_, one) in self._trial.entries.items()}
         self.default_max_steps = task.max_steps
@@ -57,6 +58,11 @@ class TaskWorld(BaseWorld):
         self._cut = np.zeros(num_envs, bool)
         self._envs = ProcessEnvs(task, num_envs) if task.processes else LocalEnvs(task, num_envs)
         super().__init__(config, num_envs, **settings)
+
+    @property
+    def features(self) -> Mapping[str, Feature]:  # pyright: ignore[reportIncompatibleVariableOverride] - copies have none
+        """Features that networks can read, by name."""
+        return self.task.features
 
     def begin(self, envs: NDArray[np.integer]) -> None:
         """Begin the episodes of environments [M], each with the seed of its own."""
