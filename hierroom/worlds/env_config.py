@@ -72,9 +72,9 @@ class EnvConfig:
             to achieve), seen (in EscapeRooms; or no goal: find something new) or none (no mask: all goals of the
             world, existing or not).
         task: another world than EscapeRooms (which graph, exclude, curriculum_stages, size and drop_key describe):
-            package.module:name of a `hierroom.Task`, an entry point, or a world that ships, such as workshop:8. Its name
-            fixes a workshop's tech tree: workshop:8 is workshop:8:0, workshop:8:3 the tree of seed 3; a run's seed
-            draws the orders on the shelf and the agents' choices, so that several seeds can be run on one tree.
+            package.module:name of a `hierroom.Task`, an entry point, or a world that ships, such as workshop:8. A
+            workshop's name fixes its tech tree: workshop:8 is workshop:8:0, workshop:8:3 the tree of seed 3; a run's
+            seed draws the orders on the shelf and the agents' choices, so that several seeds can be run on one tree.
         env_index: the index of the (first) environment; with the seed it fixes the episodes.
         levels: training or evaluation, which have no layout in common whatever the seeds; None: all levels, but in
             training and when a trained agent is evaluated or watched the one or the other.

@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import NO_GOAL
+from hierroom.support.drawing import side_by_side
 from hierroom.support.errors import own_code
+from hierroom.worlds.dependencies import Dependencies
 from hierroom.worlds.task.goal_values import as_totals, goal_values
 from hierroom.worlds.task.parts import TaskParts
 
@@ -77,25 +79,34 @@ class TaskReplayer:
     def replay(self, state: Moment, actions: NDArray[np.integer]) -> Iterator[Moment]:
         """Yield the state, and that after each action."""
         env, task = self._task.new_env("rgb_array"), self._task
-        counts, marking = np.zeros_like(state.counts), state.marking.copy()
+        counts, markings = np.zeros_like(state.counts), state.marking[None].copy()
+        dependencies = Dependencies.of(task.rules, task.goal_set)
         try:
             with own_code(f"reset of {task.name}"):
                 _, info = env.reset(seed=self.seed_of(state.identity))
             last = self._totals(env, info)
             for step in range(len(actions) + 1):
                 frame = _frame(env)
-                yield Moment(state.identity, state.max_steps, counts.copy(), marking, step, lambda f=frame: f)
+                moment = counts.copy(), markings[0].copy(), step, lambda f=frame: f
+                yield Moment(state.identity, state.max_steps, *moment)
                 if step < len(actions) and actions[step] < task.n_actions:
                     with own_code(f"step of {task.name}"):
                         *_, info = env.step(task.trial.first_action + int(actions[step]))
                     now = self._totals(env, info)
-                    counts, last = counts + np.maximum(now - last, 0), now
+                    times, last = np.maximum(now - last, 0), now
+                    counts = counts + times
+                    if dependencies is not None:
+                        dependencies.apply(markings, times[None])
         finally:
             env.close()
 
     def _totals(self, env: Any, info: dict[str, Any]) -> NDArray[np.int64]:
         goals, name = self._task.goals, self._task.name
         return as_totals(goal_values(goals, [env], [info], name), goals, name)[0].astype(np.int64)
+
+    def rules_state(self, state: Moment) -> tuple[NDArray[np.bool_], NDArray[np.integer]]:
+        """Return which goals [G] were achieved, and how many there are of each fact [F]."""
+        return state.counts > 0, state.marking
 
     def tile_size(self, state: Moment) -> int:
         """Return 1: pictures of a task have no tiles."""
@@ -110,11 +121,7 @@ class TaskReplayer:
         panel = _panel(tuple(self._lines(state, goal)), widest, title)
         if not isinstance(frame, np.ndarray) or frame.ndim != 3 or frame.shape[2] != 3:
             return panel
-        height = max(len(frame), len(panel))
-        parts = [np.full((height, part.shape[1], 3), 255, np.uint8) for part in (frame, panel)]
-        for part, drawn in zip(parts, (frame, panel), strict=True):
-            part[: len(drawn)] = drawn
-        return np.concatenate(parts, axis=1)
+        return side_by_side(frame, panel)
 
     def text(self, state: Moment, goal: int = NO_GOAL) -> str:
         """Describe a state for a terminal."""

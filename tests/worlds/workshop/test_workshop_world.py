@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 from pettingzoo.test import api_test, parallel_api_test
+from pictures import has_colour
 from same_state import equal
 from workshop_twin import CRAFT
 
@@ -15,6 +16,8 @@ import hierroom
 from hierroom import EnvConfig, InputError
 from hierroom.agents.config import METHODS
 from hierroom.agents.features import Features
+from hierroom.agents.playback import pictures
+from hierroom.complexity.drawing.draw_state import DONE, PURSUED, rules_picture
 from hierroom.learners.config import PPOConfig
 from hierroom.runs.trainer import Trainer
 from hierroom.turns.records import META
@@ -229,3 +232,21 @@ def test_every_method_trains_and_goes_on_from_its_state(method, one_thread):
         assert first.advance() == second.advance()
     states = [trainer.state_dict() for trainer in (first, second)]
     assert equal(*({name: state[name] for name in ("turns", "agents", "log")} for state in states))
+
+
+def test_a_film_shows_the_graph_of_the_rules_with_what_was_achieved_and_what_there_is():
+    (episode,) = hierroom.rollout("oracle", EnvConfig(task="workshop:4"), 1, seed=0)
+    frames, states = [*pictures(episode)], [*episode.states()]
+    level = episode.replayer.picture(states[0], -1, episode.replayer.tile_size(states[0]))
+    assert len({frame.shape for frame in frames}) == 1
+    graphs = [frame[:, level.shape[1] :] for frame in frames]
+    n_achieved = [int(episode.replayer.rules_state(state)[0].sum()) for state in states]
+    assert (n_achieved[0], n_achieved[-1]) == (0, 4)
+    assert [has_colour(graph, DONE).any() for graph in graphs] == [n > 0 for n in n_achieved]
+    rules, drawn = episode.graph, set()
+    for marking, achieved, goal in ((0, (), None), (0, ("water",), None), (1, ("water",), None), (0, (), "water")):
+        counts = [marking if fact == "water" else there for fact, there in rules.start.items()]
+        one = rules_picture(rules, frozenset(achieved), tuple(counts), goal)
+        assert has_colour(one, PURSUED).any() == (goal is not None)
+        drawn.add(one.tobytes())
+    assert len(drawn) == 4
