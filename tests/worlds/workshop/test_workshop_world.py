@@ -1,6 +1,7 @@
 """Workshops as a world: seeds, states, features, goals, pictures, and every API."""
 
 import pickle
+import threading
 from copy import deepcopy
 
 import gymnasium
@@ -20,9 +21,11 @@ from hierroom.agents.playback import pictures
 from hierroom.complexity.drawing.draw_state import DONE, PURSUED, rules_picture
 from hierroom.learners.config import PPOConfig
 from hierroom.runs.trainer import Trainer
+from hierroom.support.thread_pool import MIN_ENVS_PER_THREAD
 from hierroom.turns.records import META
 from hierroom.turns.turns import Turns
 from hierroom.worlds.make import find_task, world_spec
+from hierroom.worlds.workshop import world as module
 from hierroom.worlds.workshop.layout import BENCH, PLACES, SHELF, SHOP
 
 TASK = hierroom.workshop(CRAFT)
@@ -38,6 +41,23 @@ def test_an_environment_goes_the_same_way_alone_and_among_others():
     for row in ACTIONS:
         assert together.step(row)[4] == alone.step(row[4:5])[0]
         np.testing.assert_array_equal(together.state.things[4], alone.state.things[0])
+
+
+def test_two_threads_do_what_one_does(monkeypatch):
+    n, used, step = 2 * MIN_ENVS_PER_THREAD + 1, [], module._compiled_step()
+
+    def noted_step(*arrays):
+        used.append((threading.get_ident(), len(arrays[0])))
+        step(*arrays)
+
+    monkeypatch.setattr(module, "_compiled_step", lambda: noted_step)
+    config = EnvConfig(task=TASK, max_steps=40)
+    one, two = (TASK.make_world(config, n, seed=3, memories=("visited",), threads=threads) for threads in (1, 2))
+    for actions in np.random.default_rng(1).integers(0, TASK.n_actions, (60, n)):
+        assert (one.step(actions) == two.step(actions)).all()
+    for name, array in vars(one.get_state()).items():
+        np.testing.assert_array_equal(array, getattr(two.get_state(), name))
+    assert {size for thread, size in used if thread != threading.get_ident()} == {n // 2, n // 2 + 1}
 
 
 def test_the_shelf_has_another_order_in_each_episode_and_never_one_of_evaluation_in_training():
