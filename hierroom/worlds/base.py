@@ -15,20 +15,19 @@ from hierroom.goals.goal_set import GoalSet
 from hierroom.support.compile.kernel import compiled
 from hierroom.support.errors import InputError
 from hierroom.support.read_only import Shown, freeze
-from hierroom.support.schema import Array, Table, Whole
+from hierroom.support.schema import Array, Table, Whole, record_type
 from hierroom.worlds.base_view import BaseView
 from hierroom.worlds.dependencies import Dependencies
-from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
+from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, SPLITS, EnvConfig
 from hierroom.worlds.observation_writer import ObservationWriter, observe_alone
 from hierroom.worlds.outcome_kernel import write_outcomes
 from hierroom.worlds.seeds import chosen_envs, write_seeds
 from hierroom.worlds.window import StateScreen
 from hierroom.worlds.world import OUTCOME_FIELDS, BatchWriter, Feature, Screen, Seeds
 
-OUTCOME = np.dtype((np.record, np.dtype([*OUTCOME_FIELDS], align=True)))
+OUTCOME = record_type(*OUTCOME_FIELDS)
 GOAL_MASKS = ("reachable", "existing", "none")
 _ARRAYS = ("seeds", "indices", "numbers", "counts", "markings", "lengths", "has_ended")
-_SPLITS = (None, "training", "evaluation")
 _MOST = 2**62
 
 
@@ -123,7 +122,7 @@ class BaseWorld(ABC):
 
     def random(self, episode: Sequence[int], purpose: int, turn: int, n: int) -> NDArray[np.floating]:
         """Return n numbers in [0, 1) fixed by an episode (seed, environment and number), purpose and turn."""
-        entropy = [*episode, _SPLITS.index(self.config.levels), purpose, turn]
+        entropy = [*episode, SPLITS[self.config.levels], purpose, turn]
         return (np.random.SeedSequence(entropy).generate_state(n, np.uint64) >> np.uint64(11)) * 2.0**-53
 
     def remember(self, memories: Iterable[str]) -> None:

@@ -15,6 +15,8 @@ from hierroom.support.errors import InputError, require_name, shown, use_python_
 RewardName = Literal["extrinsic", "bonus", "intrinsic", "novelty"]
 GoalMaskName = Literal["reachable", "existing", "seen", "none"]
 LevelsName = Literal["training", "evaluation"]
+SPLITS: Mapping[str | None, int] = {name: n for n, name in enumerate((None, *get_args(LevelsName)))}
+"""The parts of all levels that may be drawn, as worlds number them; training and evaluation share none."""
 
 NOVELTY_BONUS = 0.03
 """Size of the bonus for a novel state unless another is given. Leaving at once is certain to be worth more than the

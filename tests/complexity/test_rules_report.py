@@ -10,7 +10,7 @@ from itertools import pairwise
 import networkx as nx
 import numpy as np
 import pytest
-from plain_rules import matrix, play, random_rules, unroll
+from plain_rules import TUNNEL, matrix, play, random_rules, unroll
 from scipy.stats import spearmanr
 
 from hierroom import GoalGraph, Rules, enumerate_graphs
@@ -31,18 +31,6 @@ LIFE = Rules(
     },
     target="out",
     start={"life": 1},
-)
-TUNNEL = Rules(
-    {
-        "wood": {"gives": "wood"},
-        "table": {"uses": {"wood": 2}, "gives": "table"},
-        "pickaxe": {"needs": "table", "uses": {"wood": 1}, "gives": "pickaxe"},
-        "stone": {"needs": "pickaxe", "gives": "stone"},
-        "tunnel": [{"needs": {"stone": 3}, "gives": "way"}, {"needs": "dynamite", "gives": "way"}],
-    },
-    target="way",
-    capacity={"wood": 3, "stone": 3},
-    label="tunnel",
 )
 WATER = Rules(
     {

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
@@ -23,7 +21,6 @@ from hierroom.complexity.drawing.draw import (
     MOST_INCHES,
     ROOM_COLOURS,
     Pen,
-    save_figure,
 )
 from hierroom.complexity.drawing.drawn_places import MAX_DRAWN_NODES, Point, limits, place_rows
 from hierroom.complexity.markings import MarkingGraph
@@ -34,24 +31,14 @@ from hierroom.support.errors import InputError
 DEAD_COLOUR, USED_COLOUR = "#e15759", "#e15759"
 
 
-def draw_chain(path: str | Path, chain: Chain, unrolled: MarkingGraph | None = None, restarts: bool = True) -> None:
-    """Draw a chain into a .png (the default), .pdf or .svg file; that of rules next to the goals.
+def figure_of_chain(chain: Chain, unrolled: MarkingGraph | None = None, restarts: bool = True) -> Figure:
+    """Return the figure of a chain; that of rules next to the goals.
 
     Args:
+        chain: the chain.
         unrolled: the rules of which it is the marking chain.
         restarts: whether to draw the moves to the start.
     """
-    save_figure(_figure(chain, unrolled, restarts), path)
-
-
-def svg_of_chain(chain: Chain, unrolled: MarkingGraph | None = None, restarts: bool = True) -> str:
-    """Return the picture of `draw_chain` as the text of an SVG document."""
-    picture = io.StringIO()
-    _figure(chain, unrolled, restarts).savefig(picture, format="svg", facecolor="white")
-    return picture.getvalue()
-
-
-def _figure(chain: Chain, unrolled: MarkingGraph | None, restarts: bool) -> Figure:
     n = len(chain.labels)
     if n > MAX_DRAWN_NODES:
         raise InputError(f"a drawing can show at most {MAX_DRAWN_NODES} nodes that differ; this chain has {n:,}")

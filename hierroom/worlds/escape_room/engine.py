@@ -15,6 +15,7 @@ from hierroom.support.errors import InputError
 from hierroom.support.read_only import read_only
 from hierroom.support.schema import Whole
 from hierroom.support.thread_pool import Shares
+from hierroom.worlds.env_config import SPLITS
 from hierroom.worlds.escape_room import batch_kernels
 from hierroom.worlds.escape_room.constants import MIN_SIZE
 from hierroom.worlds.escape_room.layout import (
@@ -22,7 +23,6 @@ from hierroom.worlds.escape_room.layout import (
     LEVEL,
     MEMORIES,
     OUTCOME,
-    SPLITS,
     State,
     empty_state,
     graph_records,
@@ -44,7 +44,7 @@ class Engine:
         max_steps: steps after which an episode is truncated.
         seed: 0 to 2**63 - 1; None generates no levels yet: call `reset` with a seed first.
         memories: what levels remember of their episode, names in `layout.MEMORIES`.
-        levels: which levels are drawn, a name in `layout.SPLITS`; None: all.
+        levels: which levels are drawn, a name in `env_config.SPLITS`; None: all.
 
     Attributes:
         state: the state of the environments, read-only, updated in place by each step.

@@ -15,10 +15,10 @@ from hierroom.goals import NO_GOAL
 from hierroom.support.drawing import side_by_side
 from hierroom.support.errors import own_code
 from hierroom.worlds.dependencies import Dependencies
+from hierroom.worlds.env_config import SPLITS
 from hierroom.worlds.task.goal_values import as_totals, goal_values
 from hierroom.worlds.task.parts import TaskParts
 
-SPLITS = (None, "training", "evaluation")
 PAPER, INK, FADED, DONE = (255, 255, 255), (20, 20, 20), (150, 150, 150), (0, 120, 60)
 _WIDTH, _LINE, _MARGIN, _TITLE_LINES = 260, 18, 10, 3
 
@@ -53,7 +53,7 @@ class TaskReplayer:
     def seed_of(self, identity: tuple[int, int, int, str | None]) -> int:
         """Return the seed with which an episode's environment is reset."""
         *numbers, levels = identity
-        entropy = (*numbers, SPLITS.index(levels), 0)
+        entropy = (*numbers, SPLITS[levels], 0)
         # SeedSequence cuts whole numbers into these words itself, and takes twice as long.
         words = [n >> shift & 0xFFFFFFFF for n in entropy for shift in range(0, n.bit_length() or 1, 32)]
         return int(np.random.SeedSequence(np.array(words, np.uint32)).generate_state(1)[0])

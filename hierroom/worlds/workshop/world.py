@@ -16,11 +16,11 @@ from hierroom.support.read_only import freeze, read_only
 from hierroom.support.schema import Whole
 from hierroom.support.thread_pool import Shares
 from hierroom.worlds.base import OUTCOME, BaseWorld
-from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.env_config import SPLITS, EnvConfig
 from hierroom.worlds.seeds import Indices, chosen_envs, write_seeds
 from hierroom.worlds.workshop import kernels
 from hierroom.worlds.workshop.goal_kernels import GOAL_MASKS
-from hierroom.worlds.workshop.layout import SHELF, SHOP, SPLITS, WorkshopState
+from hierroom.worlds.workshop.layout import SHELF, SHOP, WorkshopState
 from hierroom.worlds.workshop.recipes import book_of
 from hierroom.worlds.workshop.state_check import check_state
 from hierroom.worlds.workshop.tech_tree import tech_tree
