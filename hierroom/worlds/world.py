@@ -30,14 +30,6 @@ OUTCOME_FIELDS = (
 )
 """What a step did in one environment; the records of a world may have further fields."""
 
-SOURCE_FIELDS = (
-    ("seed", "u8"),
-    ("index", "i8"),  # number of the environment; the same index gives the same episodes in any batch
-    ("episode", "i8"),
-    ("key", "u8"),
-    ("n_drawn", "u8"),
-)
-"""The source of an environment's random numbers in a compiled world: see `random_kernels`."""
 RENDER_MODES = ("ansi", "rgb_array", "human")
 Seeds = int | Sequence[int | None] | None
 """One seed for all environments, one or None for each, or none: see `World.reset`."""

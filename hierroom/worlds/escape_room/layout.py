@@ -20,7 +20,8 @@ from hierroom.worlds.escape_room.constants import (
     VIEW,
     VISITED,
 )
-from hierroom.worlds.world import OUTCOME_FIELDS, SOURCE_FIELDS
+from hierroom.worlds.seeds import SOURCE_FIELDS
+from hierroom.worlds.world import OUTCOME_FIELDS
 
 GRAPH = record_type(("n_rooms", "i4"), ("exit_room", "i4"), ("key_rooms", "i4", N_COLOURS))
 """A goal graph in the form that kernels read."""

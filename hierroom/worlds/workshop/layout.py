@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.support.schema import record_type
-from hierroom.worlds.world import SOURCE_FIELDS
+from hierroom.worlds.seeds import SOURCE_FIELDS
 
 PLACES, SHELF, BENCH = range(3)
 """Rows of an environment's things [3, T]: the thing at each place of the shelf (P of them, then zeros); how many there
