@@ -75,6 +75,11 @@ def make_game(arguments: PlayArguments) -> Game:
         entries: dict[str, Any] = {**usual, "drop_key": arguments.drop_key, **chosen}
         return Game(Turns(EnvConfig(**entries), 1, seed=arguments.seed, autoreset=False, measure_shortest=True))
     agent = load(arguments.agent, greedy=arguments.greedy, trust=arguments.trust_run)
+    if agent.config.env.task is not None:
+        name = agent.config.env.names[0]
+        raise InputError(
+            f"play shows levels of EscapeRooms, and the agent of {arguments.agent} plays {name}; use watch"
+        )
     if arguments.drop_key and not agent.config.env.drop_key:
         raise InputError(f"the agent of {arguments.agent} was trained without --drop-key, so keys cannot be dropped")
     turns = agent.turns(1, seed=arguments.seed, env=agent.env(**chosen), autoreset=False)

@@ -16,6 +16,8 @@ from hierroom.worlds.escape_room.level_map import as_maps
 RewardName = Literal["extrinsic", "bonus", "intrinsic", "novelty"]
 GoalMaskName = Literal["reachable", "existing", "seen", "none"]
 LevelsName = Literal["training", "evaluation"]
+SPLITS: Mapping[str | None, int] = {name: n for n, name in enumerate((None, *get_args(LevelsName)))}
+"""The parts of all levels that may be drawn, as worlds number them; training and evaluation share none."""
 
 NOVELTY_BONUS = 0.03
 """Size of the bonus for a novel state unless another is given. Leaving at once is certain to be worth more than the
@@ -83,7 +85,9 @@ class EnvConfig:
             to achieve), seen (in EscapeRooms; or no goal: find something new) or none (no mask: all goals of the
             world, existing or not).
         task: another world than EscapeRooms (which graph, exclude, curriculum_stages, size and drop_key describe):
-            package.module:name of a `hierroom.Task`, an entry point, or a world that ships, such as workshop:8.
+            package.module:name of a `hierroom.Task`, an entry point, or a world that ships, such as workshop:8. A
+            workshop's name fixes its tech tree: workshop:8 is workshop:8:0, workshop:8:3 the tree of seed 3; a run's
+            seed draws the orders on the shelf and the agents' choices, so that several seeds can be run on one tree.
         layout: levels of your own in place of graph, exclude, curriculum_stages and size: the path of a text map, in
             Python also its text, or several, of which each episode draws one. In a map # is wall, space or . floor, E
             the exit, @ the start (> v < ^ with its direction, which is drawn otherwise), R G B P Y W are locked doors

@@ -105,11 +105,11 @@ def _is_within(needs: Mapping[str, int], context: Mapping[str, int]) -> bool:
 
 
 def _reduced(way: Needs, ways: Mapping[str, tuple[Needs, ...]]) -> Needs:
-    """Leave out what the other requirements have in all their alternatives themselves."""
+    """Leave out what another requirement has in all its alternatives itself."""
 
     def is_implied(goal: str, n: int) -> bool:
         others = [ways[other] for other in way if other != goal and other in ways]
-        return sum(min(one.get(goal, 0) for one in alternatives) for alternatives in others) >= n
+        return any(min(one.get(goal, 0) for one in alternatives) >= n for alternatives in others)
 
     return {goal: n for goal, n in way.items() if not is_implied(goal, n)}
 

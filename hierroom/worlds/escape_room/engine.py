@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,8 @@ from hierroom.support.compile.kernel import compiled
 from hierroom.support.errors import InputError
 from hierroom.support.read_only import read_only
 from hierroom.support.schema import Whole
-from hierroom.support.thread_pool import ThreadPool
+from hierroom.support.thread_pool import Shares
+from hierroom.worlds.env_config import SPLITS
 from hierroom.worlds.escape_room import batch_kernels
 from hierroom.worlds.escape_room.constants import MIN_SIZE
 from hierroom.worlds.escape_room.layout import (
@@ -24,7 +24,6 @@ from hierroom.worlds.escape_room.layout import (
     MEMORIES,
     NO_MAPS,
     OUTCOME,
-    SPLITS,
     Maps,
     State,
     empty_state,
@@ -33,9 +32,6 @@ from hierroom.worlds.escape_room.layout import (
 from hierroom.worlds.escape_room.state_check import check_state
 from hierroom.worlds.seeds import Indices, chosen_envs, write_seeds
 from hierroom.worlds.world import Seeds, whole_numbers
-
-MIN_ENVS_PER_THREAD = 1024
-"""With fewer environments per thread, starting another thread costs more than it saves."""
 
 
 class Engine:
@@ -51,7 +47,7 @@ class Engine:
         max_steps: steps after which an episode is truncated.
         seed: 0 to 2**63 - 1; None generates no levels yet: call `reset` with a seed first.
         memories: what levels remember of their episode, names in `layout.MEMORIES`.
-        levels: which levels are drawn, a name in `layout.SPLITS`; None: all.
+        levels: which levels are drawn, a name in `env_config.SPLITS`; None: all.
 
     Attributes:
         state: the state of the environments, read-only, updated in place by each step.
@@ -74,8 +70,7 @@ class Engine:
         levels: str | None = None,
         maps: Maps = NO_MAPS,
     ):
-        for name, value in (("max_steps", max_steps), ("threads", threads)):
-            Whole(1, 2**31 - 1).check(value, name)
+        Whole(1, 2**31 - 1).check(max_steps, "max_steps")
         Whole(0, 2**62).check(first_index, "first_index")
         self._graphs = graph_records(graphs)
         self._state, self._has_maps = empty_state(num_envs, size, maps), len(maps) > 0
@@ -85,10 +80,7 @@ class Engine:
         records["index"], records["split"] = first_index + np.arange(num_envs), SPLITS[levels]
         records["max_steps"], records["can_drop"] = max_steps, drop_key
         self.n_actions, self.has_begun = 6 if drop_key else 5, False
-        n_slices = max(1, min(threads, num_envs // MIN_ENVS_PER_THREAD))
-        bounds = np.linspace(0, num_envs, n_slices + 1).astype(int)
-        self._slices = [slice(a, b) for a, b in pairwise(bounds)]
-        self._pool = ThreadPool(len(self._slices))
+        self._shares = Shares(num_envs, threads)
         self._show()
         self.remember(memories)
         if seed is not None:
@@ -164,15 +156,10 @@ class Engine:
         else:
             sources, step = (self._graphs,), _compiled_step()
         levels, grids, outcomes, finals = self._state.levels, self._state.grids, self._outcomes, self._finals
-        if len(self._slices) == 1:
+        if self._shares.is_one:
             step(levels, grids, *sources, actions, outcomes, finals)
         else:
-            parts = [
-                self._pool.submit(step, levels[p], grids[p], *sources, actions[p], outcomes[p], finals[p])
-                for p in self._slices
-            ]
-            for part in parts:
-                part.result()
+            self._shares.each(lambda p: step(levels[p], grids[p], *sources, actions[p], outcomes[p], finals[p]))
         return outcomes
 
     def advance_within_episode(self, actions: NDArray[np.int64]) -> np.ndarray:

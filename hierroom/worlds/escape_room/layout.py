@@ -11,36 +11,24 @@ from numpy.typing import NDArray
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, MAX_GRID_ROOMS, N_COLOURS, NO_GOAL, GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.support.read_only import freeze
-from hierroom.support.schema import Whole
+from hierroom.support.schema import Whole, record_type
 from hierroom.worlds.escape_room.constants import (
-    ALL_LEVELS,
     DOORWAYS,
-    EVALUATION_LEVELS,
     EXPLORED,
     MARGIN,
     MAX_SIZE,
     MIN_SIZE,
-    TRAINING_LEVELS,
     VIEW,
     VISITED,
 )
+from hierroom.worlds.seeds import SOURCE_FIELDS
 from hierroom.worlds.world import OUTCOME_FIELDS
 
-
-def _record(*fields: tuple) -> np.dtype:
-    return np.dtype((np.record, np.dtype(list(fields), align=True)))
-
-
-GRAPH = _record(("n_rooms", "i4"), ("exit_room", "i4"), ("key_rooms", "i4", N_COLOURS))
+GRAPH = record_type(("n_rooms", "i4"), ("exit_room", "i4"), ("key_rooms", "i4", N_COLOURS))
 """A goal graph in the form that kernels read."""
 
-LEVEL = _record(
-    # The source of the environment's random numbers.
-    ("seed", "u8"),
-    ("index", "i8"),  # number of the environment; the same index gives the same episodes in any batch
-    ("episode", "i8"),
-    ("key", "u8"),
-    ("n_drawn", "u8"),
+LEVEL = record_type(
+    *SOURCE_FIELDS,
     # The rules of the level.
     ("max_steps", "i4"),
     ("can_drop", "?"),
@@ -80,15 +68,12 @@ LEVEL = _record(
     ("has_ended", "?"),
 )
 
-OUTCOME = _record(
+OUTCOME = record_type(
     ("tiles", "u1", (VIEW, VIEW)),  # the view after this step, or the first one of the next episode if it ended
     ("final_tiles", "u1", (VIEW, VIEW)),  # the final view of the episode that this step ended
     *OUTCOME_FIELDS,
 )
 
-
-SPLITS: Mapping[str | None, int] = {None: ALL_LEVELS, "training": TRAINING_LEVELS, "evaluation": EVALUATION_LEVELS}
-"""Which levels may be drawn: an eighth of all layouts are kept for evaluation, and training never sees one of them."""
 
 MEMORIES: Mapping[str, int] = {"visited": VISITED, "explored": EXPLORED, "doorways": DOORWAYS}
 """What a level can remember of its episode, in the fields of `LEVEL` of the same names; kept only on request."""

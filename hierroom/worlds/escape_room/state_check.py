@@ -12,6 +12,7 @@ from hierroom.goals import MAX_GRID_ROOMS, N_COLOURS, N_GOALS
 from hierroom.support.compile.kernel import compiled, njit
 from hierroom.support.errors import InputError
 from hierroom.support.schema import Array
+from hierroom.worlds.env_config import SPLITS
 from hierroom.worlds.escape_room.constants import (
     EMPTY,
     EXIT,
@@ -23,7 +24,7 @@ from hierroom.worlds.escape_room.constants import (
     OPEN_DOOR,
     WALL,
 )
-from hierroom.worlds.escape_room.layout import LEVEL, MEMORIES, SPLITS, State
+from hierroom.worlds.escape_room.layout import LEVEL, MEMORIES, State
 
 _INT32, _INT64 = 2**31 - 1, 2**63 - 1
 RULES = (

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import hierroom
+from hierroom.agents.player import make_player
 from hierroom.commands.complexity import main as complexity
+from hierroom.complexity import analyze
 from hierroom.complexity.played.play_rules import PlayedRules
 from hierroom.goals import GoalGraph
 from hierroom.goals.rules import Rules
@@ -77,6 +79,17 @@ def test_what_a_workshop_needs_is_found_from_five_hundred_random_walks(spec):
     assert found.target == workshop.goal_set.names[workshop.goal_set.target]
     for goal in workshop.goal_set.names:  # what a requirement needs itself is not told apart from what is needed twice
         assert all_needs(ours, goal) == all_needs(theirs, goal)
+
+
+@pytest.mark.parametrize(("spec", "episodes"), [("workshop:4", 100), ("workshop:6", 300)])
+def test_what_a_real_workshop_needs_is_found_from_some_hundred_episodes_of_random_actions(spec, episodes):
+    declared = find_task(spec).rules
+    found = play_rules(Turns(EnvConfig(task=spec), 50, seed=1), make_player("random", 1), episodes).rules
+    ours, theirs = plain(found), plain(declared)
+    for goal in declared.names:
+        assert all_needs(ours, goal) == all_needs(theirs, goal)
+    # As nothing is used up in rules from play, they ask for all that was made of a thing until then.
+    assert analyze(found).fewest == analyze(declared).fewest
 
 
 def test_what_was_always_there_by_chance_is_needed_until_it_was_missing_once():
