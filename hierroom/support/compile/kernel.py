@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numba
 import numpy as np
-from numba.core import config
+from numba.core import config, types
 
 from hierroom.support.compile.clock import compile_clock
 from hierroom.support.compile.kernel_folder import kernel_folder
@@ -25,17 +25,37 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]
             # In ordinary Python, uint64 scalars warn of overflow, which random numbers rely on.
             return np.errstate(over="ignore")(function)
         if not cache or config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
-            return numba.njit(**options)(function)
+            return _with_plain_integers(numba.njit(no_cfunc_wrapper=True, **options)(function))
         folder, chosen = kernel_folder(), config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue]
         config.CACHE_DIR = folder  # pyright: ignore[reportAttributeAccessIssue]
         try:
-            kernel = numba.njit(cache=folder is not None, **options)(function)
+            kernel = numba.njit(cache=folder is not None, no_cfunc_wrapper=True, **options)(function)
         finally:
             config.CACHE_DIR = chosen  # pyright: ignore[reportAttributeAccessIssue]
         KERNELS.append(kernel)
-        return kernel
+        return _with_plain_integers(kernel)
 
     return define
+
+
+def _with_plain_integers(kernel: Any) -> Any:
+    """Let other kernels call one with int64 wherever they have a constant or a narrower integer.
+
+    Numba compiles a function anew for each constant, although LLVM puts these in by itself.
+    """
+    if kernel.targetoptions.get("inline"):
+        return kernel
+    template = kernel.get_call_template
+
+    def plain(kind: Any) -> Any:
+        kind = types.unliteral(kind)
+        return types.int64 if isinstance(kind, types.Integer) and kind.signed else kind
+
+    def get_call_template(args: Sequence[Any], kws: Mapping[str, Any]) -> Any:
+        return template([plain(kind) for kind in args], {name: plain(kind) for name, kind in kws.items()})
+
+    kernel.get_call_template = get_call_template
+    return kernel
 
 
 def compiled(kernel: Any, *arrays: Any) -> Any:
@@ -44,3 +64,11 @@ def compiled(kernel: Any, *arrays: Any) -> Any:
     Numba then need not look up the types in each call, which takes several times as long as one environment's step.
     """
     return kernel.compile(tuple(numba.typeof(array) for array in arrays)) if hasattr(kernel, "compile") else kernel
+
+
+@njit(cache=True)
+def copy_matrix(source, target):
+    """Copy a matrix. Numba takes seconds for ``target[:] = source``: it compiles how an error would print the shapes."""
+    for i in range(source.shape[0]):
+        for j in range(source.shape[1]):
+            target[i, j] = source[i, j]

@@ -53,7 +53,8 @@ def draw(level, grid, graph):
     """
     n_branches = graph.n_rooms - 1
     level.n_rooms, level.exit_room = graph.n_rooms, graph.exit_room
-    level.key_rooms[:] = graph.key_rooms
+    for branch in range(6):
+        level.key_rooms[branch] = graph.key_rooms[branch]
     level.steps, level.keys, level.doors, level.found, level.seen, level.bag_size = 0, 0, 0, 0, 0, 0
     level.carried, level.has_ended = -1, False
     level.bag[:], level.rectangles[:], level.opened_at[:] = 0, 0, 0  # clear the last episode's values
