@@ -90,10 +90,7 @@ def train(
         **entries: changed entries of the config, named as on the command line but with underscores: ``graph="f"``,
             ``steps=2_000_000``, ``method="ppo"``. The ``task`` may be a `hierroom.Task` that a module holds.
     """
-    from hierroom.learners.networks.initial_weights import plain_torch
-    from hierroom.runs.logs.logs import logger_names
-    from hierroom.runs.session import begin, run_session
-    from hierroom.runs.trained_agent import load
+    from hierroom.runs.rehearsal import rehearse
 
     if config is None:
         config = find_preset(entries.pop("preset", None) or implied_preset(entries.get("meta")))
@@ -101,7 +98,14 @@ def train(
         raise InputError(f"train takes a TrainConfig and entries such as graph='c', not {config!r}")
     if is_task(task := entries.get("task")):
         entries["task"] = name_in_module(cast(WorldMaker, task))
-    loggers, config = logger_names(log), config.changed(**entries)
+    config = config.changed(**entries)
+    rehearse(config)
+    from hierroom.learners.networks.initial_weights import plain_torch
+    from hierroom.runs.logs.logs import logger_names
+    from hierroom.runs.session import begin, run_session  # they load torch and compile, which a rehearsal does sooner
+    from hierroom.runs.trained_agent import load
+
+    loggers = logger_names(log)
     with plain_torch():
         trainer, folder = begin(config, None if out is None else Path(out))
         _warn_of_what_does_nothing(config)
@@ -113,6 +117,9 @@ def train(
 def main(argv: Sequence[str]) -> int:
     """Run the command on its words."""
     arguments = parse(argv)
+    from hierroom.runs.rehearsal import rehearse
+
+    rehearse(arguments.config)
     from hierroom.runs.logs.logs import logger_names
     from hierroom.runs.session import begin, resume, run_session  # slow to load, and --help needs none of it
 

@@ -13,8 +13,9 @@ from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaSpec, make_meta
-from hierroom.runs.assembly import evaluation_seed, freeze, make_agents, make_turns
+from hierroom.runs.assembly import evaluation_seed, freeze, make_agents
 from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.environments import make_turns
 from hierroom.runs.evaluation import Evaluation, evaluate
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.weights import SavedAgent, weights_file

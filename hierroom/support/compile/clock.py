@@ -6,6 +6,8 @@ import gc
 import multiprocessing
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
@@ -30,11 +32,9 @@ class CompileClock(event.Listener):
     Meanwhile Python does not look for garbage: among Numba's many objects that took a tenth of the time.
     """
 
-    is_notice_due = True  # whether nobody else says what is compiled
-
     def __init__(self) -> None:
         self._depth, self._started, self._done, self._n_kernels = 0, 0.0, 0.0, 0
-        self._next_line, self._collects = FIRST_SECONDS, False
+        self._next_line, self._collects, self._is_heard = FIRST_SECONDS, False, True
 
     @property
     def seconds(self) -> float:
@@ -44,6 +44,15 @@ class CompileClock(event.Listener):
     def add(self, seconds: float) -> None:
         """Count time that was spent waiting for what another process compiles."""
         self._done += seconds
+
+    @contextmanager
+    def quiet(self) -> Iterator[None]:
+        """Say nothing in this context, where others say what is compiled."""
+        was_heard, self._is_heard = self._is_heard, False
+        try:
+            yield
+        finally:
+            self._is_heard, self._next_line = was_heard, self.seconds + FIRST_SECONDS
 
     def on_start(self, event: event.Event) -> None:
         """Start the clock."""
@@ -65,7 +74,7 @@ class CompileClock(event.Listener):
 
     def _say(self, kernel: str) -> None:
         # Where workers compile, their parent does, too.
-        is_heard = self.is_notice_due and sys.stderr is not None and multiprocessing.parent_process() is None
+        is_heard = self._is_heard and sys.stderr is not None and multiprocessing.parent_process() is None
         if is_heard and self.seconds >= self._next_line:
             self._next_line = self.seconds + NEXT_SECONDS
             so_far = f"{self._n_kernels} so far, in {self.seconds:.0f} s, now {kernel}"

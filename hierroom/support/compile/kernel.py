@@ -68,7 +68,7 @@ def compiled(kernel: Any, *arrays: Any) -> Any:
 
 @njit(cache=True)
 def copy_matrix(source, target):
-    """Copy a matrix. Numba takes seconds for ``target[:] = source``: it compiles how an error would print the shapes."""
+    """Copy a matrix. For ``target[:] = source`` Numba takes seconds: it compiles how an error would show the shapes."""
     for i in range(source.shape[0]):
         for j in range(source.shape[1]):
             target[i, j] = source[i, j]

@@ -210,7 +210,8 @@ def solve_levels(levels, side, kinds, colours, lengths):
 
 
 @cache
-def _compiled_solve() -> Callable[..., None]:
+def compiled_solver() -> Callable[..., None]:
+    """Compile `solve_levels`."""
     numbers = np.zeros(1, np.int64)
     return compiled(solve_levels, np.zeros(1, LEVEL), 1, numbers, numbers, numbers)
 
@@ -231,7 +232,7 @@ def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.i
         raise InputError(f"goals must be whole numbers from 0 to {N_GOALS - 1}, not {goals}")
     lengths = np.empty(len(state), np.int64)
     kinds, colours = np.divmod(ids.astype(np.int64), N_COLOURS)
-    _compiled_solve()(np.ascontiguousarray(state.levels), state.grids.shape[1], kinds, colours, lengths)
+    compiled_solver()(np.ascontiguousarray(state.levels), state.grids.shape[1], kinds, colours, lengths)
     return lengths
 
 
