@@ -74,7 +74,7 @@ def telling_episode(agent: TrainedAgent, seed: int, episodes: int = N_PICTURED) 
 def _table(config: TrainConfig, curve: LearningCurve | None, summary: dict[str, Any]) -> Table:
     rows = {}
     if curve is not None:
-        rows[f"success, evaluated over {config.evaluation_episodes} episodes"] = f"{curve.success[-1]:.1%}"
+        rows[f"success, evaluated over {curve.episodes[-1]:.0f} episodes"] = f"{curve.success[-1]:.1%}"
         rows["episode length, evaluated"] = f"{curve.length[-1]:.1f}"
     n_last = min(WINDOW, summary["episodes"])
     rows[f"success, last {n_last} episodes of training"] = f"{summary['training_success_rate']:.1%}"
