@@ -57,7 +57,7 @@ class Profile(event.Listener):
     """Adds up CPU time by kernel and stage, each without the stages inside it."""
 
     def __init__(self) -> None:
-        self.seconds: dict[str, Counter[str]] = defaultdict(Counter)
+        self.seconds: dict[str, dict[str, float]] = defaultdict(lambda: defaultdict(float))
         self.facts: dict[str, Counter[str]] = defaultdict(Counter)
         self._open: list[tuple[str, str]] = []
         self._last = time.process_time()

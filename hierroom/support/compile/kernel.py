@@ -19,17 +19,18 @@ compile_clock()  # it also says on a terminal that kernels are compiled
 
 def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Decorate as Numba's ``njit``, with compiled code in `kernel_folder`; other packages keep their own places."""
+    options |= {"no_cfunc_wrapper": True}  # nobody calls kernels from C
 
     def define(function: Callable[..., Any]) -> Any:
         if config.DISABLE_JIT and options.get("nogil"):  # pyright: ignore[reportAttributeAccessIssue] - set at run time
             # In ordinary Python, uint64 scalars warn of overflow, which random numbers rely on.
             return np.errstate(over="ignore")(function)
         if not cache or config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
-            return _with_plain_integers(numba.njit(no_cfunc_wrapper=True, **options)(function))
+            return _with_plain_integers(numba.njit(**options)(function))
         folder, chosen = kernel_folder(), config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue]
         config.CACHE_DIR = folder  # pyright: ignore[reportAttributeAccessIssue]
         try:
-            kernel = numba.njit(cache=folder is not None, no_cfunc_wrapper=True, **options)(function)
+            kernel = numba.njit(cache=folder is not None, **options)(function)
         finally:
             config.CACHE_DIR = chosen  # pyright: ignore[reportAttributeAccessIssue]
         KERNELS.append(kernel)
@@ -48,8 +49,8 @@ def _with_plain_integers(kernel: Any) -> Any:
     template = kernel.get_call_template
 
     def plain(kind: Any) -> Any:
-        kind = types.unliteral(kind)
-        return types.int64 if isinstance(kind, types.Integer) and kind.signed else kind
+        whole: Any = types.unliteral(kind)
+        return types.int64 if isinstance(whole, types.Integer) and getattr(whole, "signed", False) else whole
 
     def get_call_template(args: Sequence[Any], kws: Mapping[str, Any]) -> Any:
         return template([plain(kind) for kind in args], {name: plain(kind) for name, kind in kws.items()})
