@@ -1,7 +1,7 @@
 """Where the time goes when all kernels compile: kernel by kernel, in one process, into an empty folder.
 
     python -m benchmarks.compile_time --out before.csv
-    python -m benchmarks.compile_time --before before.csv
+    python -m benchmarks.compile_time --before before.csv --out benchmarks/results/compile_time.csv
 
 CPU time of this process, so that other work on the machine counts for little. A kernel's time is its own: that of the
 functions it calls for the first time is in their rows, and that of NumPy's and Python's functions, which Numba brings
@@ -46,7 +46,7 @@ class Options:
 
     Args:
         out: a CSV file to write the table to.
-        before: such a file of another version, to show its seconds, too.
+        before: such a file of another version, to show its numbers, too.
     """
 
     out: Path | None = None
@@ -146,11 +146,11 @@ def main(options: Options) -> None:
 
         config.reload_config()
         table = measure()
+    if options.before is not None:
+        before = pd.read_csv(options.before, index_col="kernel")[["versions", "seconds"]].add_suffix(" before")
+        table = before.join(table, how="outer").fillna(0).sort_values("seconds before", ascending=False)
     if options.out is not None:
         table.to_csv(options.out)
-    if options.before is not None:
-        before = pd.read_csv(options.before, index_col="kernel")["seconds"]
-        table = table.join(before.rename("before"), how="outer").sort_values("before", ascending=False)
     table.loc["all"] = table.sum()
     with pd.option_context("display.max_rows", None, "display.width", 220, "display.max_columns", None):
         Console().print(table.to_string(float_format="{:.2f}".format), soft_wrap=True, markup=False)
