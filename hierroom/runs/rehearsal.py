@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +21,7 @@ from hierroom.turns.records import CONTROLLER, META
 if TYPE_CHECKING:
     from hierroom.learners.ppo import Learner
 
-N_ENVS = 4
+MOST_ENVS = 64
 LAST = "recurrent_kernels.lstm_backward-*.nbc"
 """The kernel that a learner needs last: where it is on disk, there is next to nothing left to compile."""
 
@@ -38,7 +39,7 @@ def rehearse(config: TrainConfig) -> None:
 
 def rehearse_world(config: TrainConfig) -> None:
     """Take a few steps in a config's world, and encode what its agents would read."""
-    turns = make_turns(config, 2, config.seed, levels="training")
+    turns = make_turns(config, min(config.num_envs, MOST_ENVS), config.seed, levels="training")
     features = {CONTROLLER: controller_features(config)}
     if config.resolved_method.meta == LEARNED:
         features[META] = meta_features(config)
@@ -54,12 +55,17 @@ def rehearse_world(config: TrainConfig) -> None:
 def rehearse_learner(text: str) -> None:
     """Let the learners of a config, given as JSON, learn once from nothing, and look for a shortest solution."""
     from hierroom.agents.ppo_agent import PPOAgent
+    from hierroom.learners.networks.actor_critic import RecurrentActorCritic
+    from hierroom.learners.networks.initial_weights import one_torch_thread
     from hierroom.runs.assembly import make_agents
 
-    config = TrainConfig.from_dict(json.loads(text)).changed(num_envs=N_ENVS, sequence_length=2, epochs=1)
-    for agent in make_agents(config):
-        if isinstance(agent, PPOAgent):
-            _learn_from_nothing(agent.learner)
+    config = TrainConfig.from_dict(json.loads(text))
+    few = {"sequence_length": 2, "sequences_per_update": 4, "minibatches": 1, "epochs": 1}
+    config = config.changed(num_envs=4, ppo=replace(config.ppo, **few), meta_ppo=replace(config.meta_ppo, **few))
+    with one_torch_thread():
+        for agent in make_agents(config):
+            if isinstance(agent, PPOAgent) and type(agent.learner.network) is RecurrentActorCritic:  # others use torch
+                _learn_from_nothing(agent.learner)
     if config.env.task is None:
         from hierroom.worlds.escape_room.oracle import compiled_solver
 

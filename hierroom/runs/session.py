@@ -224,7 +224,7 @@ def _progress_bar(trainer: Trainer, console: Console) -> Iterator[Callable[[str]
         TextColumn("left"),
     )
     with Progress(*columns, console=console) as bar:
-        task = bar.add_task("", total=total, completed=min(trainer.steps, total), status="the first run compiles,")
+        task = bar.add_task("", total=total, completed=min(trainer.steps, total), status="begins,")
         yield lambda status: bar.update(task, completed=min(trainer.steps, total), status=status)
 
 
