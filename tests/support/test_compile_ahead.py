@@ -12,12 +12,16 @@ from hierroom.support.compile.kernel_folder import kernel_folder
 LATER = """
 import numpy as np
 import hierroom
-from hierroom.commands.compile import compile_all
+from hierroom.commands.compile import play_as_trained, play_in_worlds, play_with_learners
 from hierroom.support.compile.clock import compile_clock
 from hierroom.support.compile.kernel import KERNELS
+from hierroom.support.compile.side_by_side import n_compiled
 
 pole = hierroom.Task("CartPole-v1", {"left": lambda env, info: env.unwrapped.state[0] < 0}, target="left")
-print(compile_all())
+before = n_compiled()
+for play in (play_in_worlds, play_with_learners, play_as_trained):
+    play()
+print(n_compiled() - before)
 called = {kernel: {*kernel.signatures} for kernel in KERNELS}
 clock = compile_clock()
 for entries in (
