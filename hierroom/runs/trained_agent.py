@@ -15,9 +15,10 @@ from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.agents.trained_goals import TrainedGoals
 from hierroom.goals import graph_specs
 from hierroom.meta import MetaController, make_meta
-from hierroom.runs.assembly import freeze, make_agents, make_turns, meta_seed
+from hierroom.runs.assembly import freeze, make_agents, meta_seed
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
+from hierroom.runs.environments import make_turns
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.trust import require_trust
 from hierroom.runs.folder.weights import SHIPPED, SUFFIX, SavedAgent, weights_file

@@ -57,7 +57,7 @@ class TrainConfig:
         steps: primitive steps to train for, over all environments.
         evaluations: how often the agents are evaluated while they learn, apart from training and the same levels each
             time: before the first step, and so many times after, at equal ratios of the steps. 0: never.
-        evaluation_episodes: episodes of each.
+        evaluation_episodes: episodes of each; None: 100, or fewer of agents that fail, once it is clear how often.
         seed: fixes levels, weights, actions and shuffles.
         num_envs: environments trained in side by side.
         stagger_clocks: whether the first episodes begin with different step counts, spread over the time limit, so that
@@ -77,7 +77,7 @@ class TrainConfig:
     preset: PresetName = "default"
     steps: int = 1_000_000
     evaluations: int = 16
-    evaluation_episodes: int = 100
+    evaluation_episodes: int | None = None
     seed: int = 0
     num_envs: int = 64
     stagger_clocks: bool = True
@@ -88,7 +88,8 @@ class TrainConfig:
     def __post_init__(self) -> None:
         use_python_numbers(self)
         for name, (low, high) in RANGES.items():
-            require_number(name, getattr(self, name), low, high, is_whole=True)
+            if (value := getattr(self, name)) is not None or name != "evaluation_episodes":
+                require_number(name, value, low, high, is_whole=True)
         require_name("the presets are", self.preset, get_args(PresetName))
         if not isinstance(self.device, str):
             raise InputError(f"device must be a text such as cpu or cuda, not {self.device!r}")

@@ -1,6 +1,6 @@
 """Thin kernels that apply the rules of the world to a batch of levels."""
 
-from hierroom.support.compile.kernel import njit
+from hierroom.support.compile.kernel import copy_matrix, njit
 from hierroom.worlds.escape_room.generation_kernels import generate, generate_of_maps
 from hierroom.worlds.escape_room.step_kernels import advance_and_look
 from hierroom.worlds.escape_room.view_kernels import look_and_remember
@@ -38,7 +38,7 @@ def step_levels(levels, grids, actions, outcomes):
             outcomes[n].is_novel, outcomes[n].is_discovery = False, False
         else:
             advance_and_look(levels[n], grids[n], actions[n], outcomes[n])
-            outcomes[n].final_tiles[:] = outcomes[n].tiles
+            copy_matrix(outcomes[n].tiles, outcomes[n].final_tiles)
 
 
 @njit(cache=True, nogil=True)
@@ -47,7 +47,7 @@ def step_and_reset_levels(levels, grids, graphs, actions, outcomes, finals):
     for n in range(levels.shape[0]):
         advance_and_look(levels[n], grids[n], actions[n], outcomes[n])
         if levels[n].has_ended:
-            outcomes[n].final_tiles[:] = outcomes[n].tiles
+            copy_matrix(outcomes[n].tiles, outcomes[n].final_tiles)
             finals[n] = levels[n]
             generate(levels[n], grids[n], graphs)
             look_and_remember(levels[n], grids[n], outcomes[n].tiles)
@@ -62,7 +62,7 @@ def step_and_reset_levels_of_maps(levels, grids, maps, map_grids, actions, outco
     for n in range(levels.shape[0]):
         advance_and_look(levels[n], grids[n], actions[n], outcomes[n])
         if levels[n].has_ended:
-            outcomes[n].final_tiles[:] = outcomes[n].tiles
+            copy_matrix(outcomes[n].tiles, outcomes[n].final_tiles)
             finals[n] = levels[n]
             generate_of_maps(levels[n], grids[n], maps, map_grids)
             look_and_remember(levels[n], grids[n], outcomes[n].tiles)

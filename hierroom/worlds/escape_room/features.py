@@ -83,11 +83,12 @@ def _seen_at(levels, goals):
         if goal != NO_GOAL and (levels[m].seen >> goal) & 1:
             branch = levels[m].branches[goal % N_COLOURS]
             if goal < FIRST_DOOR_GOAL:
-                cells[m, g] = levels[m].keys_at[branch]
+                row, col = levels[m].keys_at[branch, 0], levels[m].keys_at[branch, 1]
             elif goal < EXIT_GOAL:
-                cells[m, g] = levels[m].doors_at[branch]
+                row, col = levels[m].doors_at[branch, 0], levels[m].doors_at[branch, 1]
             else:
-                cells[m, g] = levels[m].exit_at
+                row, col = levels[m].exit_at[0], levels[m].exit_at[1]
+            cells[m, g, 0], cells[m, g, 1] = row, col
     return cells
 
 

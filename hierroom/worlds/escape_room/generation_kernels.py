@@ -80,7 +80,9 @@ def draw(level, grid, graph):
     """
     n_branches = graph.n_rooms - 1
     level.map, level.n_rooms, level.exit_room = 0, graph.n_rooms, graph.exit_room
-    level.key_rooms[:], level.door_rooms[:] = graph.key_rooms, 0
+    for branch in range(6):
+        level.key_rooms[branch] = graph.key_rooms[branch]
+    level.door_rooms[:] = 0
     level.rectangles[:], level.doors_at[:], level.keys_at[:] = 0, 0, 0  # the last episode's rooms may have been more
 
     for colour in range(6):

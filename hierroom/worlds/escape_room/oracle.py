@@ -215,7 +215,8 @@ def solve_levels(levels, rooms, side, kinds, colours, lengths):
 
 
 @cache
-def _compiled_solve() -> Callable[..., None]:
+def compiled_solver() -> Callable[..., None]:
+    """Compile `solve_levels`."""
     numbers = np.zeros(1, np.int64)
     return compiled(solve_levels, np.zeros(1, LEVEL), NO_MAPS.rooms, 1, numbers, numbers, numbers)
 
@@ -237,7 +238,7 @@ def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.i
     lengths = np.empty(len(state), np.int64)
     kinds, colours = np.divmod(ids.astype(np.int64), N_COLOURS)
     side, rooms = state.grids.shape[1], state.maps.rooms
-    _compiled_solve()(np.ascontiguousarray(state.levels), rooms, side, kinds, colours, lengths)
+    compiled_solver()(np.ascontiguousarray(state.levels), rooms, side, kinds, colours, lengths)
     return lengths
 
 
