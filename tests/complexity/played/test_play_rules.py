@@ -1,5 +1,6 @@
 """Rules estimated from play, against those that were declared."""
 
+import gymnasium
 import numpy as np
 import pytest
 
@@ -47,6 +48,31 @@ def test_the_rules_of_a_goal_graph_are_found_from_two_hundred_random_walks(lette
     found = PlayedRules.of(played(declared, 200), declared.names, "exit")
     assert found.never == ()
     assert plain(found.rules) == plain(declared)
+
+
+def test_what_is_achieved_or_not_is_never_asked_for_twice():
+    episodes = [["edge", "edge", "gift"]]
+    assert PlayedRules.of(episodes, ["edge", "gift"], "gift").ways["gift"] == ({"edge": 2},)
+    assert PlayedRules.of(episodes, ["edge", "gift"], "gift", once=["edge"]).ways["gift"] == ({"edge": 1},)
+
+
+def test_a_task_of_truths_and_counts_counts_the_counts_alone():
+    class Walk(gymnasium.Env):
+        observation_space, action_space = gymnasium.spaces.Discrete(9), gymnasium.spaces.Discrete(2)
+
+        def reset(self, *, seed=None, options=None):
+            self.steps = 0
+            return 0, {}
+
+        def step(self, action):
+            self.steps += 1
+            return self.steps % 9, 0.0, self.steps == 8, False, {}
+
+    odd, counted = (lambda env, info: env.unwrapped.steps % 2 == 1), (lambda env, info: env.unwrapped.steps // 2)
+    goals = {"odd": odd, "pair": counted, "end": lambda env, info: env.unwrapped.steps == 8}
+    task = hierroom.Task(Walk, goals, target="end")
+    found = play_rules(Turns(EnvConfig(task=task), 2, seed=0), make_player("random", 0), 4)
+    assert found.ways["end"] == ({"pair": 4},)  # which asks for odd itself, once
 
 
 def test_alternatives_and_counts_are_found():
