@@ -48,6 +48,9 @@ class Shares:
         self.is_one, self._pool = n_shares == 1, ThreadPool(n_shares)
 
     def each(self, work: Callable[[slice], object]) -> None:
-        """Let each thread work on its slice, and wait for all."""
+        """Let each thread work on its slice, and wait for all; a single slice is worked on by the caller."""
+        if self.is_one:
+            work(self._slices[0])
+            return
         for future in [self._pool.submit(work, share) for share in self._slices]:
             future.result()

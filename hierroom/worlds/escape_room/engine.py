@@ -151,15 +151,14 @@ class Engine:
 
     def advance(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Step as `step` does, with actions that were checked."""
-        if self._has_maps:
-            sources, step = (self._state.maps.levels, self._state.maps.grids), _compiled_step_of_maps()
-        else:
-            sources, step = (self._graphs,), _compiled_step()
         levels, grids, outcomes, finals = self._state.levels, self._state.grids, self._outcomes, self._finals
-        if self._shares.is_one:
-            step(levels, grids, *sources, actions, outcomes, finals)
-        else:
-            self._shares.each(lambda p: step(levels[p], grids[p], *sources, actions[p], outcomes[p], finals[p]))
+        if self._shares.is_one and not self._has_maps:
+            _compiled_step()(levels, grids, self._graphs, actions, outcomes, finals)
+            return outcomes
+        maps = self._state.maps
+        sources = (maps.levels, maps.grids) if self._has_maps else (self._graphs,)
+        step = _compiled_step_of_maps() if self._has_maps else _compiled_step()
+        self._shares.each(lambda p: step(levels[p], grids[p], *sources, actions[p], outcomes[p], finals[p]))
         return outcomes
 
     def advance_within_episode(self, actions: NDArray[np.int64]) -> np.ndarray:
