@@ -27,6 +27,7 @@ from hierroom.runs.logs.logs import DEFAULT, NONE, Logs
 from hierroom.runs.logs.output import is_quiet, lasting_output, warn
 from hierroom.runs.logs.scalars import evaluation_scalars, metric_scalars
 from hierroom.runs.results import write_results
+from hierroom.runs.time_spent import TimeSpent
 from hierroom.runs.trainer import Trainer
 from hierroom.support.cli import shell_words
 from hierroom.support.errors import DivergenceError, InputError
@@ -101,12 +102,18 @@ def _warn_of_learning_rates(trainer: Trainer, steps: int) -> None:
 
 
 def run_session(
-    trainer: Trainer, folder: RunFolder, log: Sequence[str] = DEFAULT, callback: Callback | None = None
+    trainer: Trainer,
+    folder: RunFolder,
+    log: Sequence[str] = DEFAULT,
+    spent: TimeSpent | None = None,
+    callback: Callback | None = None,
 ) -> int:
     """Train until the end, an interrupt or the callback's stop, print results even if nobody reads them.
 
-    Return the exit code: 130 after an interrupt, else 0.
+    Return the exit code: 130 after an interrupt, else 0. ``spent`` counts the seconds since the command began.
     """
+    spent = TimeSpent() if spent is None else spent
+    spent.end_of_imports()
     with one_torch_thread(), folder.lock, lasting_output():  # more threads gain nothing at these sizes
         console = Console(quiet=is_quiet())
 
@@ -124,14 +131,14 @@ def run_session(
                 "it remembers is not saved, so resuming, evaluating and watching begin without it"
             )
         with Interrupt() as interrupt, _progress_bar(trainer, console) as report:
-            is_stopped = train(trainer, folder, interrupt, report, log, callback)
+            is_stopped = train(trainer, folder, interrupt, report, log, spent, callback)
         if not trainer.is_done:
             say(f"stopped {'by the callback ' * is_stopped}and saved; go on with:")
             logged = () if tuple(log) == DEFAULT else ("--log", ",".join(log) or NONE)
             again = "--resume", folder.path, *trust_option(trainer.config), *logged
             say(shell_words("python", "-m", "hierroom", "train", *again))
             return 0 if is_stopped else 130
-        write_results(trainer, folder, console)
+        write_results(trainer, folder, console, spent)
         return 0
 
 
@@ -141,6 +148,7 @@ def train(
     interrupt: Interrupt,
     report: Callable[[str], object] = lambda status: None,
     log: Sequence[str] = DEFAULT,
+    spent: TimeSpent | None = None,
     callback: Callback | None = None,
 ) -> bool:
     """Train until the end, an interrupt, a `DivergenceError` or the callback's stop; return whether it was the latter.
@@ -151,7 +159,7 @@ def train(
     """
     logs = Logs(folder.path, trainer.config, trainer.steps or -1, log)  # -1: a run that begins has logged nothing
     try:
-        return _train(trainer, folder, interrupt, report, logs, callback)
+        return _train(trainer, folder, interrupt, report, logs, TimeSpent() if spent is None else spent, callback)
     finally:
         logs.close(is_done=trainer.is_done)
 
@@ -162,6 +170,7 @@ def _train(
     interrupt: Interrupt,
     report: Callable[[str], object],
     logs: Logs,
+    spent: TimeSpent,
     callback: Callback | None,
 ) -> bool:
     """Train; what is due depends on the steps alone, so that a resumed run keeps to it."""
@@ -169,7 +178,8 @@ def _train(
     points = evaluation_points(total, trainer.config.evaluations)
 
     def evaluate() -> str:
-        evaluation = trainer.evaluation = trainer.evaluate()
+        with spent.on("evaluating"):
+            evaluation = trainer.evaluation = trainer.evaluate()
         folder.evaluations.append(evaluation_rows(trainer.steps, trainer.seconds, evaluation))
         logs.add(evaluation_scalars(evaluation), trainer.steps)
         return f" (evaluated {evaluation.success_rate:.0%})"
@@ -183,7 +193,8 @@ def _train(
     while not is_last:
         before = trainer.steps
         try:
-            trainer.advance()
+            with spent.on("training"):
+                trainer.advance()
         except DivergenceError as error:
             raise DivergenceError(f"{error}. {_restart_advice(folder)}") from error
         is_last = trainer.is_done or interrupt.is_requested
@@ -229,7 +240,7 @@ def _progress_bar(trainer: Trainer, console: Console) -> Iterator[Callable[[str]
         TextColumn("left"),
     )
     with Progress(*columns, console=console, disable=console.quiet) as bar:
-        task = bar.add_task("", total=total, completed=min(trainer.steps, total), status="the first run compiles,")
+        task = bar.add_task("", total=total, completed=min(trainer.steps, total), status="begins,")
         yield lambda status: bar.update(task, completed=min(trainer.steps, total), status=status)
 
 

@@ -4,6 +4,7 @@ import copy
 import multiprocessing
 import pickle
 
+import chest_task
 import gymnasium
 import numpy as np
 import pygame
@@ -68,6 +69,7 @@ KINDS = {
     ),
     "parallel": (lambda **s: hierroom.parallel_env(graph="b", **SETTINGS, **s), play_parallel),
     "parallel boxes": (lambda: hierroom.box_view(hierroom.parallel_env(graph="b", **SETTINGS)), play_parallel),
+    "task": (lambda: hierroom.parallel_env(chest_task.chest), play_parallel),
     "vector": (make_rooms, play_vector),
     "sb3": (lambda: hierroom.sb3_view(make_rooms()), play_vector),
 }

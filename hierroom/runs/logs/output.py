@@ -10,6 +10,7 @@ from contextvars import ContextVar
 from threading import Lock
 from typing import Any, TextIO
 
+from hierroom.support.compile.clock import compile_clock
 from hierroom.support.errors import one_line
 
 
@@ -89,7 +90,8 @@ def silence() -> Iterator[None]:
     """Let a run in this context, and in this thread, print nothing: see `is_quiet`."""
     before = _quiet.set(True)
     try:
-        yield
+        with compile_clock().quiet():
+            yield
     finally:
         _quiet.reset(before)
 
