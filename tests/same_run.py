@@ -11,7 +11,7 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 
 from hierroom.runs.folder.run_folder import RunFolder
 
-CLOCKS = ("seconds", "compile_seconds", "steps_per_second")
+CLOCKS = ("seconds", "compile_seconds", "steps_per_second", "session_seconds")
 OF_COMMANDS = ("provenance.json", ".lock")
 """Files that tell how a run came about, which is another story for one that was killed."""
 
