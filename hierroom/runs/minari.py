@@ -86,8 +86,10 @@ def _spec(config: EnvConfig, meta: str | None) -> Any:
     """Return Gymnasium's spec of environments of a config, or None where it cannot be written down."""
     plain = {entry.name: getattr(config, entry.name) for entry in fields(EnvConfig)}
     plain = {name: value for name, value in plain.items() if value != getattr(EnvConfig(task=config.task), name)}
+    plain["reward"] = "intrinsic" if config.reward is None else config.reward  # as `Turns` has it
     if not all(isinstance(plain.get(name, ""), str) for name in ("task", "reward")):
         return None
     plain |= {name: plain_specs(plain[name]) for name in ("graph", "exclude") if name in plain}
+    plain |= {"layout": [one.to_dict() for one in config.layout]} if config.layout else {}
     plain |= {"meta": meta} if meta in META_CONTROLLERS else {}
     return gymnasium.make("hierroom/EscapeRoom-v0", **plain).spec

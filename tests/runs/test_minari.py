@@ -1,6 +1,7 @@
 """What the controller observed in episodes, and episodes as a Minari data set."""
 
 import sys
+from dataclasses import replace
 
 import gymnasium
 import numpy as np
@@ -9,6 +10,17 @@ import pytest
 import hierroom
 from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
+
+MAZE = """
+###########
+#@ #  b   #
+#  R      #
+#  ########
+#r B   #  #
+#  #   #  #
+#  #  g GE#
+###########
+"""
 
 
 @pytest.mark.parametrize("config", [EnvConfig("c", max_steps=50), EnvConfig(task="workshop:6", max_steps=20)])
@@ -59,6 +71,9 @@ def test_a_data_set_holds_the_episodes_and_makes_their_environment_again(tmp_pat
     env = data.recover_environment()
     assert env.unwrapped.config == EnvConfig("c", max_steps=50, reward="extrinsic", levels="evaluation")
     assert type(env.unwrapped.meta).__name__ == "FixedDFS"
+    maze = EnvConfig(layout=MAZE, max_steps=9)
+    data = hierroom.minari_dataset("hierroom/maze-v0", "random", maze, 2)
+    assert data.recover_environment().unwrapped.config == replace(maze, reward="intrinsic", levels="evaluation")
     with pytest.raises(InputError, match="there is a data set hierroom/c/hippo-v0 already"):
         hierroom.minari_dataset("hierroom/c/hippo-v0", agent, config, 6)
     with pytest.raises(InputError, match="Minari takes no data set of this name"):
