@@ -1,4 +1,4 @@
-"""What having to search costs: a controller that remembers all it saw beside one that sees the whole level.
+"""Cost of searching: a controller that remembers all it saw against one that sees the whole level.
 
     python -m benchmarks.search_cost --episodes 1000
 
@@ -51,7 +51,7 @@ HEADINGS = ("graph", "shortest", "informed", "searching", "over informed", "succ
 
 
 def row_of(config: TrainConfig, episodes: int) -> tuple[str, ...]:
-    """The table's row for the environments of a config."""
+    """Return the table's row for the environments of a config."""
     num_envs, seed = min(MAX_EVALUATION_ENVS, episodes), evaluation_seed(config.seed)
     meta = config.resolved_method.meta
     turns = make_turns(config, num_envs, seed, levels="evaluation", measure_shortest=True)
@@ -65,7 +65,7 @@ def row_of(config: TrainConfig, episodes: int) -> tuple[str, ...]:
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__, config=(tyro.conf.OmitArgPrefixes,))
     config = find_preset("default").changed(meta=options.meta, seed=options.seed, threads=1)
     if options.episodes < 1:

@@ -72,7 +72,7 @@ class Options:
 
 
 def sweep_table(name: str, n_seeds: str | None = None) -> str:
-    """The table of a sweep in Markdown, with the command that makes its rows.
+    """Return the table of a sweep in Markdown, with the command that makes its rows.
 
     Args:
         name: of the sweep.
@@ -103,7 +103,7 @@ def with_told(summary: Summary, path: Path) -> Summary:
 
 
 def paper_table(size: str, n_seeds: str) -> str:
-    """The paper's Table 3 beside ours, with the command that prints it.
+    """Return the paper's Table 3 beside ours, with the command that prints it.
 
     Args:
         size: of the grid.
@@ -123,7 +123,7 @@ def paper_table(size: str, n_seeds: str) -> str:
 
 
 def result_table(name: str) -> str:
-    """What a benchmark measured that is no sweep; the page says with which command.
+    """Return what a benchmark measured that is no sweep; the page names its command.
 
     Args:
         name: of the file that the benchmark wrote.
@@ -135,7 +135,7 @@ def result_table(name: str) -> str:
 
 
 def renewed(text: str) -> str:
-    """A page with its tables as they are now.
+    """Return a page with its tables as they are now.
 
     Raises:
         InputError: if a table cannot be made, or the line that names it or its end is missing.
@@ -178,7 +178,7 @@ MAKERS: Mapping[str, Callable[..., str]] = {
 
 
 def main() -> int:
-    """The command. A page with a table that cannot be made is left as it is, and the others are renewed."""
+    """Run the command. A page with a table that cannot be made is left as it is, and the others are renewed."""
     options, n_other, refusals = tyro.cli(Options, description=__doc__), 0, []
     for page in PAGES:
         before, name = page.read_text(encoding="utf-8"), page.relative_to(ROOT)

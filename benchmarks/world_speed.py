@@ -36,7 +36,7 @@ MIN_RATIO, MAX_CALL_MICROSECONDS = 500, 2.0
 
 
 def our_stepper(num_envs: int, threads: int, memories: tuple[str, ...], size: int) -> Callable[[int], None]:
-    """A function that takes some steps in every environment."""
+    """Return a function that takes some steps in every environment."""
     world = Engine([GoalGraph.named("c")], num_envs, size=size, threads=threads, memories=memories)
     actions = list(np.random.default_rng(0).integers(world.n_actions, size=(64, num_envs)))
 
@@ -48,7 +48,7 @@ def our_stepper(num_envs: int, threads: int, memories: tuple[str, ...], size: in
 
 
 def minigrid_stepper(size: int) -> Callable[[int], None]:
-    """The same in one MiniGrid environment."""
+    """Return the same in one MiniGrid environment."""
     env = MiniGridLevel(Engine([GoalGraph.named("c")], size=size).state)
     env.reset()
     actions = np.random.default_rng(0).integers(5, size=1024).tolist()

@@ -109,14 +109,16 @@ def _greatest(columns: NDArray[np.float64]) -> float:
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     every = [(n, seed, shape) for n in GOALS for shape in get_args(Shape) for seed in range(SEEDS)]
     found = [row for one in track(every, "measuring", transient=True) if (row := measured_tree(*one))]
     # What has all measures alike is most often the same tree with other names.
-    rows = [*{tuple(row[name] for name in (*APART, "play_expected_steps")): row for row in reversed(found)}.values()][
-        ::-1
-    ]
+    rows = [
+        *{
+            tuple(f"{row[name]:.9g}" for name in (*APART, "play_expected_steps")): row for row in reversed(found)
+        }.values()
+    ][::-1]
     if len(rows) <= options.trees:
         raise InputError(f"there are {len(rows)} candidates, and more than {options.trees} are needed")
     columns = np.array([[row[name] for name in APART] for row in rows], float)

@@ -1,4 +1,4 @@
-"""What lies outside ``docs/`` becomes part of the site: README.md as its first page, and files that pages link to.
+"""Make files outside ``docs/`` part of the site: README.md as its first page, and files that pages link to.
 
 Links are written for those who read the pages in the repository. In the site ``docs/own.md`` is ``own.md`` and
 ``examples/aec.py`` keeps its path; a link to something that does not exist is left, so that a strict build names it.
@@ -19,12 +19,12 @@ HOME = "README.md"
 
 
 def in_repository(page: str) -> str:
-    """The path of a page of the site in the repository."""
+    """Return the path of a page of the site in the repository."""
     return page if page == HOME else f"docs/{page}"
 
 
 def in_site(page: str, target: str, root: Path) -> str | None:
-    """Where the target of a link in a page (a path in the repository) is in the site; None: there is no such file."""
+    """Return the place in the site of a link's target (a path in the repository); None if there is no such file."""
     path = posixpath.normpath(posixpath.join(posixpath.dirname(page), target))
     return path.removeprefix("docs/") if (root / path).is_file() else None
 

@@ -130,7 +130,7 @@ class GoalGraph:
         return GoalGraph(*canonical_rooms(self.key_rooms, self.exit_room))
 
     def to_networkx(self) -> nx.DiGraph:
-        """The goal dependency graph of the paper: start, keys, doors and exit; an edge means 'makes possible'."""
+        """Return the paper's goal dependency graph: start, keys, doors and exit; an edge means 'makes possible'."""
         import networkx as nx  # loads slowly, and few programs need it
 
         graph = nx.DiGraph()

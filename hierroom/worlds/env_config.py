@@ -161,5 +161,5 @@ def _is_whole(value: object, low: int) -> bool:
 
 
 def fresh_seed() -> int:
-    """A seed nobody chose."""
+    """Return a random seed."""
     return secrets.randbits(63)

@@ -53,7 +53,7 @@ def encode(
 
 
 def most_common(features: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """The most common value of each feature in ``features`` [N, K]: [K] uint8."""
+    """Return the most common value of each feature in ``features`` [N, K]: [K] uint8."""
     n_features = features.shape[-1]
     counts = np.bincount((features + 256 * np.arange(n_features)).ravel(), minlength=256 * n_features)
     return counts.reshape(n_features, 256).argmax(axis=1).astype(np.uint8)

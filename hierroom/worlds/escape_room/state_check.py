@@ -46,7 +46,7 @@ RULES = (
 
 
 def level_bounds(size: int) -> Mapping[str, tuple[Any, Any]]:
-    """The smallest and the largest value of each field of `layout.LEVEL`, in grids of a size; bool fields have none."""
+    """Return the bounds of each field of `layout.LEVEL`, in grids of a size; bool fields have none."""
     edge, bits = size + 2 * MARGIN - 1, 2**N_COLOURS - 1
     return {
         "seed": (0, _INT64),
@@ -106,7 +106,7 @@ def _compiled_check() -> Callable[..., tuple[int, int]]:
 
 @njit(cache=True)
 def _first_broken_rule(levels, grids):
-    """The first environment in which one of `RULES` does not hold, and the number of the rule; -1 where all hold."""
+    """Return the first environment in which one of `RULES` does not hold, and the rule's number; -1 where all hold."""
     for n in range(levels.shape[0]):
         rule = _broken_rule(levels[n], grids[n])
         if rule >= 0:
@@ -143,7 +143,7 @@ def _is_tree(level):
 
 @njit(cache=True)
 def _broken_rule(level, grid):
-    """The number of the first of `RULES` that does not hold of a level whose fields are in their bounds, or -1."""
+    """Return the number of the first of `RULES` that does not hold of a level with fields in their bounds, or -1."""
     n_branches, side = level.n_rooms - 1, grid.shape[0]
     if not _is_tree(level):
         return 0
