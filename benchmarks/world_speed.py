@@ -5,8 +5,8 @@
 Random actions, graph c, a fresh observation [N, 7, 7, 3] uint8 from every step, episodes that begin by themselves.
 MiniGrid plays the very same level (`tests/minigrid_level.py`), without Gymnasium's wrappers. Each repeat times each
 case once, one after another, so that a busy machine slows them all: the ratios are more telling than the speeds. A
-second thread is used only where each has `world.MIN_ENVS_PER_THREAD` environments to step. "Remembering all" keeps the
-memories that features and rewards may ask for, which nobody asks for otherwise.
+second thread is used only where each has `thread_pool.MIN_ENVS_PER_THREAD` environments to step. "Remembering all"
+keeps the memories that features and rewards may ask for, which nobody asks for otherwise.
 Floors: 500 times MiniGrid at 128 environments on one thread, and at most 2 microseconds a call for one environment.
 """
 

@@ -268,6 +268,11 @@ def _graph_named(name: str) -> GoalGraph | None:
     return NAMED_GRAPHS.get(name, described)
 
 
+def is_graph_name(name: str) -> bool:
+    """Return whether a text names one goal graph, as in `GoalGraph.named`."""
+    return name in NAMED_GRAPHS or _DESCRIBED.fullmatch(name) is not None
+
+
 def _check_label(label: object, graph: GoalGraph) -> None:
     if not isinstance(label, str) or not label.strip() or not label.isprintable():
         raise InputError(f"the name of a goal graph must be a text of one line, not {shown(label)}")

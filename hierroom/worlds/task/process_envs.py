@@ -58,7 +58,7 @@ class Block(gymnasium.Env):
                 self._arrays[name][stepped] = values
         return self._arrays, 0.0, False, False, {}
 
-    def _keep(self, envs: list[int], observations: list[Any], totals: list[list[int]]) -> None:
+    def _keep(self, envs: list[int], observations: list[Any], totals: NDArray) -> None:
         for name, (path, _) in self._task.trial.entries.items():
             self._arrays[f"{_SHOWN}{name}"][envs] = [entry_of(one, path) for one in observations]
         self._arrays["totals"][envs] = totals
@@ -81,16 +81,16 @@ class ProcessEnvs:
         self._blocks = AsyncVectorEnv(make, autoreset_mode=AutoresetMode.DISABLED)
         self._blocks.reset()
 
-    def reset(self, envs: Sequence[int], seeds: Sequence[int]) -> tuple[list[Any], list[list[int]]]:
-        """Begin an episode in some environments; return what they show, and how their goals stand."""
+    def reset(self, envs: Sequence[int], seeds: Sequence[int]) -> tuple[list[Any], NDArray]:
+        """Begin an episode in some environments; return what they show, and how their goals stand [M, G]."""
         shown = self._send(_RESET, envs, seeds)
-        return self._observations(shown, envs), shown["totals"][[*envs]].tolist()
+        return self._observations(shown, envs), shown["totals"][[*envs]]
 
     def step(self, envs: Sequence[int], actions: Sequence[int]) -> Taken:
         """Act in some environments."""
         shown, chosen = self._send(_STEP, envs, actions), [*envs]
-        rewards, ends, cuts, totals = (shown[name][chosen].tolist() for name in _RESULTS)
-        return Taken(self._observations(shown, envs), rewards, ends, cuts, totals)
+        rewards, ends, cuts = (shown[name][chosen].tolist() for name in _RESULTS[:3])
+        return Taken(self._observations(shown, envs), rewards, ends, cuts, shown["totals"][chosen])
 
     def _send(self, kind: int, envs: Sequence[int], values: Sequence[int]) -> dict[str, NDArray]:
         """Let blocks act, and return what all environments show, [N, ...] each."""
