@@ -9,6 +9,7 @@ of a sweep, and SEEDS how many of its first seeds are taken.
 | line | table |
 |---|---|
 | `<!-- sweep NAME -->` | what was trained; with SEEDS where it is of the first ones only |
+| `<!-- unfinished NAME -->` | the same of a sweep that is not done, with how many runs are |
 | `<!-- study NAME MEASURE ... -->` | how well measures predicted it, all measures where none is named |
 | `<!-- measures NAME MEASURE ... -->` | the same for some measures, in one table |
 | `<!-- hierarchy NAME SEEDS -->` | when hierarchy pays; with a milestone that is not that of the rules, or `width` |
@@ -34,6 +35,7 @@ from inspect import signature
 from pathlib import Path
 from typing import Annotated
 
+import pandas as pd
 import tyro
 
 from benchmarks.committed import ROOT, done_rows, plan_of
@@ -51,7 +53,9 @@ from hierroom.lab.paper.cells import table_3
 from hierroom.lab.paper.published import METHODS
 from hierroom.lab.paper.runs import PaperRuns
 from hierroom.lab.paper.table3 import Compared, markdown
+from hierroom.lab.sweep.plan import Plan
 from hierroom.lab.sweep.summary import Summary, summarise
+from hierroom.lab.sweep.table import SweepTable
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
@@ -84,12 +88,30 @@ def sweep_table(name: str, n_seeds: str | None = None) -> str:
     plan = plan_of(name)
     if n_seeds is not None:
         plan = replace(plan, seeds=int(n_seeds))
-    runs = plan.runs()
-    rows = done_rows(name, runs)
     only = "" if n_seeds is None else f" --seeds {n_seeds}"
+    return _table_of_rows(name, plan, done_rows(name, plan.runs()), only)
+
+
+def unfinished_table(name: str) -> str:
+    """Return the table of a sweep as far as it is done; it says how many runs are.
+
+    Args:
+        name: of the sweep.
+
+    Raises:
+        InputError: if there is no such sweep.
+    """
+    plan = plan_of(name)
+    runs = plan.runs()
+    rows = SweepTable(ROOT / "benchmarks" / "results" / name).of(runs)
+    return _table_of_rows(name, plan, rows, note=f"{len(rows)} of {len(runs)} runs are done; ")
+
+
+def _table_of_rows(name: str, plan: Plan, rows: pd.DataFrame, only: str = "", note: str = "") -> str:
     command = f"python -m hierroom sweep benchmarks/sweeps/{name}.toml{only} --out benchmarks/results/{name}"
-    summary = with_told(summarise(runs, rows, plan.metas), ROOT / "benchmarks" / "results" / name / "told.csv")
-    return f"\n`{command}` ({summary.caption()}):\n\n{summary.markdown()}\n\n"
+    summary = summarise(plan.runs(), rows, plan.metas)
+    summary = with_told(summary, ROOT / "benchmarks" / "results" / name / "told.csv")
+    return f"\n`{command}` ({note}{summary.caption()}):\n\n{summary.markdown()}\n\n"
 
 
 def with_told(summary: Summary, path: Path) -> Summary:
@@ -97,7 +119,7 @@ def with_told(summary: Summary, path: Path) -> Summary:
     if not path.exists():
         return summary
     told = ResultTable.read(path)
-    said = dict([told.headings, *told.rows])
+    said = {row[0]: row[1] for row in (told.headings, *told.rows)}
     columns = [(*line[:1], said[line[0]], *line[1:]) for line in (summary.headings, *summary.lines)]
     return replace(summary, headings=columns[0], n_names=summary.n_names + 1, lines=tuple(columns[1:]))
 
@@ -164,6 +186,7 @@ def _table(kind: str, words: Sequence[str]) -> str:
 
 MAKERS: Mapping[str, Callable[..., str]] = {
     "sweep": sweep_table,
+    "unfinished": unfinished_table,
     "study": study_table,
     "measures": measures_table,
     "hierarchy": hierarchy_table,

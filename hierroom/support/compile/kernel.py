@@ -44,8 +44,8 @@ def _with_plain_integers(kernel: Any) -> Any:
 
     Numba compiles a function anew for each constant, although LLVM puts these in by itself.
     """
-    if kernel.targetoptions.get("inline"):
-        return kernel
+    if config.DISABLE_JIT or kernel.targetoptions.get("inline"):  # pyright: ignore[reportAttributeAccessIssue]
+        return kernel  # a plain function, or one that callers take in whole
     template = kernel.get_call_template
 
     def plain(kind: Any) -> Any:
