@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hierroom.support.compile.kernel import njit
+from hierroom.support.compile.kernel import copy_matrix, njit
 from hierroom.worlds.escape_room.constants import (
     ALL_LEVELS,
     COL_STEP,
@@ -58,14 +58,17 @@ def generate_of_maps(level, grid, maps, map_grids):
     chosen = random_below(level, maps.shape[0])
     start = maps[chosen]
     level.map, level.n_rooms, level.exit_room = start.map, start.n_rooms, start.exit_room
-    level.key_rooms[:], level.door_rooms[:] = start.key_rooms, start.door_rooms
-    level.colours[:], level.branches[:] = start.colours, start.branches
-    level.doors_at[:], level.keys_at[:], level.exit_at[:] = start.doors_at, start.keys_at, start.exit_at
+    for branch in range(6):
+        level.key_rooms[branch], level.door_rooms[branch] = start.key_rooms[branch], start.door_rooms[branch]
+        level.colours[branch], level.branches[branch] = start.colours[branch], start.branches[branch]
+    copy_matrix(start.doors_at, level.doors_at)
+    copy_matrix(start.keys_at, level.keys_at)
+    level.exit_at[0], level.exit_at[1] = start.exit_at[0], start.exit_at[1]
     level.rectangles[:], level.divider[:] = 0, 0
     level.row, level.col, level.direction = start.row, start.col, start.direction
     if start.direction < 0:
         level.direction = random_below(level, 4)
-    grid[:] = map_grids[chosen]
+    copy_matrix(map_grids[chosen], grid)
     visit(level)
 
 
