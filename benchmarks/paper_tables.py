@@ -1,0 +1,78 @@
+"""The paper's Table 3 next to ours, as it stands in the docs and in a CSV file."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from pathlib import Path
+from textwrap import fill
+from typing import TYPE_CHECKING
+
+from benchmarks.committed import ROOT, done_rows
+from hierroom.lab.paper.cells import Curves, table_3
+from hierroom.lab.paper.order import pair_counts, prediction
+from hierroom.lab.paper.published import METHODS
+from hierroom.lab.paper.runs import PaperRuns
+from hierroom.lab.paper.table3 import Compared
+from hierroom.support.tables import markdown_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+PAPER = Path("benchmarks", "results", "paper")
+
+
+def paper_table(size: str, n_seeds: str) -> str:
+    """Return the paper's Table 3 next to ours, how often they agree, and the command that prints both.
+
+    Args:
+        size: of the grid.
+        n_seeds: how many seeds.
+
+    Raises:
+        InputError: if a run of it is not done.
+    """
+    cells, rows, curves = _paper_cells(size, n_seeds)
+    found = {f"By {one}": pair_counts(cells, one) for one in ("success", "length")}
+    for method, own in Compared.of_rows(cells, rows, curves).reached.items():
+        found[f"By success where our {METHODS[method]} first has the paper's"] = pair_counts(own, "success")
+    lines = [f"- {name}: {counts}" for name, counts in found.items()] + [f"- {prediction(cells)}"]
+    sentences = "\n".join(fill(line, 125, subsequent_indent="  ") for line in lines)
+    command = f"python -m hierroom paper table3 --sizes {size} --seeds {n_seeds} --out {PAPER}"
+    return f"\n`{command}` prints these among others:\n\n{_paper_lines(cells)}\n\n{sentences}\n\n"
+
+
+def _paper_lines(cells: pd.DataFrame) -> str:
+    """Return two rows for each method and quantity: the paper's number, and ours ± half its 95% interval."""
+    rows = []
+    for quantity in ("success", "length"):
+        for method, own in cells.groupby("method", sort=False):
+            numbers = own[[quantity, f"{quantity}_half_width"]].itertuples(index=False, name=None)
+            ours = (f"{value:.1f}" + ("" if math.isnan(half) else f" ± {half:.1f}") for value, half in numbers)
+            theirs = ("-" if math.isnan(value) else f"{value:.1f}" for value in own[f"paper_{quantity}"])
+            rows += [[f"{METHODS[str(method)]}, {quantity}", "paper", *theirs], ["", "ours", *ours]]
+    return markdown_table(["", "", *cells["graph"].unique()], rows)
+
+
+def cells_table(size: str, n_seeds: str) -> str:
+    """Return every number of the paper's Table 3 and of ours, as `hierroom paper table3 --csv` prints them.
+
+    Args:
+        size: of the grid.
+        n_seeds: how many seeds.
+
+    Raises:
+        InputError: if a run of it is not done.
+    """
+    cells, *_ = _paper_cells(size, n_seeds)
+    headings, *rows = csv.reader(io.StringIO(cells.to_csv(index=False)))
+    return markdown_table(headings, rows)
+
+
+def _paper_cells(size: str, n_seeds: str) -> tuple[pd.DataFrame, pd.DataFrame, Curves]:
+    """Return the cells of a grid's Table 3, and the rows and learning curves they are made of."""
+    paper = PaperRuns(ROOT / PAPER, seeds=int(n_seeds), sizes=(int(size),))
+    sweep = paper.sweep(paper.graphs, METHODS)
+    rows, curves = done_rows("paper", sweep.plan.runs()), sweep.table.curves()
+    return table_3(rows, curves, paper.sizes), rows, curves
