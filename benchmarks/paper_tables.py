@@ -34,13 +34,14 @@ def paper_table(size: str, n_seeds: str) -> str:
         InputError: if a run of it is not done.
     """
     cells, rows, curves = _paper_cells(size, n_seeds)
-    found = {f"By {one}": pair_counts(cells, one) for one in ("success", "length")}
+    counts = {f"by {one}": pair_counts(cells, one) for one in ("success", "length")}
     for method, own in Compared.of_rows(cells, rows, curves).reached.items():
-        found[f"By success where our {METHODS[method]} first has the paper's"] = pair_counts(own, "success")
-    lines = [f"- {name}: {counts}" for name, counts in found.items()] + [f"- {prediction(cells)}"]
-    sentences = "\n".join(fill(line, 125, subsequent_indent="  ") for line in lines)
+        counts[f"by success where our {METHODS[method]} first has the paper's"] = pair_counts(own, "success")
+    headings = ("pairs of methods on a graph", "in the paper's order", "opposite", "no significant difference")
+    pairs = markdown_table(headings, [(name, *map(str, count)) for name, count in counts.items()])
+    correlations = fill(prediction(cells), 130)
     command = f"python -m hierroom paper table3 --sizes {size} --seeds {n_seeds} --out {PAPER}"
-    return f"\n`{command}` prints these among others:\n\n{_paper_lines(cells)}\n\n{sentences}\n\n"
+    return f"\n`{command}` prints these among others:\n\n{_paper_lines(cells)}\n\n{pairs}\n\n{correlations}\n\n"
 
 
 def _paper_lines(cells: pd.DataFrame) -> str:
