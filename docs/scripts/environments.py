@@ -41,10 +41,8 @@ def table() -> str:
             f"| `hierroom/EscapeRoom-{letter}-v0` | {report.graph.n_rooms} | {report.exit_depth} | "
             f"{report.width} | {report.hitting_time:.2f} | {report.expected_steps:.1f} |"
         )
-    names = list(NAMED_GRAPHS)
-    for row in (names[:4], names[4:]):
-        pictures = (f"![A level of graph {letter}](pictures/level-{letter}.png)" for letter in row)
-        lines += ["", f"| {' | '.join(row)} |", "|" + "---|" * len(row), f"| {' | '.join(pictures)} |"]
+    pictures = (f"![A level of graph {letter}](pictures/level-{letter}.png)" for letter in NAMED_GRAPHS)
+    lines += ["", f"| {' | '.join(NAMED_GRAPHS)} |", "|" + "---|" * len(NAMED_GRAPHS), f"| {' | '.join(pictures)} |"]
     return "\n".join(lines) + "\n"
 
 
