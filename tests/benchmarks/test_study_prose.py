@@ -64,3 +64,13 @@ def test_each_estimate_of_the_text_stands_in_a_table(known):
     assert len(told) > 30
     for estimate, paragraph in told:
         assert any(agree(estimate, one) for one in known), (estimate, paragraph)
+
+
+def test_each_range_of_seeds_of_the_text_stands_in_a_file():
+    text = TABLE.sub("", (ROOT / "docs" / "study.md").read_text())
+    ranges = re.findall(r"(\d+\.\d) to (\d+\.\d)%", text)
+    links = FILE.findall((ROOT / "docs" / "tables.md").read_text())
+    files = "".join((ROOT / "docs" / link).read_text() for link, *_ in links if "study_unseen" in link)
+    assert len(ranges) == 8
+    for low, high in ranges:
+        assert f"({low}% to {high}%)" in files, (low, high)
