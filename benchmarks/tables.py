@@ -18,7 +18,7 @@ of a sweep, and SEEDS how many of its first seeds are taken.
 | `<!-- paper SIZE SEEDS -->` | the paper's Table 3, ours on grids of one size |
 | `<!-- result NAME -->` | what a benchmark measured that is no sweep, as it wrote it to benchmarks/results/NAME.csv |
 | `<!-- cells SIZE SEEDS -->` | each number of that table as a row, for a CSV file |
-| `<!-- matrix COLUMN NAME ... -->` | one column of sweeps, as `steps_to_95`: variants in rows, graphs in columns |
+| `<!-- matrix COLUMN NAME -->` | one column of a sweep, as `steps_to_95`: variants in rows, graphs in columns |
 
 A table of many rows is a CSV file. After a link to it the same words say what is in it, as in
 `[factors](../benchmarks/results/study/factors.csv)<!-- factors study 10 hippo -->`. The site shows those of
@@ -106,27 +106,26 @@ def with_told(summary: Summary, path: Path) -> Summary:
     return replace(summary, headings=columns[0], n_names=summary.n_names + 1, lines=tuple(columns[1:]))
 
 
-def matrix_table(column: str, *names: str) -> str:
-    """Return one column of the tables of sweeps in Markdown: a row for each variant, a column for each goal graph.
+def matrix_table(column: str, name: str) -> str:
+    """Return one column of the table of a sweep in Markdown: a row for each variant, a column for each goal graph.
 
     Args:
         column: its heading, with `_` for a space and without a percent sign, such as `success` and `steps_to_95`.
-        names: of the sweeps; a sweep without variants is one row.
+        name: of the sweep.
 
     Raises:
-        InputError: if a sweep has no such column or does not name its graphs, or as `sweep_table`.
+        InputError: if the sweep has no such column or does not name its graphs, or as `sweep_table`.
     """
+    runs = plan_of(name).runs()
+    summary = summarise(runs, done_rows(name, runs))
+    headings = [heading.replace(" ", "_").removesuffix("%") for heading in summary.headings]
+    if missing := [word for word in ("graph", column) if word not in headings]:
+        raise InputError(f"the table of {name} has the columns {', '.join(headings)}; there is no {missing[0]!r}")
     cells: dict[str, dict[str, str]] = {}
-    for name in names:
-        runs = plan_of(name).runs()
-        summary = summarise(runs, done_rows(name, runs))
-        headings = [heading.replace(" ", "_").removesuffix("%") for heading in summary.headings]
-        if missing := [word for word in ("graph", column) if word not in headings]:
-            raise InputError(f"the table of {name} has the columns {', '.join(headings)}; there is no {missing[0]!r}")
-        for line in summary.lines:
-            values = dict(zip(headings, line, strict=True))
-            words = [values[word] for word in headings[: summary.n_names] if word != "graph"]
-            cells.setdefault(", ".join(words) or name, {})[values["graph"]] = values[column]
+    for line in summary.lines:
+        values = dict(zip(headings, line, strict=True))
+        words = [values[word] for word in headings[: summary.n_names] if word != "graph"]
+        cells.setdefault(", ".join(words) or name, {})[values["graph"]] = values[column]
     graphs = sorted({graph for row in cells.values() for graph in row})
     rows = [[label, *(row.get(graph, "") for graph in graphs)] for label, row in cells.items()]
     return f"\n{markdown_table([column.replace('_', ' '), *graphs], rows)}\n\n"
