@@ -24,7 +24,7 @@ PAPER = Path("benchmarks", "results", "paper")
 
 
 def paper_table(size: str, n_seeds: str) -> str:
-    """Return the success of the paper's Table 3 next to ours, how often the two agree, and the command that prints both.
+    """Return the success of the paper's Table 3 next to ours, how often they agree, and the command that prints it.
 
     Args:
         size: of the grid.

@@ -101,7 +101,7 @@ def with_told(summary: Summary, path: Path) -> Summary:
     if not path.exists():
         return summary
     told = ResultTable.read(path)
-    said = dict([told.headings, *told.rows])
+    said = {row[0]: row[1] for row in (told.headings, *told.rows)}
     columns = [(*line[:1], said[line[0]], *line[1:]) for line in (summary.headings, *summary.lines)]
     return replace(summary, headings=columns[0], n_names=summary.n_names + 1, lines=tuple(columns[1:]))
 

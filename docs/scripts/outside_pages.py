@@ -37,8 +37,9 @@ def in_site(page: str, target: str, root: Path) -> str | None:
     return path.removeprefix("docs/") if (root / path).is_file() else None
 
 
-def with_table(name: str, link: str, sentence: str, folder: Path) -> str:
+def with_table(row: re.Match[str], folder: Path) -> str:
     """Write the row of a table as a heading, its sentence and the table itself."""
+    name, link, sentence = row.groups()
     with (folder / link).open(newline="", encoding="utf-8") as file:
         headings, *rows = csv.reader(file)
     return f"\n### {name}\n\n{sentence} ([CSV]({link}))\n\n{markdown_table(headings, rows)}\n\n"
@@ -62,5 +63,5 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     """Write the links as they are in the site."""
     root, source = Path(config.config_file_path).parent, in_repository(page.file.src_uri)
     if page.file.src_uri == TABLES:
-        markdown = ROW.sub(lambda row: with_table(*row.groups(), root / "docs"), markdown.replace(HEADER, ""))
+        markdown = ROW.sub(lambda row: with_table(row, root / "docs"), markdown.replace(HEADER, ""))
     return LINK.sub(lambda link: link[1] + (in_site(source, link[2], root) or link[2]), markdown)
