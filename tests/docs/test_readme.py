@@ -40,8 +40,8 @@ def test_the_table_of_complexity_is_computed(letter):
     report = analyze(letter)
     graph = report.graph
     row = (
-        f"| `hierroom/EscapeRoom-{letter}-v0` | {', '.join(map(str, graph.key_rooms))} | {graph.exit_room} | {report.exit_depth} | "
-        f"{report.width} | {report.hitting_time:.2f} | {report.expected_steps:.1f} |"
+        f"| `hierroom/EscapeRoom-{letter}-v0` | {', '.join(map(str, graph.key_rooms))} | {graph.exit_room} | "
+        f"{report.exit_depth} | {report.width} | {report.hitting_time:.2f} | {report.expected_steps:.1f} |"
     )
     assert row in ENVIRONMENTS
 
