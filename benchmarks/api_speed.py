@@ -1,4 +1,4 @@
-"""What a turn or a step costs in each API, beside PettingZoo's tictactoe, a MiniGrid room and the engine alone.
+"""Cost of a turn or a step in each API, next to PettingZoo's tictactoe, a MiniGrid room and the engine alone.
 
     python benchmarks/api_speed.py
 
@@ -120,7 +120,7 @@ def vector(env: EscapeRooms) -> Run:
 
 
 def engine(num_envs: int) -> Run:
-    """The world alone, and what its agents see."""
+    """Step the world alone, and write what its agents see."""
     world = Engine([GoalGraph.named("c")], num_envs)
     actions = cycle(list(np.random.default_rng(0).integers(5, size=(64, num_envs))))
 

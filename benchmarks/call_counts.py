@@ -48,7 +48,7 @@ class Calls:
 
     @contextmanager
     def counting(self) -> Iterator[None]:
-        """A context in which calls are counted."""
+        """Return a context in which calls are counted."""
         sys.setprofile(self._note)
         try:
             yield
@@ -82,7 +82,7 @@ class Calls:
 
 
 def count_begin(until: str = "advance") -> Calls:
-    """A second `hierroom.train` in one process until it calls a method of the trainer, by default its first update."""
+    """Run a second `hierroom.train` in one process until it calls a method of the trainer, by default an update."""
     calls = Calls()
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
         _train_until(until)
@@ -104,7 +104,7 @@ def _train_until(method: str) -> None:
 
 
 def count_step() -> Calls:
-    """A step of the controller in the AEC environment."""
+    """Take a step of the controller in the AEC environment."""
     calls, env = Calls(), hierroom.env(graph="c")
     env.reset(seed=0)
     for _ in range(10):  # among them some of each agent
@@ -118,7 +118,7 @@ def count_step() -> Calls:
 
 
 def count_load() -> Calls:
-    """Loading a checkpoint into a trainer."""
+    """Load a checkpoint into a trainer."""
     calls = Calls()
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
         _train_until("advance")

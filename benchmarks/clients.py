@@ -80,7 +80,7 @@ class Arguments:
 
 
 def versions(python: Path, packages: tuple[str, ...]) -> dict[str, str] | None:
-    """The versions of some distributions that a Python has, or None if it lacks one."""
+    """Return the versions of some distributions that a Python has, or None if it lacks one."""
     code = (
         "import importlib.metadata as m, json, sys\n"
         "try: print(json.dumps({name: m.version(name) for name in sys.argv[1:]}))\n"
@@ -99,7 +99,7 @@ def run(python: Path, example: str) -> subprocess.CompletedProcess[str]:
 
 
 def row(client: Client, pythons: tuple[Path, ...]) -> str:
-    """A line of the table."""
+    """Return a line of the table."""
     example = f"[{Path(client.example).name}](../examples/{client.example})"
     for python in pythons:
         found = versions(python, client.packages)

@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[1]
 
 
 def plan_of(name: str) -> Plan:
-    """What a sweep trains.
+    """Return the plan of a sweep.
 
     Raises:
         InputError: if there is no such sweep.
@@ -25,7 +25,7 @@ def plan_of(name: str) -> Plan:
 
 
 def done_rows(name: str, runs: Sequence[PlannedRun]) -> pd.DataFrame:
-    """The rows of a sweep's runs.
+    """Return the rows of a sweep's runs.
 
     Raises:
         InputError: if one is not done.
@@ -39,7 +39,7 @@ def done_rows(name: str, runs: Sequence[PlannedRun]) -> pd.DataFrame:
 
 
 def checked_path(name: str, n_seeds: str) -> Path:
-    """Where the table of a sweep is, from the root of the repository, all of whose runs of seeds 0, 1, ... are done.
+    """Return the path of the table of a sweep, from the root of the repository; its runs of the first seeds are done.
 
     Args:
         name: of the sweep.

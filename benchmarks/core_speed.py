@@ -70,7 +70,7 @@ def _train(barrier: Barrier, queue: mp.Queue, seed: int, updates: int) -> None:
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     cores = [n for n in options.cores if n <= len(os.sched_getaffinity(0))]
     print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores\n")

@@ -41,7 +41,7 @@ class Options:
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     if not torch.cuda.is_available():
         raise InputError("this machine has no GPU that torch can use")

@@ -65,7 +65,7 @@ class Picture:
     arguments: tuple[str, ...]
 
     def draw(self) -> Figure:
-        """The figure, from the committed rows.
+        """Return the figure, from the committed rows.
 
         Raises:
             InputError: if a run that it needs is not done, or the command has several sizes.
@@ -85,7 +85,7 @@ class Picture:
             return figure.draw(sweep, figure.runs.sizes[0])
 
     def is_current(self) -> bool:
-        """Whether the file shows what would be drawn now."""
+        """Return whether the file shows what would be drawn now."""
         if not self.path.exists():
             return False
         with Image.open(self.path) as image:
@@ -102,7 +102,7 @@ def pictures() -> list[Picture]:
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     options, n_other = tyro.cli(Options, description=__doc__), 0
     for picture in pictures():
         if picture.is_current():

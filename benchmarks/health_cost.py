@@ -1,4 +1,4 @@
-"""What the checks of `learners.health` cost: whole updates with and without them, in turn, and the checks alone.
+"""Cost of the checks of `learners.health`: whole updates with and without them, in turn, and the checks alone.
 
     python -m benchmarks.health_cost --pairs 300
 
@@ -67,7 +67,7 @@ def advance(trainer: Trainer, is_checked: bool) -> tuple[float, float]:
 
 
 def main() -> None:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     torch.set_num_threads(1)
     rng = np.random.default_rng(options.seed)

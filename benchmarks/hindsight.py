@@ -1,4 +1,4 @@
-"""What relabelled turns did for the learned meta-controller: ``python -m benchmarks.hindsight``.
+"""Effect of relabelled turns on the learned meta-controller: ``python -m benchmarks.hindsight``.
 
 Options that ended with another goal than the chosen one were learned from as if that goal had been chosen, where their
 advantage was positive. `benchmarks/results/hindsight/runs.csv` has a row for each run with it and without it; the code

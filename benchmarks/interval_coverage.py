@@ -1,4 +1,4 @@
-"""How often 95% intervals of few runs hold the true value, by simulation: the table in docs/compare.md.
+"""Share of 95% intervals of few runs that hold the true value, by simulation: the table in docs/compare.md.
 
     python -m benchmarks.interval_coverage
 
@@ -38,7 +38,7 @@ class Options:
 
 
 def coverage(statistic, draw, n_runs: int, n_graphs: int) -> float:
-    """The fraction of experiments whose interval holds the value that very many runs have."""
+    """Return the fraction of experiments whose interval holds the value that very many runs have."""
     generator = np.random.default_rng(0)
     truth = statistic([draw(generator, 1_000_000)[:, None, None]])[0]
     covered = 0

@@ -1,4 +1,4 @@
-"""How fast the learner is without a world: turns per second, compiled against plain torch.
+"""Speed of the learner without a world: turns per second, compiled against plain torch.
 
     python benchmarks/learner_speed.py
 

@@ -1,4 +1,4 @@
-"""What each measure costs on the paper's graphs, on all goal graphs of five rooms and of up to five, and in levels.
+"""Cost of each measure on the paper's graphs, on all goal graphs of five rooms and of up to five, and in levels.
 
     python -m benchmarks.measure_speed
 

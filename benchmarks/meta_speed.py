@@ -42,7 +42,7 @@ class Options:
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     turns = Turns(EnvConfig("g"), options.num_envs, seed=0)
     situation = turns.situation(np.arange(options.num_envs))

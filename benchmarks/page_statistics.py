@@ -33,14 +33,14 @@ class Options:
 
 
 def shown_correlations() -> list[tuple[str, Milestone | None]]:
-    """The sweeps whose correlations pages show, each with its milestone where it is not that of the rules."""
+    """Return the sweeps whose correlations pages show, each with its milestone where it is not that of the rules."""
     named = [one for page in PAGES for one in named_tables(page.read_text(encoding="utf-8"))]
     words = [words for kind, words in named if kind == "measures"]
     return list(dict.fromkeys((name, milestone_and_words(others)[0]) for name, *others in words))
 
 
 def n_whole_seeds(name: str) -> int:
-    """How many of a sweep's first seeds are whole."""
+    """Return how many of a sweep's first seeds are whole."""
     runs = plan_of(name).runs()
     done = {*SweepTable(ROOT / "benchmarks" / "results" / name).of(runs)["digest"]}
     unfinished = [run.config.seed for run in runs if run.digest not in done]
@@ -66,7 +66,7 @@ def write_correlations(name: str, milestone: Milestone | None) -> Path:
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     tyro.cli(Options, description=__doc__)
     for name, milestone in shown_correlations():
         print(f"written: {write_correlations(name, milestone)}")

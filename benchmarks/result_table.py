@@ -27,7 +27,7 @@ class ResultTable:
 
     @classmethod
     def read(cls, path: Path) -> ResultTable:
-        """The table in a file that `publish` wrote.
+        """Return the table in a file that `publish` wrote.
 
         Raises:
             InputError: if there is none.

@@ -1,4 +1,4 @@
-"""What having to search costs: a controller that remembers all it saw beside one that sees the whole level.
+"""Cost of searching: a controller that remembers all it saw against one that sees the whole level.
 
     python -m benchmarks.search_cost --episodes 1000
 
@@ -20,9 +20,10 @@ from benchmarks.result_table import ResultTable
 from benchmarks.searching import Searching
 from hierroom.goals import spec_names
 from hierroom.meta import make_meta
-from hierroom.runs.assembly import evaluation_seed, make_turns
+from hierroom.runs.assembly import evaluation_seed
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.presets import find_preset
+from hierroom.runs.environments import make_turns
 from hierroom.runs.evaluation import evaluate
 from hierroom.runs.trainer import MAX_EVALUATION_ENVS
 from hierroom.support.cli import run
@@ -51,7 +52,7 @@ HEADINGS = ("graph", "shortest", "informed", "searching", "over informed", "succ
 
 
 def row_of(config: TrainConfig, episodes: int) -> tuple[str, ...]:
-    """The table's row for the environments of a config."""
+    """Return the table's row for the environments of a config."""
     num_envs, seed = min(MAX_EVALUATION_ENVS, episodes), evaluation_seed(config.seed)
     meta = config.resolved_method.meta
     turns = make_turns(config, num_envs, seed, levels="evaluation", measure_shortest=True)
@@ -65,7 +66,7 @@ def row_of(config: TrainConfig, episodes: int) -> tuple[str, ...]:
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__, config=(tyro.conf.OmitArgPrefixes,))
     config = find_preset("default").changed(meta=options.meta, seed=options.seed, threads=1)
     if options.episodes < 1:

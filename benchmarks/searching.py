@@ -65,7 +65,7 @@ def remember(levels, views, known):
 
 @njit
 def survey(known, corner, is_done):
-    """What is known of the room that a cell lies in: rooms are rectangles, so a bit of a wall tells where all of it is.
+    """Return what is known of the room of a cell: rooms are rectangles, so a bit of a wall tells where all of it is.
 
     Args:
         known: the map.
@@ -139,7 +139,7 @@ def imagine(known, start, latest, kind, imagined):
 
 @njit
 def find_ways(level, known):
-    """The shortest ways over known cells to every pose, keys picked up where they lie in the way.
+    """Return the shortest ways over known cells to every pose, keys picked up where they lie in the way.
 
     A node is ``cell << 3 | direction << 1 | whether the key ahead was just picked up``.
 
@@ -178,7 +178,7 @@ def find_ways(level, known):
 
 @njit
 def best_look(nodes, distances, imagined, agent):
-    """The place among the ways of the one to go for more to be seen: most worth a step; -1 if nothing is to be seen.
+    """Return the index of the way that shows most per step; -1 if nothing is left to be seen.
 
     As the agent nears that pose, its worth a step grows; so it is reached, unless something better comes into view.
     """
@@ -201,7 +201,7 @@ def best_look(nodes, distances, imagined, agent):
 
 @njit
 def choose(level, known, start, latest, goal):
-    """The first action on the shortest way to a goal that was seen, else to where most is to be seen for the way."""
+    """Return the first action on the shortest way to a goal that was seen, else to where most can be seen per step."""
     side = known.shape[1]
     steps = (1, side, -1, -side)
     kind = goal // N_COLOURS

@@ -59,7 +59,7 @@ class PairsAhead:
 
     @classmethod
     def of(cls, first: NDArray[np.float64], second: NDArray[np.float64]) -> PairsAhead:
-        """The pairs of two methods' seeds; chance is every way to share out all values among the methods.
+        """Return the pairs of two methods' seeds; chance is every way to share out all values among the methods.
 
         Args:
             first: [A] a value for each seed of the method.
@@ -82,7 +82,7 @@ class PairsAhead:
         return float(self.chances[self.twice :].sum())
 
     def cells(self) -> tuple[str, str]:
-        """The number of pairs, and the probability."""
+        """Return the number of pairs, and the probability."""
         return f"{self.twice / 2:g} of {self.n}", f"{self.p_value:.3f}"
 
 
@@ -95,7 +95,7 @@ def steps_to_the_papers_success() -> dict[str, float]:
 
 
 def table() -> ResultTable:
-    """The two methods on each graph, and on all."""
+    """Return the two methods on each graph, and on all."""
     rows = done_rows(SWEEP, plan_of(SWEEP).runs())
     curves, rng = SweepTable(ROOT / "benchmarks" / "results" / SWEEP).curves(), np.random.default_rng(0)
     lines, found, leads, chances = [], [], [], []
@@ -135,12 +135,12 @@ def _lead(first: NDArray[np.float64], second: NDArray[np.float64]) -> str:
 
 
 def _spread(values: Sequence[float] | NDArray[np.float64]) -> str:
-    """The median, and from the lowest to the highest."""
+    """Return the median, and from the lowest to the highest."""
     return f"{np.median(values):.1%} ({np.min(values):.1%} to {np.max(values):.1%})"
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     table().publish(options.out)
     return 0

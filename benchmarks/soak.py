@@ -60,7 +60,7 @@ class Options:
 
 @dataclass(frozen=True)
 class Speed:
-    """How fast one part of a round went, in steps."""
+    """Speed of one part of a round, in steps."""
 
     per_second: float
     per_cpu_second: float
@@ -70,7 +70,7 @@ class Speed:
 
 @dataclass(frozen=True)
 class Sample:
-    """What one round was like."""
+    """Measurements of one round."""
 
     seconds: float
     """Since the start."""
@@ -96,7 +96,7 @@ def fixed_piece() -> float:
 
 
 def timed(part: Callable[[], int]) -> tuple[int, Speed]:
-    """The steps that a part of a round takes, and how fast it is."""
+    """Return the steps that a part of a round takes, and how fast it is."""
     piece = fixed_piece()
     wall, cpu = time.monotonic(), time.process_time()
     n_steps = part()
@@ -170,7 +170,7 @@ def short_run(path: Path, seed: int) -> None:
 
 
 def sample(started: float, api: Speed, train: Speed) -> Sample:
-    """How this process stands now; collected garbage does not count."""
+    """Measure this process now; collected garbage does not count."""
     gc.collect()
     status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text(encoding="utf-8").splitlines())
     memory = int(status["RssAnon"].split()[0]) / 2**10
@@ -179,7 +179,7 @@ def sample(started: float, api: Speed, train: Speed) -> Sample:
 
 
 def rows(samples: list[Sample], seconds: float) -> list[Sample]:
-    """A row for each tenth of the time: mean memory, the most threads and files, and medians of speed."""
+    """Return a row for each tenth of the time: mean memory, the most threads and files, and medians of speed."""
     parts = [[s for s in samples if int(N_ROWS * s.seconds / seconds) == n] for n in range(N_ROWS)]
     parts[-1] += [s for s in samples if s.seconds >= seconds]
     return [
@@ -197,12 +197,12 @@ def rows(samples: list[Sample], seconds: float) -> list[Sample]:
 
 
 def median_speed(speeds: list[Speed]) -> Speed:
-    """The median of each number."""
+    """Return the median of each number."""
     return Speed(*np.median([astuple(speed) for speed in speeds], axis=0).tolist())
 
 
 def problems(found: list[Sample]) -> list[str]:
-    """What grew or slowed down from the second row to the last; the first row warms up."""
+    """Return what grew or slowed down from the second row to the last; the first row warms up."""
     first, last = found[1 if len(found) > 1 else 0], found[-1]
     grown = [
         f"memory grew from {first.memory:.0f} to {last.memory:.0f} MiB"
@@ -219,7 +219,7 @@ def problems(found: list[Sample]) -> list[str]:
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     torch.set_num_threads(1)
     console = Console(width=140)

@@ -9,6 +9,7 @@ of a sweep, and SEEDS how many of its first seeds are taken.
 | line | table |
 |---|---|
 | `<!-- sweep NAME -->` | what was trained; with SEEDS where it is of the first ones only |
+| `<!-- unfinished NAME -->` | the same of a sweep that is not done, with how many runs are |
 | `<!-- measures NAME MEASURE ... -->` | how well measures predicted it, all measures where none is named |
 | `<!-- hierarchy NAME SEEDS -->` | when hierarchy pays; with a milestone that is not that of the rules, or `width` |
 | `<!-- factors NAME SEEDS REFERENCE -->` | what makes the difference; with a milestone before the reference, as above |
@@ -40,6 +41,7 @@ from inspect import signature
 from pathlib import Path
 from typing import Annotated
 
+import pandas as pd
 import tyro
 
 from benchmarks.committed import ROOT, done_rows, plan_of
@@ -53,7 +55,9 @@ from benchmarks.study.page_tables import (
     measures_table,
     tuning_table,
 )
+from hierroom.lab.sweep.plan import Plan
 from hierroom.lab.sweep.summary import Summary, summarise
+from hierroom.lab.sweep.table import SweepTable
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
@@ -88,12 +92,30 @@ def sweep_table(name: str, n_seeds: str | None = None) -> str:
     plan = plan_of(name)
     if n_seeds is not None:
         plan = replace(plan, seeds=int(n_seeds))
-    runs = plan.runs()
-    rows = done_rows(name, runs)
     only = "" if n_seeds is None else f" --seeds {n_seeds}"
+    return _table_of_rows(name, plan, done_rows(name, plan.runs()), only)
+
+
+def unfinished_table(name: str) -> str:
+    """Return the table of a sweep as far as it is done; it says how many runs are.
+
+    Args:
+        name: of the sweep.
+
+    Raises:
+        InputError: if there is no such sweep.
+    """
+    plan = plan_of(name)
+    runs = plan.runs()
+    rows = SweepTable(ROOT / "benchmarks" / "results" / name).of(runs)
+    return _table_of_rows(name, plan, rows, note=f"{len(rows)} of {len(runs)} runs are done; ")
+
+
+def _table_of_rows(name: str, plan: Plan, rows: pd.DataFrame, only: str = "", note: str = "") -> str:
     command = f"python -m hierroom sweep benchmarks/sweeps/{name}.toml{only} --out benchmarks/results/{name}"
-    summary = with_told(summarise(runs, rows, plan.metas), ROOT / "benchmarks" / "results" / name / "told.csv")
-    return f"\n`{command}` ({summary.caption()}):\n\n{summary.markdown()}\n\n"
+    summary = summarise(plan.runs(), rows, plan.metas)
+    summary = with_told(summary, ROOT / "benchmarks" / "results" / name / "told.csv")
+    return f"\n`{command}` ({note}{summary.caption()}):\n\n{summary.markdown()}\n\n"
 
 
 def with_told(summary: Summary, path: Path) -> Summary:
@@ -132,7 +154,7 @@ def matrix_table(column: str, name: str) -> str:
 
 
 def result_table(name: str) -> str:
-    """What a benchmark measured that is no sweep; the page says with which command.
+    """Return what a benchmark measured that is no sweep; the page names its command.
 
     Args:
         name: of the file that the benchmark wrote.
@@ -144,7 +166,7 @@ def result_table(name: str) -> str:
 
 
 def renewed(text: str) -> str:
-    """A page with its tables as they are now.
+    """Return a page with its tables as they are now.
 
     Raises:
         InputError: if a table cannot be made, or the line that names it or its end is missing.
@@ -195,6 +217,7 @@ def _table(kind: str, words: Sequence[str]) -> str:
 
 MAKERS: Mapping[str, Callable[..., str]] = {
     "sweep": sweep_table,
+    "unfinished": unfinished_table,
     "measures": measures_table,
     "hierarchy": hierarchy_table,
     "factors": factors_table,
@@ -210,7 +233,7 @@ MAKERS: Mapping[str, Callable[..., str]] = {
 
 
 def main() -> int:
-    """The command. A page with a table that cannot be made is left as it is, and the others are renewed."""
+    """Run the command. A page with a table that cannot be made is left as it is, and the others are renewed."""
     options, n_other, refusals = tyro.cli(Options, description=__doc__), 0, []
     for page in PAGES:
         before, name = page.read_text(encoding="utf-8"), page.relative_to(ROOT)

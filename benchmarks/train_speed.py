@@ -51,7 +51,7 @@ class Options:
 
 
 def ours(graph: str, threads: int, **settings: Any) -> tuple[Trainer, Counter[str]]:
-    """A trainer on a graph, with some settings of its own, and the seconds spent so far by part."""
+    """Return a trainer on a graph, with some settings of its own, and the seconds spent so far by part."""
     ppo = PPOConfig(sequence_length=LENGTH, epochs=EPOCHS, minibatches=MINIBATCHES)
     config = TrainConfig(EnvConfig(graph), steps=10**9, num_envs=NUM_ENVS, threads=threads, ppo=ppo).changed(**settings)
     trainer = Trainer(config)
@@ -80,7 +80,7 @@ def _timed(function: Callable, part: str, seconds: Counter[str]) -> Callable:
 
 
 def theirs(**network) -> Callable[[], None]:
-    """A function that trains sb3-contrib's RecurrentPPO for one update, with arguments for its network."""
+    """Return a function that trains sb3-contrib's RecurrentPPO for one update, with arguments for its network."""
 
     def make_env() -> gymnasium.Env:
         env = gymnasium.make("hierroom/EscapeRoom-c-v0")
@@ -104,7 +104,7 @@ def theirs(**network) -> Callable[[], None]:
 
 
 def main() -> None:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     torch.set_num_threads(1)
     flat = {

@@ -59,7 +59,7 @@ def log_probs_now(learner: Learner, batch: Batch) -> NDArray[np.floating]:
 
 
 def main() -> None:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     if options.updates < 1:
         raise InputError(f"updates must be at least 1, not {options.updates}")

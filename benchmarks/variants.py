@@ -42,7 +42,7 @@ class RepeatedBonus(Bonus):
 
 
 def usual_weights(space: AgentSpace, hidden_size: int) -> RecurrentActorCritic:
-    """The network of preset `paper`, with weights and biases in the range of torch's own linear layers and LSTM.
+    """Return the network of preset `paper`, with weights and biases in the range of torch's own linear layers and LSTM.
 
     Torch's LSTM adds two biases of that range, this network has one.
 

@@ -17,7 +17,7 @@ from hierroom.runs.session import begin, resume, run_session
 
 
 def config_of(name: str) -> TrainConfig:
-    """What is trained for an agent that ships.
+    """Return the config of an agent that ships.
 
     Args:
         name: in `SHIPPED`.
@@ -27,7 +27,7 @@ def config_of(name: str) -> TrainConfig:
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", help=f"of {', '.join(SHIPPED)}; all by default")
     parser.add_argument("--runs", type=Path, default=Path("runs/weights"), help="folder of the runs")

@@ -5,8 +5,8 @@
 Random actions, graph c, a fresh observation [N, 7, 7, 3] uint8 from every step, episodes that begin by themselves.
 MiniGrid plays the very same level (`tests/minigrid_level.py`), without Gymnasium's wrappers. Each repeat times each
 case once, one after another, so that a busy machine slows them all: the ratios are more telling than the speeds. A
-second thread is used only where each has `world.MIN_ENVS_PER_THREAD` environments to step. "Remembering all" keeps the
-memories that features and rewards may ask for, which nobody asks for otherwise.
+second thread is used only where each has `thread_pool.MIN_ENVS_PER_THREAD` environments to step. "Remembering all"
+keeps the memories that features and rewards may ask for, which nobody asks for otherwise.
 Floors: 500 times MiniGrid at 128 environments on one thread, and at most 2 microseconds a call for one environment.
 """
 
@@ -36,7 +36,7 @@ MIN_RATIO, MAX_CALL_MICROSECONDS = 500, 2.0
 
 
 def our_stepper(num_envs: int, threads: int, memories: tuple[str, ...], size: int) -> Callable[[int], None]:
-    """A function that takes some steps in every environment."""
+    """Return a function that takes some steps in every environment."""
     world = Engine([GoalGraph.named("c")], num_envs, size=size, threads=threads, memories=memories)
     actions = list(np.random.default_rng(0).integers(world.n_actions, size=(64, num_envs)))
 
@@ -48,7 +48,7 @@ def our_stepper(num_envs: int, threads: int, memories: tuple[str, ...], size: in
 
 
 def minigrid_stepper(size: int) -> Callable[[int], None]:
-    """The same in one MiniGrid environment."""
+    """Return the same in one MiniGrid environment."""
     env = MiniGridLevel(Engine([GoalGraph.named("c")], size=size).state)
     env.reset()
     actions = np.random.default_rng(0).integers(5, size=1024).tolist()

@@ -1,4 +1,4 @@
-"""How hard two MiniGrid levels are to explore: the chain of their subgoals, measured from random play.
+"""Complexity of two MiniGrid levels: the chain of their subgoals, measured from random play.
 
     python minigrid_chain.py
 
@@ -13,7 +13,7 @@ from hierroom.complexity import measure_env
 
 
 def subgoals(env):
-    """Which subgoals are achieved: the key held, a locked door opened; and whether the mission is done."""
+    """Return the subgoals that are achieved: the key held, a locked door opened; and whether the mission is done."""
     level = env.unwrapped
     here = level.grid.get(*level.agent_pos)
     if isinstance(level.carrying, Ball) or (here is not None and here.type == "goal"):

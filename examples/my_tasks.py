@@ -14,7 +14,7 @@ def is_home(env, info):
 
 
 taxi = hierroom.Task(
-    make="Taxi-v4",
+    make="Taxi-v4",  # Taxi-v3 before Gymnasium 1.3
     goals={"passenger": has_passenger, "home": is_home},
     rules={"passenger": {}, "home": {"needs": "passenger"}},
     target="home",

@@ -27,7 +27,7 @@ class ReachedMostOften:
 
     @classmethod
     def for_training(cls, num_envs):
-        """How a training run makes one."""
+        """Make one for a training run."""
         return cls(num_envs)
 
     def choose(self, observations, legal, situation):
@@ -46,13 +46,13 @@ class ReachedMostOften:
         np.add.at(self.reached, self.given[envs], step.reached[envs])
 
     def for_play(self, num_envs, *, seed):
-        """The same for other environments, to play and learn no more."""
+        """Return the same for other environments, to play and learn no more."""
         player = type(self)(num_envs)
         player.tried, player.reached = self.tried, self.reached
         return player
 
     def state_dict(self):
-        """What goes into checkpoints: tensors and plain types."""
+        """Return what goes into checkpoints: tensors and plain types."""
         return {name: torch.from_numpy(array.copy()) for name, array in vars(self).items()}
 
     def load_state_dict(self, state):

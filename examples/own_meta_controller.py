@@ -19,5 +19,5 @@ class NearestKeyFirst:
 
 
 def nearest(level):
-    """The nearest legal goal by Manhattan distance, walls ignored."""
+    """Return the nearest legal goal by Manhattan distance, walls ignored."""
     return min(level.legal_goals, key=lambda goal: goal.distance)

@@ -10,7 +10,7 @@ class GatedMemory(nn.Module):
     """A gated recurrent unit between a table of learned rows and one linear layer for policy and value."""
 
     def __init__(self, space, hidden_size):
-        """The space holds ``cardinalities`` (how many values each entry of an observation has) and ``n_actions``."""
+        """Take a space with ``cardinalities`` (the number of values of each entry) and ``n_actions``."""
         super().__init__()
         self.encoder = FeatureEncoder(space.cardinalities, hidden_size)
         self.core = nn.GRUCell(hidden_size, hidden_size)

@@ -16,11 +16,11 @@ class OthersFirst:
 
     @classmethod
     def for_training(cls, num_envs):
-        """How a training run makes one."""
+        """Make one for a training run."""
         return cls(num_envs)
 
     def for_play(self, num_envs, *, seed):
-        """How evaluation gets one for environments of its own."""
+        """Make one for the environments of an evaluation."""
         return type(self)(num_envs)
 
     def reset(self, envs):
@@ -39,7 +39,7 @@ class OthersFirst:
         return np.where(legal, scores, -np.inf).argmax(axis=1)
 
     def state_dict(self):
-        """What goes into checkpoints: tensors and plain types."""
+        """Return what goes into checkpoints: tensors and plain types."""
         return {"failures": torch.from_numpy(self.failures.copy())}
 
     def load_state_dict(self, state):

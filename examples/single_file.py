@@ -85,7 +85,7 @@ class ActorCritic(nn.Module):
             nn.init.orthogonal_(parameter, gains.get(name, 1.0)) if parameter.dim() > 1 else nn.init.zeros_(parameter)
 
     def remember(self, features: Tensor, state: Tensor, begins: Tensor) -> tuple[Tensor, Tensor]:
-        """The LSTM's outputs [T, M, H] and last state [M, 2 H]; for the arguments see `forward`."""
+        """Return the LSTM's outputs [T, M, H] and last state [M, 2 H]; for the arguments see `forward`."""
         inputs, outputs = torch.relu(self.rows((features + self.offsets).flatten(0, 1)) + self.bias), []
         for x, keeps in zip(inputs.unflatten(0, begins.shape), (~begins).float().unsqueeze(-1), strict=True):
             hidden, cell = self.cell(x, (state * keeps).chunk(2, dim=-1))
@@ -118,7 +118,7 @@ class MetaActorCritic(ActorCritic):
 
 
 def masked(logits: Tensor, masks: Tensor) -> Categorical:
-    """The policy over the legal actions."""
+    """Return the policy over the legal actions."""
     return Categorical(logits=logits.masked_fill(~masks, -1e9), validate_args=False)
 
 
@@ -283,7 +283,7 @@ def evaluate(settings: argparse.Namespace, agents: dict[str, Any]) -> tuple[floa
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0], usage=argparse.SUPPRESS)
     parser.add_argument("--meta", default="learned", help="who picks the goals: learned, fixed-dfs, random or oracle")
     parser.add_argument("--graph", default="c", help="the goal graph, a letter from a to g")

@@ -9,10 +9,13 @@ import importlib
 import os
 import re
 import sys
+import time
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
+
+_started = time.perf_counter()  # of a command, whose wall clock begins here
 
 
 def _leave_quietly(kind: type[BaseException], error: BaseException, traceback: Any) -> None:

@@ -96,7 +96,7 @@ class FixedDFS:
     """
 
     def choose(self, observations, legal, situation: Situation) -> NDArray[np.integer]:
-        """The exit, else the door of a key held, else a key in the room opened last that still has one."""
+        """Return the exit, else the door of a key held, else a key in the room opened last that still has one."""
         return _random_best(situation.depth_first_ranks, legal & situation.reachable, situation.uniforms[:, :-1])
 
 
@@ -112,7 +112,7 @@ class OracleGoals:
     """The next goal on a shortest way to the exit."""
 
     def choose(self, observations, legal, situation: Situation) -> NDArray[np.integer]:
-        """The first goal event of the shortest action sequence, whether or not the mask allows it."""
+        """Return the first goal event of the shortest action sequence, whether or not the mask allows it."""
         return situation.oracle_goals
 
 

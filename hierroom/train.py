@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import tyro
 
+import hierroom
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.config_file import read_config
 from hierroom.runs.config.presets import find_preset, implied_preset
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from hierroom.runs.trained_agent import TrainedAgent
 
 _CODE = ("meta", "network", "reward", "task")  # options that may name custom code
+_LEVELS = ("graph", "layout")
 _ONLY_BESIDE_RESUME = "a resumed run keeps its config; only --steps, --threads and --device may be given"
 
 
@@ -53,6 +55,8 @@ def parse(argv: Sequence[str]) -> TrainArguments:
     first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     for name in ("preset", *_CODE, "config", "resume", "out"):
         first.add_argument(f"--{name}", nargs="?")  # tyro says later that a value is missing
+    for name in _LEVELS:
+        first.add_argument(f"--{name}", nargs="*")
     known, _ = first.parse_known_args(argv)
     trust = "--trust-run" in argv or "--trust_run" in argv
     if known.resume and not (known.preset is known.config is known.out is None):
@@ -68,6 +72,9 @@ def parse(argv: Sequence[str]) -> TrainArguments:
         default = read_config(known.config, trust=trust, **named)
     else:
         default = find_preset(known.preset or implied_preset(known.meta)).changed(task=known.task)
+    for name in () if known.resume else _LEVELS:  # one replaces the other, whatever the preset or the file says
+        if words := getattr(known, name):
+            default = default.changed(**{name: words})
     arguments = read_arguments(TrainArguments, "train", argv, TrainArguments(config=default))
     kept = arguments.config.changed(steps=default.steps, threads=default.threads, device=default.device)
     if known.resume and kept != default:
@@ -90,22 +97,28 @@ def train(
         **entries: changed entries of the config, named as on the command line but with underscores: ``graph="f"``,
             ``steps=2_000_000``, ``method="ppo"``. The ``task`` may be a `hierroom.Task` that a module holds.
     """
-    from hierroom.learners.networks.initial_weights import plain_torch
-    from hierroom.runs.logs.logs import logger_names
-    from hierroom.runs.session import begin, run_session
-    from hierroom.runs.trained_agent import load
+    from hierroom.runs.rehearsal import rehearse
+    from hierroom.runs.time_spent import TimeSpent
 
+    spent = TimeSpent()
     if config is None:
         config = find_preset(entries.pop("preset", None) or implied_preset(entries.get("meta")))
     elif not isinstance(config, TrainConfig):
         raise InputError(f"train takes a TrainConfig and entries such as graph='c', not {config!r}")
     if is_task(task := entries.get("task")):
         entries["task"] = name_in_module(cast(WorldMaker, task))
-    loggers, config = logger_names(log), config.changed(**entries)
+    config = config.changed(**entries)
+    rehearse(config)
+    from hierroom.learners.networks.initial_weights import plain_torch
+    from hierroom.runs.logs.logs import logger_names
+    from hierroom.runs.session import begin, run_session  # they load torch and compile, which a rehearsal does sooner
+    from hierroom.runs.trained_agent import load
+
+    loggers = logger_names(log)
     with plain_torch():
         trainer, folder = begin(config, None if out is None else Path(out))
         _warn_of_what_does_nothing(config)
-        if run_session(trainer, folder, loggers):
+        if run_session(trainer, folder, loggers, spent):
             raise KeyboardInterrupt
     return load(folder.path, trust=True)  # what it names was named in this call
 
@@ -113,19 +126,24 @@ def train(
 def main(argv: Sequence[str]) -> int:
     """Run the command on its words."""
     arguments = parse(argv)
+    from hierroom.runs.rehearsal import rehearse
+    from hierroom.runs.time_spent import TimeSpent
+
+    spent = TimeSpent(started=hierroom._started)
+    rehearse(arguments.config)
     from hierroom.runs.logs.logs import logger_names
     from hierroom.runs.session import begin, resume, run_session  # slow to load, and --help needs none of it
 
     loggers = logger_names(arguments.log)
     if arguments.resume:
-        return run_session(*resume(arguments.config, arguments.resume), loggers)
+        return run_session(*resume(arguments.config, arguments.resume), loggers, spent)
     trainer, folder = begin(arguments.config, arguments.out)
     _warn_of_what_does_nothing(arguments.config)
     if arguments.config_file is not None and arguments.config_file.name == "config.json":
         from hierroom.runs.folder.provenance import warn_of_changed_modules
 
         warn_of_changed_modules(arguments.config_file.parent, arguments.config)
-    return run_session(trainer, folder, loggers)
+    return run_session(trainer, folder, loggers, spent)
 
 
 def _warn_of_what_does_nothing(config: TrainConfig) -> None:
@@ -134,9 +152,8 @@ def _warn_of_what_does_nothing(config: TrainConfig) -> None:
     from hierroom.runs.config.unread_entries import unread_note
     from hierroom.runs.logs.output import warn
 
-    graphs = (
-        find_graphs(config.env.graph, config.env.exclude, config.env.drop_key).notes if config.env.task is None else ()
-    )
+    env = config.env
+    graphs = find_graphs(env.graph, env.exclude, env.drop_key).notes if env.kind == "graph" else ()
     for note in (*graphs, unread_note(config)):
         if note:
             warn(note)

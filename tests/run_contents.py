@@ -72,7 +72,7 @@ def check_evaluations(folder: RunFolder, config: TrainConfig) -> LearningCurve:
     assert [int(row["steps"]) for row in rows] == sorted({-(-point // update) * update for point in points})
     for row in rows:
         rate, n = float(row["success_rate"]), int(row["episodes"])
-        assert n == config.evaluation_episodes
+        assert n == config.evaluation_episodes or (config.evaluation_episodes is None and n in range(25, 101, 25))
         assert rate * n == pytest.approx(round(rate * n), abs=1e-3)
         interval = binomtest(round(rate * n), n).proportion_ci(method="wilson")
         told = float(row["success_low"]), float(row["success_high"])
@@ -104,6 +104,9 @@ def check_summary(summary: dict[str, Any], rows: Rows, curve: LearningCurve) -> 
     assert summary["training_episode_length"] == (last["episode_length"] if last["episodes"] else None)
     assert summary["steps_per_second"] == pytest.approx(summary["steps"] / summary["seconds"])
     assert summary["rollout_bytes"] > 0
+    seconds = dict(summary["session_seconds"])
+    assert seconds.pop("total") == pytest.approx(sum(seconds.values()))
+    assert min(seconds.values()) >= 0
     assert summary["evaluated_success_rate"] == curve.success[-1]
     crossed = [milestone for milestone in MILESTONES if summary[f"steps_to_{milestone}"] is not None]
     assert crossed == [milestone for milestone in MILESTONES if (curve.success >= milestone / 100).any()]

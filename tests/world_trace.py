@@ -9,9 +9,21 @@ from hierroom.worlds import random_kernels
 from hierroom.worlds.escape_room import tiles
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.frontier import nearest_frontiers
-from hierroom.worlds.escape_room.layout import MEMORIES
+from hierroom.worlds.escape_room.layout import MEMORIES, NO_MAPS
+from hierroom.worlds.escape_room.level_map import LevelMap
+from hierroom.worlds.escape_room.map_arrays import map_arrays
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
 
+NESTED = LevelMap.of(
+    """
+    ##########
+    #r @R g G#
+    #b  ####E#
+    ##B##  ###
+    #   #    #
+    ##########
+    """
+)
 GRAPHS = [NAMED_GRAPHS["a"], NAMED_GRAPHS["f"], GoalGraph((0, 1, 2, 0, 1, 2), 6)]
 
 
@@ -24,13 +36,14 @@ def trace() -> str:
         if array.dtype.names is None:
             digest.update(np.ascontiguousarray(array))
 
-    for size, drop_key in ((11, True), (19, False)):
-        world = Engine(GRAPHS, 6, size=size, max_steps=70, drop_key=drop_key, seed=2**63 - 1, memories=MEMORIES)
+    for size, drop_key, maps in ((11, True, NO_MAPS), (19, False, NO_MAPS), (11, True, map_arrays([NESTED], 11))):
+        settings = {"size": size, "drop_key": drop_key, "maps": maps}
+        world = Engine(GRAPHS, 6, **settings, max_steps=70, seed=2**63 - 1, memories=MEMORIES)
         rng = np.random.default_rng(size)
         for actions in rng.choice(6, size=(150, 6), p=[0.4, 0.15, 0.15, 0.1, 0.1, 0.1]):
             record(world.step(actions))
             record(tiles.encode(world.outcomes["tiles"]))
-            record(nearest_frontiers(world.state.levels))
+            record(nearest_frontiers(world.state.levels, world.state.maps))
         uniforms = np.empty((6, 3))
         random_kernels.turn_uniforms(world.state.levels, np.arange(6), uniforms)
         record(uniforms)

@@ -1,4 +1,4 @@
-"""How intervals are computed."""
+"""Settings of the intervals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How do two methods of a table compare? The comparisons that a file names, each on the same goal graphs.
+"""Compare methods of a table as a file names them, each pair on the same goal graphs.
 
     python -m benchmarks.study.comparisons TABLE.csv COMPARISONS.toml
 
@@ -64,7 +64,7 @@ class PlannedComparison:
 
 
 def read_comparisons(path: Path) -> list[PlannedComparison]:
-    """The comparisons that a file names.
+    """Return the comparisons that a file names.
 
     Raises:
         InputError: if it cannot be read, holds anything else, or an entry lacks a method or another method as its
@@ -93,7 +93,7 @@ def _planned(entry: object, place: str) -> PlannedComparison:
 def compare(
     rows: Sequence[Row], measured: Sequence[Row], planned: Sequence[PlannedComparison], options: Options
 ) -> list[Factor]:
-    """The method of each comparison by its reference.
+    """Return the method of each comparison by its reference.
 
     Args:
         rows: of the table of training runs.
@@ -111,13 +111,13 @@ def compare(
 
 
 def markdown(planned: Sequence[PlannedComparison], found: Sequence[Factor]) -> str:
-    """A row for each comparison."""
+    """Return a row for each comparison."""
     rows = [[one.method, one.reference, *ratio_cells(factor)] for one, factor in zip(planned, found, strict=True)]
     return markdown_table(["method", "reference", *RATIO_HEADER], rows)
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     planned = read_comparisons(options.comparisons)
     found = compare(read_rows(options.table), known_measures(options.measures), planned, options)

@@ -1,4 +1,4 @@
-"""How well measures rank goal graphs by their difficulty: rank correlations, and how far seeds and graphs decide them.
+"""Rank correlations of measures with the difficulty of goal graphs, and how far seeds and graphs decide them.
 
 With y the difficulty, x a measure, z the number of goals and r Spearman's rank correlation:
 
@@ -86,7 +86,7 @@ def correlations(
 
 
 def _given(ranked: NDArray[np.float64], x: int, z: int) -> float:
-    """The partial correlation of column x and the difficulty, column 0, given column z."""
+    """Return the partial correlation of column x and the difficulty, column 0, given column z."""
     r_xy, r_xz, r_yz = ranked[x, 0], ranked[x, z], ranked[0, z]
     left = (1 - r_xz**2) * (1 - r_yz**2)
     return (r_xy - r_xz * r_yz) / np.sqrt(left) if left > 1e-12 else np.nan
@@ -169,7 +169,7 @@ def split_half(trained: Trained, *, n_splits: int = 1000, level: float = 0.95, s
 
 
 def ceiling(reliability: Estimate) -> Estimate:
-    """The correlation that a measure would have if only the noise of the seeds kept it from 1.
+    """Return the correlation that a measure would have if only the noise of the seeds kept it from 1.
 
     All seeds have the reliability R = 2 r / (1 + r), where halves of them have r (Spearman, Brown, 1910), and what is
     free of noise correlates with them by sqrt(R) (Spearman, 1904). It is 0 where r is not positive.
@@ -210,7 +210,7 @@ def twin_factor(trained: Trained) -> float:
 
 
 def interval(value: float, resamples: ArrayLike, level: float, bound: float = 1.0) -> Estimate:
-    """A number with the interval of its resamples: percentiles, moved by what the resamples are off on average.
+    """Return a number with the interval of its resamples: percentiles, moved by what the resamples are off on average.
 
     Args:
         value: the number.

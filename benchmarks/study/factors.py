@@ -1,4 +1,4 @@
-"""What of a method makes the difference? Each method of a table beside one of them, on the same goal graphs.
+"""Compare each method of a table with one of them on the same goal graphs, to see what makes the difference.
 
     python -m benchmarks.study.factors TABLE.csv --reference "hippo as it is"
 
@@ -105,7 +105,7 @@ def compare_methods(
     outcome: Milestone | None,
     bootstrap: Bootstrap,
 ) -> Factor:
-    """How many steps a method takes by those of a reference, and how often it succeeds.
+    """Compare the steps of a method with those of a reference, and how often each succeeds.
 
     Args:
         rows: of the table of training runs.
@@ -136,19 +136,19 @@ def compare_methods(
 
 
 def markdown(found: Sequence[Factor]) -> str:
-    """A row for each method; the reference is compared with none."""
+    """Return a row for each method; the reference is compared with none."""
     return markdown_table(HEADER, [cells(one) for one in found])
 
 
 def cells(one: Factor) -> list[str]:
-    """What a table says of a method, under `HEADER`."""
+    """Return the cells of a method, under `HEADER`."""
     middle, low, high = (f"{number:.1%}" for number in one.success)
     success = middle if low == high else f"{middle} ({low} to {high})"
     return [one.method, *ratio_cells(one), success, f"{one.works} of {one.graphs}"]
 
 
 def ratio_cells(one: Factor) -> list[str]:
-    """What a table says of a method's steps by those of the reference, under `RATIO_HEADER`."""
+    """Return the cells of a method's steps divided by those of the reference, under `RATIO_HEADER`."""
     if one.ratio is None:
         return ["-"] * len(RATIO_HEADER)
     value, low, high = (f"{number:.2f}" if np.isfinite(number) else "∞" for number in one.ratio)
@@ -158,7 +158,7 @@ def ratio_cells(one: Factor) -> list[str]:
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     print(markdown(factors(read_rows(options.table), known_measures(options.measures), options)))
     return 0

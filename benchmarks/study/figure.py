@@ -64,7 +64,7 @@ class Options:
 
 
 def draw(trained: Sequence[Trained], measured: Sequence[Row], options: Options) -> Figure:
-    """The figure.
+    """Return the figure.
 
     Args:
         trained: the outcomes of each method.
@@ -99,7 +99,7 @@ def draw(trained: Sequence[Trained], measured: Sequence[Row], options: Options) 
 
 
 def figure_of(options: Options) -> Figure:
-    """The figure of a table's rows.
+    """Return the figure of a table's rows.
 
     Raises:
         InputError: as `draw` does, or if a table cannot be read.
@@ -119,13 +119,13 @@ def _spread(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _label(measure: str) -> str:
-    """What a panel's measure is called."""
+    """Return the name of a panel's measure."""
     words = measure.removeprefix("play_").replace("_", " ")
     return words if words == measure.replace("_", " ") else f"{words} of random play"
 
 
 def _top(trained: Sequence[Trained]) -> float:
-    """Where those that never got there are drawn: above all others."""
+    """Return the height of graphs that never got there: above all others."""
     reached = [method.outcomes[np.isfinite(method.outcomes)] for method in trained]
     return 1.5 * max((one.max() for one in reached if one.size), default=1.0)
 
@@ -145,7 +145,7 @@ def _draw_method(axes: Axes, values: NDArray[np.float64], method: Trained, numbe
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     write(lambda: figure_of(options), options.out)
     return 0

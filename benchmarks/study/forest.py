@@ -48,7 +48,7 @@ class Options(factors.Options):
 
 
 def draw(found: Sequence[Factor]) -> Figure:
-    """The figure.
+    """Return the figure.
 
     Args:
         found: each method beside the reference, the reference first.
@@ -104,7 +104,7 @@ def _in_groups(others: Sequence[Factor]) -> list[Factor]:
 
 
 def figure_of(options: Options) -> Figure:
-    """The figure of a table's rows.
+    """Return the figure of a table's rows.
 
     Raises:
         InputError: as `draw` or `factors.factors` do, or if a table cannot be read.
@@ -113,7 +113,7 @@ def figure_of(options: Options) -> Figure:
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     write(lambda: figure_of(options), options.out)
     return 0

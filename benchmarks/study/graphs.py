@@ -16,7 +16,7 @@ TWIN_ROOMS = 4
 
 
 def study_graphs(n_sampled: int = 20, seed: int = 0) -> tuple[GoalGraph, ...]:
-    """The goal graphs of the study, no two of them isomorphic.
+    """Return the goal graphs of the study, no two of them isomorphic.
 
     Args:
         n_sampled: how many graphs of six rooms, and how many of seven.
@@ -31,7 +31,7 @@ def study_graphs(n_sampled: int = 20, seed: int = 0) -> tuple[GoalGraph, ...]:
 
 
 def twins(seed: int = 0) -> dict[str, GoalGraph]:
-    """Copies of goal graphs with other numbers of their rooms, by the name of the graph that each is a copy of.
+    """Return copies of goal graphs with other numbers of their rooms, by the name of the graph that each is a copy of.
 
     To be trained beside it: what a graph and its twin differ by is noise. A graph that no other numbers change has no
     twin.

@@ -1,4 +1,4 @@
-"""When does hierarchy pay? Two methods on the same goal graphs, one with a hierarchy and one without.
+"""Compare a method with a hierarchy and one without on the same goal graphs, to see when hierarchy pays.
 
     python -m benchmarks.study.hierarchy TABLE.csv
 
@@ -106,7 +106,7 @@ class Comparison:
 
 
 def both_methods(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> Paired:
-    """The two methods on the goal graphs that both were trained on.
+    """Return the two methods on the goal graphs that both were trained on.
 
     Args:
         rows: of the table of training runs.
@@ -121,7 +121,7 @@ def both_methods(rows: Sequence[Row], measured: Sequence[Row], options: Options)
 
 
 def compare(found: Paired, measured: Sequence[Row], options: Options) -> list[Comparison]:
-    """The two methods on each goal graph, in the order of the table.
+    """Return the two methods on each goal graph, in the order of the table.
 
     Args:
         found: the two, as `both_methods` gives them.
@@ -139,7 +139,7 @@ def compare(found: Paired, measured: Sequence[Row], options: Options) -> list[Co
 
 
 def markdown(found: Sequence[Comparison], options: Options) -> str:
-    """A row for each exit depth, or what `options.by` names: on how many graphs hierarchy pays and a method works.
+    """Return a row for each exit depth, or value of `options.by`: on how many graphs hierarchy pays and a method works.
 
     Numbers are medians over the graphs, in brackets the quartiles. Whether hierarchy pays or costs cannot be told of
     single seeds. Where there is no middle graph, the median number of steps is the larger one.
@@ -178,7 +178,7 @@ def markdown(found: Sequence[Comparison], options: Options) -> str:
 
 
 def hardest(found: Sequence[Comparison], measured: Sequence[Row], measure: str) -> list[Comparison]:
-    """The tenth of the goal graphs that a measure calls the hardest, with all that tie with the last of them.
+    """Return the tenth of the goal graphs that a measure calls the hardest, with all that tie with the last of them.
 
     Raises:
         InputError: if the measure is unknown, missing for a graph, or the same for all.
@@ -191,7 +191,7 @@ def hardest(found: Sequence[Comparison], measured: Sequence[Row], measure: str) 
 
 
 def text(found: Paired, compared: Sequence[Comparison], measured: Sequence[Row], options: Options) -> str:
-    """The table, which method is first, on how many of the hardest graphs each works, and whether the lead grows.
+    """Return the table, the first method, on how many of the hardest graphs each works, and whether the lead grows.
 
     Args:
         found: the two methods.
@@ -229,7 +229,7 @@ def _steps(values: Sequence[float]) -> str:
 
 
 def _between(middle: str, values: Sequence[float], text: Callable[[float], str]) -> str:
-    """A median and the quartiles around it."""
+    """Return a median and the quartiles around it."""
     low, high = (text(float(np.quantile(values, q, method=side))) for q, side in QUARTILES)
     return middle if low == high else f"{middle} ({low} to {high})"
 
@@ -246,7 +246,7 @@ def _working(comparisons: Sequence[Comparison]) -> list[str]:
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     measured = known_measures(options.measures)
     found = both_methods(read_rows(options.table), measured, options)

@@ -1,4 +1,4 @@
-"""How often the study's intervals hold the truth, on made-up tables whose truth is known.
+"""Count how often the study's intervals hold the truth, on made-up tables with a known truth.
 
     python -m benchmarks.study.interval_coverage
 
@@ -48,7 +48,7 @@ class Options:
 
 @dataclass(frozen=True)
 class Population:
-    """What tables are drawn from.
+    """The distribution that tables are drawn from.
 
     Args:
         r: Pearson's correlation of each measure with the difficulty.
@@ -84,7 +84,7 @@ POPULATIONS = (
 
 
 def correlations(measures: NDArray, outcomes: NDArray) -> NDArray:
-    """That of the first measure, and by how much it is above that of the second."""
+    """Return the correlation of the first measure, and its difference from that of the second."""
     first, second = rank_correlations(np.column_stack([medians(outcomes), measures]))[0, 1:]
     return np.array([first, first - second])
 

@@ -1,4 +1,4 @@
-"""Which of two methods is first to a milestone, and which of their runs get there."""
+"""Find which of two methods is first to a milestone, and which of their runs get there."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from benchmarks.study.trained import medians
 
 @dataclass(frozen=True)
 class Lead:
-    """How one of two methods does beside the other.
+    """Lead of one of two methods over the other.
 
     Args:
         first: on how many graphs its median steps are fewer than the other's.
@@ -31,7 +31,7 @@ class Lead:
 
 
 def leads(found: Paired) -> tuple[Lead, Lead]:
-    """How each of two methods does beside the other, over all goal graphs.
+    """Return the lead of each of two methods over the other, over all goal graphs.
 
     Args:
         found: the two methods.
@@ -41,7 +41,7 @@ def leads(found: Paired) -> tuple[Lead, Lead]:
 
 
 def sentence(found: Paired, names: tuple[str, str]) -> str:
-    """The same in two sentences.
+    """Return the same in two sentences.
 
     Args:
         found: the two methods.

@@ -54,13 +54,13 @@ def levels(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> di
 
 
 def markdown(found: Mapping[str, Sequence[Factor]]) -> str:
-    """A row for each kind of levels and each method."""
+    """Return a row for each kind of levels and each method."""
     rows = [[kind, *factors.cells(one)] for kind, several in found.items() for one in several]
     return markdown_table(["levels", *factors.HEADER], rows)
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     print(markdown(levels(read_rows(options.table), known_measures(options.measures), options)))
     return 0

@@ -36,7 +36,7 @@ from hierroom.worlds.escape_room.measured_levels import GORP_RUNS, LEVEL_POLICIE
 
 @dataclass(frozen=True)
 class Settings:
-    """What the numbers of a row depend on beside its graph.
+    """Everything besides its graph that the numbers of a row depend on.
 
     Args:
         horizon: steps of an episode on the goal graph's MDP.
@@ -108,7 +108,7 @@ def measured_row(graph: GoalGraph, settings: Settings, twin_of: str = "") -> dic
 
 
 def settings_text(settings: Settings) -> str:
-    """The settings as the text by which a row of others is recognised."""
+    """Return the settings as the text by which a row of others is recognised."""
     return " ".join(f"{name}={value}" for name, value in asdict(settings).items())
 
 
@@ -139,7 +139,7 @@ def make_table(graphs: Mapping[str, tuple[GoalGraph, str]], settings: Settings, 
 
 
 def _of_play(graph: GoalGraph, settings: Settings) -> dict[str, float]:
-    """The random policy's success in real levels, and the chain measured from its play.
+    """Return the random policy's success in real levels, and the chain measured from its play.
 
     In episodes of the usual length random play reaches few nodes beyond the first, so the chain is that of longer ones.
     """
@@ -182,7 +182,7 @@ def _write(path: Path, rows: Sequence[Mapping[str, str]]) -> None:
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__, config=(tyro.conf.OmitArgPrefixes,))
     graphs = {graph.name: (graph, "") for graph in study_graphs(options.sampled, options.graphs_seed)}
     graphs |= {twin.name: (twin, name) for name, twin in twins(options.graphs_seed).items()}

@@ -30,7 +30,7 @@ def measures_table(name: str, *shown: str) -> str:
 
 
 def _correlated(name: str, outcome: Milestone | None) -> tuple[str, list[result.Result]]:
-    """The command that computes how well measures predicted what a sweep trained, and what it found.
+    """Return the command that computes how well measures predicted what a sweep trained, and what it found.
 
     Raises:
         InputError: if the statistics were not computed, or graphs differ in their seeds.
@@ -48,18 +48,18 @@ def _correlated(name: str, outcome: Milestone | None) -> tuple[str, list[result.
 
 
 def milestone_and_words(words: Sequence[str]) -> tuple[Milestone | None, Sequence[str]]:
-    """The milestone that the first word names, if it does, and the other words."""
+    """Return the milestone that the first word names, if it does, and the other words."""
     known = next((milestone for milestone in get_args(Milestone) if milestone in words[:1]), None)
     return (None, words) if known is None else (known, words[1:])
 
 
 def correlations_file(milestone: Milestone | None) -> str:
-    """The name of the table of correlations beside the rows of a sweep."""
+    """Return the name of the table of correlations beside the rows of a sweep."""
     return "correlations.csv" if milestone is None else f"correlations_{milestone}.csv"
 
 
 def hierarchy_table(name: str, n_seeds: str, *words: str) -> str:
-    """When hierarchy pays, by a sweep's first seeds, with the command that tells it.
+    """Return when hierarchy pays, by a sweep's first seeds, with the command that prints it.
 
     Args:
         name: of the sweep.
@@ -87,7 +87,7 @@ def hierarchy_table(name: str, n_seeds: str, *words: str) -> str:
 
 
 def factors_table(name: str, n_seeds: str, *reference: str) -> str:
-    """What makes the difference, by a sweep's first seeds, with the command that tells it.
+    """Return what makes the difference, by a sweep's first seeds, with the command that prints it.
 
     Args:
         name: of the sweep.
@@ -108,7 +108,7 @@ def factors_table(name: str, n_seeds: str, *reference: str) -> str:
 
 
 def comparisons_table(name: str, n_seeds: str) -> str:
-    """How methods of a sweep compare with each other by its first seeds, with the command that tells it.
+    """Compare methods of a sweep with each other by its first seeds, with the command that prints it.
 
     Args:
         name: of the sweep; benchmarks/study/NAME_comparisons.toml names the methods.
@@ -125,7 +125,7 @@ def comparisons_table(name: str, n_seeds: str) -> str:
 
 
 def levels_table(name: str, n_seeds: str) -> str:
-    """Whether hierarchy pays on other levels, by a sweep's first seeds, with the command that tells it.
+    """Return whether hierarchy pays on other levels, by a sweep's first seeds, with the command that prints it.
 
     Args:
         name: of the sweep.
@@ -140,7 +140,7 @@ def levels_table(name: str, n_seeds: str) -> str:
 
 
 def tuning_table(*names: str) -> str:
-    """The settings that sweeps tuned for each method, with the command that tells them.
+    """Return the settings that sweeps tuned for each method, with the command that prints them.
 
     Args:
         names: of the sweeps.

@@ -35,7 +35,7 @@ class Paired:
     success: tuple[NDArray[np.float64], NDArray[np.float64]]
 
     def on(self, graphs: Sequence[str]) -> Paired:
-        """The same on some of the graphs."""
+        """Return the same on some of the graphs."""
         kept = [n for n, graph in enumerate(self.graphs) if graph in graphs]
         (first, second), (success, other) = self.steps, self.success
         names = tuple(self.graphs[n] for n in kept)
@@ -63,7 +63,7 @@ class Paired:
         return np.array([self._resampled(rng, slice(None)) for _ in range(bootstrap.resamples)])
 
     def median_ratio(self, bootstrap: Bootstrap) -> Estimate:
-        """The median ratio over the graphs; its interval is of resamples of the graphs, and of the seeds of each.
+        """Return the median ratio over the graphs, with its interval by resampling the graphs and the seeds of each.
 
         Of an even number of graphs it is the geometric mean of the two in the middle, so that the median of the inverse
         ratios is its inverse.
@@ -145,7 +145,7 @@ def pair(
 
 
 def graphs_of_equal_runs(rows: Sequence[Row], methods: tuple[str, str]) -> frozenset[str]:
-    """The graphs on which two methods are the same: runs of a seed learned something, and ended alike.
+    """Return the graphs on which two methods are the same: runs of a seed learned something, and ended alike.
 
     One seed is enough, because equal runs differ by rounding where they were made on different kinds of processor.
 
@@ -174,7 +174,7 @@ def _of_methods(trained: Sequence[Trained], names: Sequence[str]) -> list[Traine
 
 
 def _lower_milestone(rows: Sequence[Row], measured: Sequence[Row]) -> Milestone:
-    """The lower of the methods' milestones, each by all graphs that its method was trained on."""
+    """Return the lower of the methods' milestones, each by all graphs that its method was trained on."""
     return "steps_to_50" if by_rule(rows, measured)["steps_to_50"] else "steps_to_95"
 
 

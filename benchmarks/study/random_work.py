@@ -7,7 +7,8 @@ how many steps. With b its transient states, Q among them and R into recipes, it
 
     steps t = ((I - Q)^-1 1)_empty,   next recipe p = ((I - Q)^-1 R)_empty,
 
-and the mean until the target solves m = t + P m over the markings, in which P sends a marking to those after its recipes.
+and the mean until the target solves m = t + P m over the markings, where P leads from a marking to those after its
+recipes.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How often intervals of the median ratio hold 1 on made-up tables of two methods that are equal, or so in the median.
+"""Share of intervals of the median ratio that hold 1 on made-up tables of two methods with equal medians.
 
     python -m benchmarks.study.ratio_coverage
 

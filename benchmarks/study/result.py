@@ -1,4 +1,4 @@
-"""How well measures predicted what was trained with one method: as text, and as rows of a table."""
+"""Results of one method, how well measures predicted what was trained: as text, and as rows of a table."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ NOISE = (NEVER, HALVES, TWINS, TWIN_FACTOR)
 
 @dataclass(frozen=True)
 class Result:
-    """How well measures predicted the difficulty of goal graphs to one method, and how far it can be told at all.
+    """The correlations of measures with the difficulty of goal graphs to one method, and the limits of noise.
 
     Args:
         method: its name, with its settings.
@@ -59,7 +59,7 @@ class Result:
 
 
 def markdown(result: Result, shown: Sequence[str] = ()) -> str:
-    """The table of one method, and below it how far its graphs can be ranked at all.
+    """Return the table of one method, and below it how far its graphs can be ranked at all.
 
     Args:
         result: what was found.
@@ -132,7 +132,7 @@ def csv_text(results: Sequence[Result]) -> str:
 
 
 def results_of(rows: Sequence[Row]) -> list[Result]:
-    """What rows that `csv_text` wrote say of each method.
+    """Return the result of each method from rows that `csv_text` wrote.
 
     Raises:
         InputError: if a number is missing, as of a table that an older version wrote.

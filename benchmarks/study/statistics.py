@@ -1,4 +1,4 @@
-"""Which measure, computed before training, predicts how long training takes?
+"""Correlate measures that are computed before training with how long training takes.
 
     python -m benchmarks.study.statistics TABLE.csv
 
@@ -100,7 +100,7 @@ def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     measured = known_measures(options.measures)
     results = study(read_rows(options.table), measured, options)

@@ -15,7 +15,7 @@ Row = Mapping[str, str]
 
 
 def read_measures(path: Path) -> list[Row]:
-    """The rows of a table of measures, one a goal graph; none where there is no file.
+    """Return the rows of a table of measures, one a goal graph; none where there is no file.
 
     Raises:
         InputError: if it cannot be read, or is no such table.
@@ -28,7 +28,7 @@ def read_measures(path: Path) -> list[Row]:
 
 
 def known_measures(path: Path) -> list[Row]:
-    """The rows of a table of measures, at least one.
+    """Return the rows of a table of measures, at least one.
 
     Raises:
         InputError: if there is none, or as `read_measures`.
@@ -42,7 +42,7 @@ def known_measures(path: Path) -> list[Row]:
 
 
 def first_seeds(rows: Sequence[Row], n_seeds: int | None) -> list[Row]:
-    """The rows of seeds 0, 1, ..., of which the seeds of an unfinished sweep are the first.
+    """Return the rows of seeds 0, 1, ..., of which the seeds of an unfinished sweep are the first.
 
     Args:
         rows: of a table of training runs.
@@ -60,7 +60,7 @@ def first_seeds(rows: Sequence[Row], n_seeds: int | None) -> list[Row]:
 
 
 def read_rows(path: Path) -> list[Row]:
-    """The rows of a CSV file, such as a table of training runs; lines before its headings may begin with # as comments.
+    """Return the rows of a CSV file, such as a table of runs; comment lines before its headings begin with #.
 
     Raises:
         InputError: if it cannot be read, or a row has another number of columns than its headings.

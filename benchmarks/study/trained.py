@@ -1,4 +1,4 @@
-"""What was trained on the study's goal graphs, by method, and the measures of those graphs, as arrays."""
+"""Runs on the study's goal graphs, by method, and the measures of those graphs, as arrays."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ MEASURES: Mapping[str, int] = {
     "goals": 1,
     "exit_depth": 1,
     "width": 1,
+    "fewest": 1,
     "hitting_time": 1,
     "expected_steps": 1,
     "play_hitting_time": 1,
@@ -81,7 +82,7 @@ class Trained:
 
 
 def milestone_of(text: object, place: str) -> Milestone | None:
-    """The milestone of a name; None of none.
+    """Return the milestone of a name; None of none.
 
     Args:
         text: the name, or None.
@@ -97,7 +98,7 @@ def milestone_of(text: object, place: str) -> Milestone | None:
 
 
 def by_rule(rows: Sequence[Row], measured: Sequence[Row]) -> dict[Milestone, list[Trained]]:
-    """The rows of a table of training runs, method by method, each by the milestone that docs/study-rules.md gives it.
+    """Return the rows of a table by method, each by the milestone that docs/study-rules.md gives it.
 
     Args:
         rows: as for `read_trained`, with ``steps_to_50`` if a method needs it.
@@ -117,7 +118,7 @@ def by_rule(rows: Sequence[Row], measured: Sequence[Row]) -> dict[Milestone, lis
 
 
 def among(trained: Trained, graphs: Collection[str]) -> Trained:
-    """The outcomes of some of the graphs, and of those of their twins that are there."""
+    """Return the outcomes of some of the graphs, and of those of their twins that are there."""
     kept = [i for i, graph in enumerate(trained.graphs) if graph in graphs]
     pairs = [p for p, i in enumerate(trained.twins.tolist()) if i in kept]
     return Trained(
@@ -130,7 +131,7 @@ def among(trained: Trained, graphs: Collection[str]) -> Trained:
 
 
 def medians(outcomes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The median of each row; ``inf`` where half of it is, or more.
+    """Return the median of each row; ``inf`` where half of it is, or more.
 
     Args:
         outcomes: [G, S] with ``nan`` for what is missing; each row has at least one number.
@@ -141,7 +142,7 @@ def medians(outcomes: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def read_trained(rows: Sequence[Row], measured: Sequence[Row], outcome: Outcome) -> list[Trained]:
-    """The rows of a table of training runs, method by method.
+    """Return the rows of a table of training runs, method by method.
 
     Args:
         rows: a row for each run: ``graph``, ``method``, ``seed``, the outcome, and ``steps`` if they are told.
@@ -174,7 +175,7 @@ def read_trained(rows: Sequence[Row], measured: Sequence[Row], outcome: Outcome)
 
 
 def method_names(rows: Sequence[Row]) -> list[str]:
-    """What each row's method is called: the name of the method, and the settings in which its rows differ.
+    """Return the name of each row's method: the method, and the settings in which its rows differ.
 
     A setting is added only to a name that rows of several values of it share: a variant that changes the size is called
     as the variant.
@@ -209,7 +210,7 @@ def method_names(rows: Sequence[Row]) -> list[str]:
 
 
 def measures_of(graphs: Sequence[str], measured: Sequence[Row]) -> dict[str, NDArray[np.float64]]:
-    """The measures of some graphs, each [G] and turned so that more should be harder.
+    """Return the measures of some graphs, each [G] and turned so that more should be harder.
 
     They are rounded to nine digits: isomorphic graphs differ in the last ones, and are to be ranked alike. What is not
     known of every graph, or is the same for all, is left out.

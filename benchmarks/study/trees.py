@@ -88,7 +88,7 @@ def measured_tree(n_goals: int, seed: int, shape: Shape) -> dict[str, str | floa
 
 
 def chosen(columns: NDArray[np.float64], n: int, tries: int, seed: int) -> NDArray[np.int64]:
-    """Return n of the rows [C, K] on which the columns rank as differently as exchanges of single rows can make them."""
+    """Return n of the rows [C, K] on which the columns rank as differently as exchanges of rows can make them."""
     rng = np.random.default_rng(seed)
     order = rng.permutation(len(columns))
     inside, outside = order[:n], order[n:]
@@ -109,18 +109,21 @@ def _greatest(columns: NDArray[np.float64]) -> float:
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     every = [(n, seed, shape) for n in GOALS for shape in get_args(Shape) for seed in range(SEEDS)]
     found = [row for one in track(every, "measuring", transient=True) if (row := measured_tree(*one))]
     # What has all measures alike is most often the same tree with other names.
-    rows = [*{tuple(row[name] for name in (*APART, "play_expected_steps")): row for row in reversed(found)}.values()][
-        ::-1
-    ]
+    rows = [
+        *{
+            tuple(f"{row[name]:.9g}" for name in (*APART, "play_expected_steps")): row for row in reversed(found)
+        }.values()
+    ][::-1]
     if len(rows) <= options.trees:
         raise InputError(f"there are {len(rows)} candidates, and more than {options.trees} are needed")
     columns = np.array([[row[name] for name in APART] for row in rows], float)
-    rows = [rows[i] for i in chosen(columns, options.trees, options.tries, options.seed)]
+    places = chosen(columns, options.trees, options.tries, options.seed)
+    rows = [rows[place] for place in places]
     text = io.StringIO()
     writer = csv.DictWriter(text, [*rows[0]], lineterminator="\n")
     writer.writeheader()

@@ -1,4 +1,4 @@
-"""Whether one of two methods is the further ahead the harder a goal graph is."""
+"""Test whether the lead of one of two methods grows with the difficulty of a goal graph."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def trends(found: Paired, measures: Mapping[str, NDArray[np.float64]], bootstrap
 
 
 def sentence(found: Mapping[str, Estimate]) -> str:
-    """The correlations in a sentence; nothing where there is none."""
+    """Return the correlations in a sentence; nothing where there is none."""
     if not found:
         return ""
     return f"Rank correlation of the ratio with {', '.join(f'{name} {value}' for name, value in found.items())}."

@@ -1,4 +1,4 @@
-"""Which settings were tuned for each method? Those with the largest area under the learning curve.
+"""Choose the settings of each method: those with the largest area under the learning curve.
 
     python -m benchmarks.study.tuning TABLE.csv ...
 
@@ -58,12 +58,12 @@ class Tuned:
         return best if self.area(best) > 0 else None
 
     def area(self, setting: Setting) -> float:
-        """The mean area of a setting over its runs."""
+        """Return the mean area of a setting over its runs."""
         return sum(self.areas[setting]) / len(self.areas[setting])
 
 
 def tuned(rows: Sequence[Row]) -> list[Tuned]:
-    """The settings of each method of a table, in its order.
+    """Return the settings of each method of a table, in its order.
 
     Args:
         rows: of the table.
@@ -101,7 +101,7 @@ def _tuned(method: str, rows: Sequence[Row]) -> Tuned:
 
 
 def _numbers(row: Row) -> dict[str, float]:
-    """What a run was tuned in and what came of it."""
+    """Return the settings that a run was tuned in, and its area."""
     try:
         return {name: float(row[name]) for name in (*TUNED, "area_under_curve") if row.get(name)}
     except ValueError as error:
@@ -109,7 +109,7 @@ def _numbers(row: Row) -> dict[str, float]:
 
 
 def markdown(found: Sequence[Tuned]) -> str:
-    """A row for each method."""
+    """Return a row for each method."""
     return markdown_table(HEADER, [_cells(one) for one in found])
 
 
@@ -128,7 +128,7 @@ def _area(value: float) -> str:
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     print(markdown(tuned([row for path in options.tables for row in read_rows(path)])))
     return 0

@@ -30,7 +30,7 @@ MARKS = ("<!-- table: python docs/scripts/environments.py -->\n", "<!-- end of t
 
 
 def table() -> str:
-    """The ids of the paper's graphs with what is computed of each, and below them a picture of a level of each."""
+    """Return the ids of the paper's graphs with the measures of each, and below them a picture of a level of each."""
     lines = [
         "| id | keys 1, 2, ... are in rooms | exit in room | exit depth | width | hitting time | expected steps |",
         "|---|---|---|---|---|---|---|",
@@ -65,7 +65,7 @@ def workshop() -> NDArray[np.uint8]:
 
 
 def as_png(picture: NDArray[np.uint8]) -> bytes:
-    """A picture as a PNG of few colours."""
+    """Return a picture as a PNG of few colours."""
     stream = io.BytesIO()
     Image.fromarray(picture).quantize(N_COLOURS, dither=Image.Dither.NONE).save(stream, "PNG", optimize=True)
     return stream.getvalue()

@@ -27,12 +27,12 @@ TABLES = "tables.md"
 
 
 def in_repository(page: str) -> str:
-    """The path of a page of the site in the repository."""
+    """Return the path of a page of the site in the repository."""
     return page if page == HOME else f"docs/{page}"
 
 
 def in_site(page: str, target: str, root: Path) -> str | None:
-    """Where the target of a link in a page (a path in the repository) is in the site; None: there is no such file."""
+    """Return the place in the site of a link's target (a path in the repository); None if there is no such file."""
     path = posixpath.normpath(posixpath.join(posixpath.dirname(page), target))
     return path.removeprefix("docs/") if (root / path).is_file() else None
 

@@ -17,7 +17,7 @@ class EscapeRoomClass(PettingZooClass):
     """BenchMARL's PettingZoo tasks, of our environment."""
 
     def get_env_fun(self, num_envs, continuous_actions, seed, device):
-        """A function that makes one environment."""
+        """Return a function that makes one environment."""
         config = copy.deepcopy(self.config)
         return lambda: PettingZooWrapper(
             hierroom.box_view(hierroom.parallel_env(**config)), categorical_actions=True, seed=seed, device=device
@@ -44,7 +44,7 @@ class EscapeRoomTask(Task):
 
     @staticmethod
     def associated_class():
-        """What they are made with."""
+        """Return the class of the environments."""
         return EscapeRoomClass
 
 

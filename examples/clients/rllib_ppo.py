@@ -22,20 +22,20 @@ class Renamed(BaseWrapper):
     """RLlib's masking module says ``observations`` where PettingZoo says ``observation``, and wants masks of floats."""
 
     def observation_space(self, agent):
-        """The same object at every call."""
+        """Return the same object at every call."""
         if agent not in (made := self.__dict__.setdefault("made", {})):
             box, mask = self.env.observation_space(agent)["observation"], self.env.action_space(agent).n
             made[agent] = spaces.Dict({"action_mask": spaces.Box(0, 1, (mask,)), "observations": box})
         return made[agent]
 
     def observe(self, agent):
-        """The box and the mask."""
+        """Return the box and the mask."""
         seen = self.env.observe(agent)
         return {"action_mask": seen["action_mask"].astype("float32"), "observations": seen["observation"]}
 
 
 def make_env(config):
-    """The AEC environment in the terms of RLlib."""
+    """Return the AEC environment in the terms of RLlib."""
     return PettingZooEnv(Renamed(hierroom.box_view(hierroom.env(**config))))
 
 

@@ -33,11 +33,11 @@ class SB3ActionMaskWrapper(BaseWrapper, gymnasium.Env):
         )
 
     def observe(self, agent):
-        """The observation alone."""
+        """Return the observation alone."""
         return super().observe(agent)["observation"]
 
     def action_mask(self):
-        """The mask of the agent whose turn it is."""
+        """Return the mask of the agent whose turn it is."""
         return super().observe(self.agent_selection)["action_mask"]
 
 

@@ -13,6 +13,8 @@ import tyro
 
 from hierroom.support.errors import InputError, require_number, shown, use_python_numbers
 
+DEFAULT_NETWORK = "recurrent"
+"""The network that ships; any other is a user's."""
 ESCAPE_ROOM_FEATURES = (
     "view",
     "view-ids",
@@ -104,7 +106,7 @@ class AgentsConfig:
 
     method: MethodName = "hippo"
     meta: str | None = None
-    network: str = "recurrent"
+    network: str = DEFAULT_NETWORK
     features: Annotated[tuple[str, ...] | None, FEATURES] = (
         *("view", "goal", "goal-in-view", "goal-place", "direction", "keys", "previous-action"),
         *("doorway-places", "frontier-places"),

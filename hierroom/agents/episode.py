@@ -151,7 +151,7 @@ class Episode:
         return self.replayer.goal_name(self.start, int(goal))
 
     def action_name(self, step: int) -> str:
-        """The action of a step, counted from 1, in words."""
+        """Return the action of a step, counted from 1, in words."""
         return self.replayer.action_name(self.start, int(self.actions[step - 1]))
 
     def states(self) -> Iterator[Any]:

@@ -11,6 +11,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from hierroom.agents.config import DEFAULT_NETWORK
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
 from hierroom.learners.networks.array_network import ArrayActorCritic
 from hierroom.support.errors import InputError, own_code, shown
@@ -29,7 +30,7 @@ def recurrent(space: AgentSpace, hidden_size: int, vectors: Vectors) -> nn.Modul
     return (ArrayActorCritic if space.arrays else RecurrentActorCritic)(space, hidden_size, vectors)
 
 
-NETWORKS: Mapping[str, Callable[[AgentSpace, int, Vectors], nn.Module]] = {"recurrent": recurrent}
+NETWORKS: Mapping[str, Callable[[AgentSpace, int, Vectors], nn.Module]] = {DEFAULT_NETWORK: recurrent}
 """The networks that ship, by the name users type: each is made from a space, a hidden size and vectors."""
 
 

@@ -5,12 +5,16 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.agents.episode import Episode
+from hierroom.complexity.drawing.draw_state import rules_picture
+from hierroom.goals import NO_GOAL, Rules
 from hierroom.support.animation import FORMATS, animate, require_format
+from hierroom.support.drawing import side_by_side
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json, usable_path, write_atomically
 
@@ -30,6 +34,8 @@ def without_colours(text: str) -> str:
 def pictures(episode: Episode, tile_size: int | None = None, most: int | None = None) -> Iterator[NDArray[np.uint8]]:
     """Draw an episode of L steps step by step: each picture names the step, its action and the subgoal.
 
+    Next to a level with rules stands their graph: see `rules_picture`.
+
     Args:
         episode: the episode.
         tile_size: side length of a cell in pixels; None: large enough for the text.
@@ -39,7 +45,7 @@ def pictures(episode: Episode, tile_size: int | None = None, most: int | None = 
     Yields:
         [H, W, 3] uint8, L + 1 of them if none is left out.
     """
-    draw, limit, length = episode.replayer.picture, episode.replayer.max_steps(episode.start), len(episode)
+    limit, length = episode.replayer.max_steps(episode.start), len(episode)
     tile_size = tile_size or episode.replayer.tile_size(episode.start)
     first, last = (length, length) if most is None or length <= most + 1 else (most // 2, length - most // 2)
     for step, state in enumerate(episode.states()):
@@ -47,9 +53,21 @@ def pictures(episode: Episode, tile_size: int | None = None, most: int | None = 
             continue
         goal = int(episode.goals[min(step, length - 1)])
         if first < step == last:
-            card = draw(state, goal, tile_size, f"steps {first + 1} to {last - 1} are left out")
+            card = _picture(episode, state, goal, tile_size, f"steps {first + 1} to {last - 1} are left out")
             yield from [card] * CARD_FRAMES
-        yield draw(state, goal, tile_size, _title(episode, step, limit))
+        yield _picture(episode, state, goal, tile_size, _title(episode, step, limit))
+
+
+def _picture(episode: Episode, state: Any, goal: int, tile_size: int, title: str) -> NDArray[np.uint8]:
+    """Draw a state of an episode, next to it its rules with what was achieved and what there is."""
+    picture, rules = episode.replayer.picture(state, goal, tile_size, title), episode.graph
+    state_of = getattr(episode.replayer, "rules_state", None)
+    if state_of is None or not isinstance(rules, Rules):
+        return picture
+    achieved, marking = state_of(state)
+    names = [episode.replayer.goal_label(state, number) for number in np.flatnonzero(achieved).tolist()]
+    pursued = None if goal == NO_GOAL else episode.replayer.goal_label(state, goal)
+    return side_by_side(picture, rules_picture(rules, frozenset(names), tuple(marking.tolist()), pursued))
 
 
 def _title(episode: Episode, step: int, limit: int) -> str:

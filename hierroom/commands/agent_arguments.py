@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
 from hierroom.goals import GraphSpecs
 from hierroom.support.cli import Flag, given
-from hierroom.worlds.env_config import GRAPHS, EnvConfig
+from hierroom.worlds.env_config import GRAPHS, LAYOUTS, EnvConfig
 
 if TYPE_CHECKING:
     from hierroom.runs.trained_agent import TrainedAgent
@@ -22,11 +22,12 @@ class AgentArguments:
 
     Args:
         run: the run's folder, an agent's .safetensors file, or an agent that ships (a to g, learned-g); it comes
-            before --graph and --exclude, which take all words up to the next option.
+            before --graph, --exclude and --layout, which take all words up to the next option.
         checkpoint: the steps of an earlier checkpoint than the newest.
         trust_run: run custom code that the run's config names (a network, a reward, a meta-controller).
         graph: other goal graphs than those trained on, given as in training.
         exclude: goal graphs to leave out; without --graph, in addition to those left out in training.
+        layout: other layouts than those trained on, as paths of text maps: see train.
         size: another grid size than the one trained on.
         meta: another meta-controller for the trained controller: fixed-dfs, random, oracle, none, an entry point,
             package.module:Class or package.module:function.
@@ -39,6 +40,7 @@ class AgentArguments:
     trust_run: Flag = False
     graph: Annotated[GraphSpecs, GRAPHS] = ()
     exclude: Annotated[GraphSpecs, GRAPHS] = ()
+    layout: Annotated[Any, LAYOUTS] = ()
     size: int | None = None
     meta: str | None = None
     goal_mask: str | None = None
@@ -55,7 +57,7 @@ class AgentArguments:
 
     def env(self, agent: TrainedAgent) -> EnvConfig:
         """Return the config of the environments it plays in."""
-        return agent.env(**given(self, "graph", "exclude", "size", "goal_mask"))
+        return agent.env(**given(self, "graph", "exclude", "layout", "size", "goal_mask"))
 
     def warn_of_changes(self, agent: TrainedAgent) -> None:
         """Warn of custom code that has changed since training; call it after the environments import a reward."""

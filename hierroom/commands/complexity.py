@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import tyro
 
@@ -21,7 +21,8 @@ from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
 from hierroom.support.slow import said_when_slow
 from hierroom.support.tables import named_table, print_table
-from hierroom.worlds.env_config import GRAPHS
+from hierroom.worlds.env_config import GRAPHS, LAYOUTS
+from hierroom.worlds.escape_room.level_map import LevelMap, as_maps
 from hierroom.worlds.make import find_task
 
 MAX_LISTED_ROOMS = 8  # with 612 goal graphs; the 1,747 of 9 rooms would take most of a minute
@@ -43,6 +44,7 @@ class ComplexityArguments:
         task: a task instead, by its rules: package.module:name of a hierroom.Task, or a world that ships.
         graph: letters from a to g, names such as keys-0-1-exit-2 (the room of each key, and of the exit), TOML files,
             rooms:N for every graph of N rooms, 2 to 8, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH.
+        layout: levels of your own instead, paths of text maps (see train): the goal graph is read off each.
         exclude: goal graphs to leave out, given in the same way and found however their rooms are numbered.
         all: list the paper's seven graphs.
         drop: let the controller drop keys.
@@ -73,6 +75,7 @@ class ComplexityArguments:
     rules: tuple[Path, ...] = ()
     task: str | None = None
     graph: Annotated[GraphSpecs, GRAPHS] = ()
+    layout: Annotated[Any, LAYOUTS] = ()
     exclude: Annotated[GraphSpecs, GRAPHS] = ()
     all: Flag = False
     drop: Flag = False
@@ -131,15 +134,16 @@ def show(options: ComplexityArguments) -> None:
         raise InputError(f"{options_of_play} go with --from-play, which is missing, or --seed with --levels")
     if (options.levels or options.horizon is not None) and not options.measures:
         raise InputError("--levels and --horizon go with --measures, which is missing")
+    maps = as_maps(options.layout)
     specs = graph_specs(options.graph)
-    if specs and options.all:
-        raise InputError("choose graphs by only one of --graph and --all, not by both")
-    specs = specs or tuple(NAMED_GRAPHS)
+    if bool(specs) + bool(maps) + options.all > 1:
+        raise InputError("choose graphs by only one of --graph, --layout and --all, not by several")
+    specs = specs or tuple(one.graph for one in maps) or tuple(NAMED_GRAPHS)
     chosen = GraphSet(specs, options.exclude, options.drop, MAX_LISTED_ROOMS, walk, reading)
     for note in chosen.notes:
         print(f"note: {note}", file=sys.stderr)
     if options.measures:
-        _show_measures(options, chosen.graphs, walk, reading)
+        _show_measures(options, maps or chosen.graphs, walk, reading)
         return
     reports = [analyze(graph, options.drop, walk, reading) for graph in chosen.graphs]
     _show_reports(options, reports, len(specs) > 1 or any(map(is_graph_set, specs)))
@@ -189,17 +193,17 @@ def main(argv: Sequence[str]) -> int:
 
 def _show_play(options: ComplexityArguments, player: str, walk: Walk, reading: Reading) -> None:
     specs = graph_specs(options.graph)
-    several = len(specs) > 1 or any(map(is_graph_set, specs)) or options.exclude or options.all
+    several = len(specs) + len(options.layout) > 1 or any(map(is_graph_set, specs)) or options.exclude or options.all
     if options.measures or options.levels or options.horizon is not None:
         raise InputError("choose one of --from-play and --measures, not both")
     if several or options.csv or options.latex or options.markdown or options.sort:
         raise InputError(
-            "--from-play measures one goal graph and allows only --graph, --drop, --walk, --reading, --json, --draw, "
-            "--size, --max-steps, --episodes, --seed and --trust-run"
+            "--from-play measures one goal graph and allows only --graph, --layout, --drop, --walk, --reading, --json, "
+            "--draw, --size, --max-steps, --episodes, --seed and --trust-run"
         )
     from hierroom.lab.measure import measure_named  # it loads the world and the learners
 
-    entries = given(options, "size", "max_steps") | ({"graph": specs[0]} if specs else {})
+    entries = given(options, "layout", "size", "max_steps") | ({"graph": specs[0]} if specs else {})
     report = measure_named(
         player, entries, options.drop, options.episodes, options.seed, walk, reading, options.trust_run
     )
@@ -211,7 +215,7 @@ def _show_play(options: ComplexityArguments, player: str, walk: Walk, reading: R
 
 
 def _show_played_rules(options: ComplexityArguments, player: str, walk: Walk) -> None:
-    allowed = ("task", "graph", "drop", "walk", "from_play", "out", "json", "draw", *OF_PLAY, "seed")
+    allowed = ("task", "graph", "layout", "drop", "walk", "from_play", "out", "json", "draw", *OF_PLAY, "seed")
     for entry in fields(options):
         if entry.name not in allowed and getattr(options, entry.name) != entry.default:
             named = ", ".join(f"--{name.replace('_', '-')}" for name in allowed)
@@ -223,7 +227,7 @@ def _show_played_rules(options: ComplexityArguments, player: str, walk: Walk) ->
     specs = graph_specs(options.graph)
     if len(specs) > 1:
         raise InputError(f"rules are estimated from play in one goal graph, not in {len(specs)}")
-    entries = given(options, "task", "size", "max_steps") | ({"graph": specs[0]} if specs else {})
+    entries = given(options, "task", "layout", "size", "max_steps") | ({"graph": specs[0]} if specs else {})
     found = play_rules_named(player, entries, options.drop, options.episodes, options.seed, options.trust_run)
     if options.json:
         print(to_json({"episodes": found.episodes, "seen": dict(found.seen), **found.rules.to_dict()}))
@@ -238,7 +242,9 @@ def _show_played_rules(options: ComplexityArguments, player: str, walk: Walk) ->
         print(options.out, file=sys.stderr if options.json else sys.stdout)
 
 
-def _show_measures(options: ComplexityArguments, graphs: tuple[GoalGraph, ...], walk: Walk, reading: Reading) -> None:
+def _show_measures(
+    options: ComplexityArguments, levels: Sequence[GoalGraph | LevelMap], walk: Walk, reading: Reading
+) -> None:
     if options.draw is not None or options.sort is not None:
         raise InputError("--measures allows neither --draw nor --sort")
     is_assumed = (options.walk, options.reading) != (ComplexityArguments.walk, ComplexityArguments.reading)
@@ -248,12 +254,13 @@ def _show_measures(options: ComplexityArguments, graphs: tuple[GoalGraph, ...], 
 
     horizon = options.horizon if options.horizon is not None else 1000 if options.levels else 20
     drop = "with" if options.drop else "without"
-    what = f"{_counted(graphs)}, {drop} drop, horizon {horizon}"
+    what = f"{_counted(levels)}, {drop} drop, horizon {horizon}"
     if options.levels:
         from hierroom.worlds.escape_room.measured_levels import measure_levels  # it loads the world
 
-        measured = measure_levels(graphs, options.levels, horizon, options.drop, options.seed)
+        measured = measure_levels(levels, options.levels, horizon, options.drop, options.seed)
     else:
+        graphs = [one.graph if isinstance(one, LevelMap) else one for one in levels]
         measured = measure_graphs(graphs, horizon, options.drop, walk, reading)
     if options.json:
         print(to_json([graph.to_dict() for graph in measured]))

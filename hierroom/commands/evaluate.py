@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from rich.box import HEAVY_HEAD
@@ -20,18 +21,21 @@ if TYPE_CHECKING:
 
     from hierroom.runs.evaluation import Evaluation
 
+MOST_EPISODES = 1000
+"""Episodes to play where nobody says how many, at most."""
+
 
 @dataclass(frozen=True)
 class EvaluateArguments(AgentArguments):
     """Evaluate a trained agent: success, length and steps to each goal, sampling its actions and greedily.
 
     Args:
-        episodes: episodes to play.
+        episodes: episodes to play; by default 1000, or fewer of an agent that fails, once it is clear how often.
         num_envs: environments to play in side by side.
         json: print JSON for machines; what has no value, such as the mean step of a goal never reached, is null.
     """
 
-    episodes: int = 1000
+    episodes: int | None = None
     num_envs: int = 100
     json: bool = False
 
@@ -40,7 +44,9 @@ def main(argv: Sequence[str]) -> int:
     """Run the command on its words."""
     arguments = read_arguments(EvaluateArguments, "evaluate", argv)
     for name, most in (("episodes", 10**9), ("num_envs", 2**20)):
-        require_number(name, getattr(arguments, name), 1, most, is_whole=True)
+        if getattr(arguments, name) is not None:
+            require_number(name, getattr(arguments, name), 1, most, is_whole=True)
+    episodes, may_stop = arguments.episodes or MOST_EPISODES, arguments.episodes is None
     from hierroom.complexity.graph_set import GraphSet
     from hierroom.runs.config.unread_entries import entries_without_effect
     from hierroom.runs.evaluation import evaluate
@@ -54,35 +60,37 @@ def main(argv: Sequence[str]) -> int:
     if arguments.graph:
         for note in GraphSet(arguments.graph, arguments.exclude, agent.config.env.drop_key).notes:
             warn(note)
-    num_envs, seed = min(arguments.num_envs, arguments.episodes), arguments.seed
+    num_envs, seed = min(arguments.num_envs, episodes), arguments.seed
     players = {"sampled": agent, "greedy": replace(agent, is_greedy=True)}
     turns = {name: agent.turns(num_envs, seed=seed, env=arguments.env(agent)) for name in players}
     arguments.warn_of_changes(agent)
     results: dict[str, Evaluation] = {}
     with progress_bar() as bar:
         for name, player in players.items():
-            task = bar.add_task(f"{name} actions", total=arguments.episodes)
+            task = bar.add_task(f"{name} actions", total=episodes)
             pair = player.pair(num_envs, seed=seed)
+            say = partial(bar.update, task)
             results[name] = evaluate(
-                pair, turns[name], arguments.episodes, lambda done, t=task: bar.update(t, completed=done)
+                pair, turns[name], episodes, lambda done, say=say: say(completed=done), may_stop=may_stop
             )
     if arguments.json:
         print(to_json({name: asdict(result) for name, result in results.items()}))
         return 0
     graphs, n_known = results["sampled"].graphs, len(turns["sampled"].world.variants)
-    what = "graph" if agent.config.env.task is None else "task"
-    where = f"{what} {next(iter(graphs))}" if n_known == 1 else f"{len(graphs)} graphs"
+    what = turns["sampled"].config.kind
+    where = f"{what} {next(iter(graphs))}" if n_known == 1 else f"{len(graphs)} {what}s"
     if n_known > len(graphs):
-        where = f"{len(graphs)} of {n_known} graphs (the others had no episode)"
-    print(f"{arguments.run} on {where}, {results['sampled'].episodes} episodes")
+        where = f"{len(graphs)} of {n_known} {what}s (the others had no episode)"
+    print(f"{arguments.run} on {where}")
     print_table(_table(results))
     if len(graphs) > 1:
-        print_table(_graph_table(results))
+        print_table(_graph_table(results, what))
     return 0
 
 
 def _table(results: Mapping[str, Evaluation]) -> Table:
     texts: dict[str, Callable[[Evaluation], str]] = {
+        "episodes": lambda r: str(r.episodes),
         "success": lambda r: f"{r.success_rate:.1%}",
         "  95% interval": lambda r: "{:.1%} to {:.1%}".format(*r.success_interval),
         "length": lambda r: f"{r.length:.1f}",
@@ -101,7 +109,7 @@ def _number(value: float, style: str = ".1f") -> str:
     return "-" if math.isnan(value) else format(value, style)
 
 
-def _graph_table(results: Mapping[str, Evaluation]) -> Table:
+def _graph_table(results: Mapping[str, Evaluation], kind: str) -> Table:
     rows = []
     for graph, score in results["sampled"].graphs.items():
         rows.append([graph, str(score.episodes)])
@@ -110,4 +118,4 @@ def _graph_table(results: Mapping[str, Evaluation]) -> Table:
             interval = "{:.0%}-{:.0%}".format(*own.success_interval)
             rows[-1] += [f"{own.success_rate:.1%}", interval, f"{own.length:.0f}"]
     headings = [f"{name}\n{what}" for name in results for what in ("success", "interval", "length")]
-    return named_table(["graph", "episodes", *headings], rows)
+    return named_table([kind, "episodes", *headings], rows)

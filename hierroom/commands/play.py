@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from hierroom.goals import GraphSpecs
 from hierroom.support.cli import Flag, given, read_arguments
 from hierroom.support.errors import InputError, require_number
-from hierroom.worlds.env_config import GRAPHS, EnvConfig
+from hierroom.worlds.env_config import GRAPHS, LAYOUTS, EnvConfig
 
 if TYPE_CHECKING:
     from hierroom.lab.play.game import Game
@@ -26,6 +26,7 @@ class PlayArguments:
 
     Args:
         graph: goal graphs, given as in training; each level samples one. By default c, or the agent's own.
+        layout: levels of your own, as paths of text maps: see train.
         size: cells of the grid's side; by default 13, or the agent's own.
         max_steps: steps after which a level ends; by default 1000, or the agent's own.
         drop_key: whether keys can be dropped; with --agent as that was trained.
@@ -38,6 +39,7 @@ class PlayArguments:
     """
 
     graph: Annotated[GraphSpecs, GRAPHS] = ()
+    layout: Annotated[Any, LAYOUTS] = ()
     size: int | None = None
     max_steps: int | None = None
     drop_key: Flag = False
@@ -67,11 +69,17 @@ def make_game(arguments: PlayArguments) -> Game:
     from hierroom.runs.trained_agent import load
     from hierroom.turns.turns import Turns
 
-    chosen = given(arguments, "graph", "size", "max_steps")
+    chosen = given(arguments, "graph", "layout", "size", "max_steps")
     if arguments.agent is None:
-        entries: dict[str, Any] = {"graph": "c", "size": 13, "drop_key": arguments.drop_key, **chosen}
+        usual = {} if arguments.layout else {"graph": "c", "size": 13}
+        entries: dict[str, Any] = {**usual, "drop_key": arguments.drop_key, **chosen}
         return Game(Turns(EnvConfig(**entries), 1, seed=arguments.seed, autoreset=False, measure_shortest=True))
     agent = load(arguments.agent, greedy=arguments.greedy, trust=arguments.trust_run)
+    if agent.config.env.task is not None:
+        name = agent.config.env.names[0]
+        raise InputError(
+            f"play shows levels of EscapeRooms, and the agent of {arguments.agent} plays {name}; use watch"
+        )
     if arguments.drop_key and not agent.config.env.drop_key:
         raise InputError(f"the agent of {arguments.agent} was trained without --drop-key, so keys cannot be dropped")
     turns = agent.turns(1, seed=arguments.seed, env=agent.env(**chosen), autoreset=False)

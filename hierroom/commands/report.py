@@ -83,7 +83,7 @@ def _fresh(path: Path) -> Path:
 def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
     import torch  # slow to load, as is what follows, and --help needs none of it
 
-    from hierroom import __version__
+    from hierroom import Rules, __version__
     from hierroom.lab.compare.curve import METRICS
     from hierroom.lab.compare.style import line_style
     from hierroom.lab.report.curves import compare_runs, curve_rows, run_rows
@@ -99,16 +99,19 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
         bar.update(task, description="comparing", total=len(METRICS))
         curves = compare_runs(runs, arguments.by, lambda: bar.advance(task))
         untried, goals, replays, films = deque(_in_turn(runs, curves)), [], [], []
+        rules: dict[str, Rules] = {}  # of tasks; only what may be played may be imported
         bar.update(task, description="playing", total=min(len(untried), arguments.replays), completed=0)
         while untried and len(goals) < arguments.replays:
             one = untried.popleft()
             if (played := _play(one, arguments, notes)) is not None:
-                row, episodes = played
+                row, episodes, dependencies = played
+                if isinstance(dependencies, Rules):
+                    rules[one.config.env.names[0]] = dependencies
                 goals.append({"run": one.name, "group": curves.group_of[str(one.path)], **row})
                 (replays if one.config.env.task is None else films).append({"run": one.name, "episodes": episodes})
                 bar.advance(task)
         bar.update(task, description="computing complexity", total=None)
-        complexity, too_large = complexities(runs)
+        complexity, too_large = complexities(runs, rules)
     notes += [*curves.notes, *too_large]
     if arguments.replays and len(goals) < len(runs):
         more = "; --replays N plays more" if untried else ""
@@ -151,8 +154,13 @@ def _in_turn(runs: Sequence[ReportedRun], curves: Curves) -> list[ReportedRun]:
     return [one for group in in_turn for one in group if one is not None]
 
 
-def _play(one: ReportedRun, arguments: ReportArguments, notes: list[str]) -> tuple[dict[str, Any], list[Any]] | None:
-    """Return what a run's agents achieve, and some episodes; None, with a note, if they cannot play."""
+def _play(
+    one: ReportedRun, arguments: ReportArguments, notes: list[str]
+) -> tuple[dict[str, Any], list[Any], Any] | None:
+    """Return what a run's agents achieve, some episodes, and what must be achieved before what.
+
+    None, with a note, if they cannot play.
+    """
     from hierroom.lab.report.curves import goal_row, training_goals
     from hierroom.lab.report.replay import replays
     from hierroom.runs.evaluation import evaluate
@@ -173,4 +181,4 @@ def _play(one: ReportedRun, arguments: ReportArguments, notes: list[str]) -> tup
     except InputError as error:
         training = None
         notes.append(f"the goals that training achieved are left out: {error}")
-    return {**row, "training": training}, episodes
+    return {**row, "training": training}, episodes, turns.world.rules

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.sparse.csgraph import dijkstra
@@ -14,6 +13,9 @@ from hierroom.complexity.chains.chain import EXIT, Chain
 from hierroom.complexity.chains.weights import as_moves
 from hierroom.complexity.walk import Walk
 from hierroom.complexity.walk_report import WalkReport
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,13 +64,7 @@ class ChainReport(WalkReport):
         depth = "inf" if np.isinf(self.exit_depth) else f"{self.exit_depth:.0f}"
         return [("exit depth", depth), ("chain", f"{self.nodes} nodes, {self.edges} edges with restarts")]
 
-    def draw(self, path: str | Path) -> None:
-        """Draw it into a .png (the default), .pdf or .svg file."""
-        from hierroom.complexity.drawing.draw_chain import draw_chain
+    def _figure(self) -> Figure:
+        from hierroom.complexity.drawing.draw_chain import figure_of_chain
 
-        draw_chain(path, self.chain, restarts=self.walk is None)
-
-    def _repr_svg_(self) -> str:
-        from hierroom.complexity.drawing.draw_chain import svg_of_chain  # matplotlib loads slowly
-
-        return svg_of_chain(self.chain, restarts=self.walk is None)
+        return figure_of_chain(self.chain, restarts=self.walk is None)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import count
 from typing import NamedTuple
 
 import numpy as np
@@ -123,7 +125,8 @@ class MarkingGraph:
             return _Unrolled(np.zeros((1, 1), np.int64), np.zeros((0, 2), np.int64), np.zeros(0, np.int64), math.inf)
         rules, target, multipliers = self.relevant, self.facts.index(self.rules.target), self._multipliers
         layers, edges, goals, fewest, distance = [rules.start_marking[None]], [], [], math.inf, 0
-        known = {int(layers[0][0] @ multipliers): 0}  # the node of each marking, by its code
+        known = defaultdict(count().__next__)  # the node of each marking, by its code
+        _ = known[int(layers[0][0] @ multipliers)]
         while len(layers[-1]):
             first, distance, found = len(known) - len(layers[-1]), distance + 1, []
             for begin in range(0, len(layers[-1]), max(1, AT_ONCE // rules.required.size)):
@@ -132,14 +135,13 @@ class MarkingGraph:
                 sources, applied, after = rules.moves(batch)
                 is_done = after[:, target] > 0
                 codes, at, inverse = np.unique(after[~is_done] @ multipliers, return_index=True, return_inverse=True)
-                fresh = [place for code, place in zip(codes.tolist(), at.tolist(), strict=True) if code not in known]
-                found.append(after[~is_done][fresh])
-                for code in (found[-1] @ multipliers).tolist():
-                    known[code] = len(known)
+                n_before = len(known)
+                nodes = np.fromiter(map(known.__getitem__, codes.tolist()), np.int64, len(codes))
+                found.append(after[~is_done][at[nodes >= n_before]])
                 if len(known) >= MAX_NODES:
                     raise self._too_large()
                 ends = np.full(len(after), -1)
-                ends[~is_done] = np.array([known[code] for code in codes.tolist()], np.int64)[inverse]
+                ends[~is_done] = nodes[inverse]
                 fewest = min(fewest, distance if is_done.any() else math.inf)
                 edges.append(np.stack([first + begin + sources, ends], axis=1))
                 goals.append(applied)

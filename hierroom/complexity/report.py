@@ -23,6 +23,7 @@ from hierroom.support.errors import InputError, shown
 
 if TYPE_CHECKING:
     import networkx as nx
+    from matplotlib.figure import Figure
 
 
 class HasRules(Protocol):
@@ -162,13 +163,7 @@ class ComplexityReport(WalkReport):
             ("augmented graph", f"{self.nodes} nodes, {self.edges} edges"),
         ]
 
-    def draw(self, path: str | Path) -> None:
-        """Draw the goal graph next to its augmented graph into a .png (the default), .pdf or .svg file."""
-        from hierroom.complexity.drawing.draw import draw_graph
+    def _figure(self) -> Figure:
+        from hierroom.complexity.drawing.draw import figure_of_graph
 
-        draw_graph(self.augmented, path)
-
-    def _repr_svg_(self) -> str:
-        from hierroom.complexity.drawing.draw import svg_of  # matplotlib loads slowly, and few reports are drawn
-
-        return svg_of(self.augmented)
+        return figure_of_graph(self.augmented)

@@ -50,6 +50,17 @@ def goal_depths(rules: Rules) -> dict[str, float]:
     return goals
 
 
+def links(rules: Rules) -> list[tuple[int, int, bool]]:
+    """Return which rule gives what another one asks for: the numbers of both, and whether that is used up."""
+    found = []
+    for first, ways in enumerate(rules.rules.values()):
+        given = {fact for way in ways for fact in way.gives}
+        for last, others in enumerate(rules.rules.values()):
+            if first != last and any(given & {*required(way)} for way in others):
+                found.append((first, last, any(given & {*way.uses} for way in others)))
+    return found
+
+
 def required(way: Alternative) -> dict[str, int]:
     """Return how many of each fact must be there: of one that is both needed and used, the larger count."""
     return {fact: max(way.needs.get(fact, 0), way.uses.get(fact, 0)) for fact in (*way.needs, *way.uses)}

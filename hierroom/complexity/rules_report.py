@@ -6,8 +6,7 @@ import math
 from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +17,9 @@ from hierroom.complexity.requirements import goal_depths
 from hierroom.complexity.walk import PAPER_WALK, Walk
 from hierroom.complexity.walk_report import WalkReport
 from hierroom.goals import Rules
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 NAMED = 5
 """Number of names in a line of the report."""
@@ -165,18 +167,10 @@ class RulesReport(WalkReport):
             lines.append(("out of reach", f"{_named(self.never)}   (what they need is never there)"))
         return lines
 
-    def draw(self, path: str | Path) -> None:
-        """Draw it into a .png (the default), .pdf or .svg file."""
-        from hierroom.complexity.drawing.draw_chain import draw_chain
+    def _figure(self) -> Figure:
+        from hierroom.complexity.drawing.draw_chain import figure_of_chain
 
-        draw_chain(path, self.chain, self.unrolled, restarts=False)
-
-    def _repr_svg_(self) -> str:
-        from hierroom.complexity.drawing.draw_chain import (
-            svg_of_chain,  # matplotlib loads slowly, and few reports are drawn
-        )
-
-        return svg_of_chain(self.chain, self.unrolled, restarts=False)
+        return figure_of_chain(self.chain, self.unrolled, restarts=False)
 
 
 def _counts(counts: dict[str, int]) -> str:

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 from hierroom.complexity.chains.chain import EXIT, Chain, EdgeSensitivity
 from hierroom.complexity.walk import Walk
 from hierroom.support.tables import html_table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 REPORT_TIMES = (10, 100, 1000)
 """Numbers of steps at which reports evaluate the curves; an episode is truncated after 1000."""
@@ -159,8 +162,18 @@ class WalkReport(ABC):
         return lines
 
     @abstractmethod
+    def _figure(self) -> Figure: ...
+
     def draw(self, path: str | Path) -> None:
         """Draw what is explored and its walk into a .png (the default), .pdf or .svg file."""
+        from hierroom.complexity.drawing.draw import save_figure  # matplotlib loads slowly, and few reports are drawn
+
+        save_figure(self._figure(), path)
+
+    def _repr_svg_(self) -> str:
+        from hierroom.complexity.drawing.draw import svg_of
+
+        return svg_of(self._figure())
 
     def __str__(self) -> str:
         return "\n".join([self._head, *(f"  {name:<16}{value}" for name, value in self._lines())])

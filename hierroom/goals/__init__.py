@@ -1,7 +1,7 @@
 """Goal graphs, rules, how users give them, and the ids of the goals in a level."""
 
 from hierroom.goals.alternatives import Alternative
-from hierroom.goals.graph import NAMED_GRAPHS, GoalGraph, enumerate_graphs, is_graph_set
+from hierroom.goals.graph import NAMED_GRAPHS, GoalGraph, enumerate_graphs, is_graph_name, is_graph_set
 from hierroom.goals.ids import (
     COLOURS,
     EXIT_GOAL,
@@ -39,6 +39,7 @@ __all__ = [
     "as_goal_graph",
     "enumerate_graphs",
     "graph_specs",
+    "is_graph_name",
     "is_graph_set",
     "open_goals",
     "plain_specs",

@@ -35,7 +35,8 @@ def read_alternatives(name: str, rule: object) -> tuple[Alternative, ...]:
         if isinstance(way, Alternative):
             way = way._asdict()
         if not isinstance(way, Mapping) or not {*way} <= {*_ENTRIES}:
-            holds = ", ".join(map(shown, way)) if isinstance(way, Mapping) else shown(way)
+            wrong = [entry for entry in way if entry not in _ENTRIES] if isinstance(way, Mapping) else [way]
+            holds = ", ".join(map(shown, wrong))
             raise InputError(f"rule {shown(name)} takes {', '.join(_ENTRIES)} and nothing else, not {holds}")
         counts = (read_counts(f"{entry!r} of rule {shown(name)}", way.get(entry, {}), low=1) for entry in _ENTRIES)
         found.append(Alternative(*counts))

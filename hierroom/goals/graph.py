@@ -130,7 +130,7 @@ class GoalGraph:
         return GoalGraph(*canonical_rooms(self.key_rooms, self.exit_room))
 
     def to_networkx(self) -> nx.DiGraph:
-        """The goal dependency graph of the paper: start, keys, doors and exit; an edge means 'makes possible'."""
+        """Return the paper's goal dependency graph: start, keys, doors and exit; an edge means 'makes possible'."""
         import networkx as nx  # loads slowly, and few programs need it
 
         graph = nx.DiGraph()
@@ -266,6 +266,11 @@ def _graph_named(name: str) -> GoalGraph | None:
     rooms = _DESCRIBED.fullmatch(name)
     described = rooms and GoalGraph(tuple(map(int, rooms[1].split("-"))), int(rooms[2]))
     return NAMED_GRAPHS.get(name, described)
+
+
+def is_graph_name(name: str) -> bool:
+    """Return whether a text names one goal graph, as in `GoalGraph.named`."""
+    return name in NAMED_GRAPHS or _DESCRIBED.fullmatch(name) is not None
 
 
 def _check_label(label: object, graph: GoalGraph) -> None:

@@ -174,19 +174,27 @@ class Rules:
         return (self.given - self.used).astype(dtype), self.limits.astype(dtype)
 
     @cached_property
-    def _thresholds(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]:
-        """The T facts and counts that alternatives ask for, and which alternative asks for which: [T, R * A]."""
+    def _thresholds(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.uint64]]:
+        """The T facts and counts that alternatives ask for, and which each one asks for, as bits: [T / 64, R, A].
+
+        T is a multiple of 64: those at the end are always there.
+        """
         entries = np.nonzero(self.required)
         asked, inverse = np.unique(np.stack([entries[2], self.required[entries]], axis=1), axis=0, return_inverse=True)
-        asks = np.zeros((len(asked), self.required[..., 0].size), np.float32)
-        asks[inverse.ravel(), entries[0] * self.required.shape[1] + entries[1]] = 1
-        return asked[:, 0], asked[:, 1], asks
+        asked = np.concatenate([asked, np.zeros((64 - len(asked) % 64, 2), np.int64)])
+        asks = np.zeros((*self.required.shape[:2], len(asked)), bool)
+        asks[entries[0], entries[1], inverse.ravel()] = True
+        return asked[:, 0], asked[:, 1], np.moveaxis(_bits(asks), -1, 0)
 
     def _choose(self, markings: NDArray[np.integer]) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
         """Find whether each rule applies to markings [..., F], and by which of its alternatives: [..., R] both."""
         facts, counts, asks = self._thresholds
-        lacks = (markings[..., facts] < counts).astype(np.float32) @ asks
-        enough = (lacks == 0).reshape(*markings.shape[:-1], *self.required.shape[:2])
+        lacks = _bits(np.take(markings, facts, axis=-1) < counts)
+        enough = np.ones((*lacks.shape[:-1], *asks.shape[1:]), bool)
+        for word, asked in enumerate(asks):
+            enough &= (lacks[..., word, None, None] & asked) == 0
+        if asks.shape[-1] == 1:
+            return enough[..., 0], np.broadcast_to(np.int64(0), enough.shape[:-1])
         return np.any(enough, axis=-1), enough.argmax(axis=-1)
 
     def apply(self, goal: str, marking: ArrayLike) -> NDArray[np.int64] | None:
@@ -255,3 +263,8 @@ class Rules:
         most = max(map(len, self.rules.values()))
         ways = [(*ways, *ways[-1:] * (most - len(ways))) for ways in self.rules.values()]
         return freeze(np.array([[[count(way, fact) for fact in self.facts] for way in row] for row in ways], np.int64))
+
+
+def _bits(flags: NDArray[np.bool_]) -> NDArray[np.uint64]:
+    """Return flags [..., T], T a multiple of 64, as bits [..., T / 64]."""
+    return np.ascontiguousarray(np.packbits(flags, axis=-1)).view(np.uint64)

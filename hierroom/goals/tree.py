@@ -17,10 +17,18 @@ def child_rooms(key_rooms: Sequence[int]) -> tuple[tuple[int, ...], ...]:
 
 
 def canonical_rooms(key_rooms: tuple[int, ...], exit_room: int | None) -> tuple[tuple[int, ...], int]:
-    """Renumber rooms breadth first, with the children of a room ordered by the shape of their subtrees.
+    """Renumber rooms by `canonical_order`. Return the new key rooms and exit room, which is 0 where None is given."""
+    order = canonical_order(key_rooms, exit_room)
+    position = {room: n for n, room in enumerate(order)}
+    new_key_rooms = tuple(position[key_rooms[room - 1]] for room in order[1:])
+    return new_key_rooms, 0 if exit_room is None else position[exit_room]
+
+
+def canonical_order(key_rooms: Sequence[int], exit_room: int | None) -> list[int]:
+    """List the rooms breadth first, with the children of a room ordered by the shape of their subtrees.
 
     Subtrees are ranked floor by floor, the deepest first (Aho, Hopcroft & Ullman 1974): no recursion, so any depth will
-    do. Return the new key rooms and exit room, which is 0 where None is given.
+    do.
     """
     children = child_rooms(key_rooms)
     floors = [[0]]
@@ -33,12 +41,10 @@ def canonical_rooms(key_rooms: tuple[int, ...], exit_room: int | None) -> tuple[
         }
         ranks = {shape: n for n, shape in enumerate(sorted({(own, *below) for own, below in shapes.values()}))}
         rank |= {room: ranks[own, *below] for room, (own, below) in shapes.items()}
-    order, new_parent = [0], {}
-    for position, room in enumerate(order):
-        for child in sorted(children[room], key=rank.__getitem__, reverse=True):
-            new_parent[child] = position
-            order.append(child)
-    return tuple(new_parent[room] for room in order[1:]), 0 if exit_room is None else order.index(exit_room)
+    order = [0]
+    for room in order:
+        order += sorted(children[room], key=rank.__getitem__, reverse=True)
+    return order
 
 
 def open_goals(

@@ -1,9 +1,8 @@
-"""A config put together: its environments, its agents, and the pair that a run has trained."""
+"""The agents of a config put together, and the pair that a run has trained."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -24,37 +23,10 @@ from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.learners.ppo import Learner
 from hierroom.meta import LEARNED, make_meta
 from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.environments import controller_features, meta_features
 from hierroom.support.errors import InputError
 from hierroom.turns.records import CONTROLLER, META
-from hierroom.turns.turns import Turns
-from hierroom.worlds.env_config import LevelsName
 from hierroom.worlds.make import world_spec
-
-
-def make_turns(
-    config: TrainConfig,
-    num_envs: int,
-    seed: int,
-    *,
-    levels: LevelsName,
-    autoreset: bool = True,
-    measure_shortest: bool = False,
-) -> Turns:
-    """Make the environments of a config, of all stages, with ``levels`` to train or to evaluate on, and their turns."""
-    method = config.resolved_method
-    stages = config.env.curriculum_stages if levels == "training" else 1
-    memories = _controller_features(config).memories  # what levels remember for the features of the agents that learn
-    if method.meta == LEARNED:
-        memories += _meta_features(config).memories
-    return Turns(
-        replace(config.env, reward=method.controller.reward, levels=levels, curriculum_stages=stages),
-        num_envs,
-        seed=seed,
-        autoreset=autoreset,
-        measure_shortest=measure_shortest,
-        threads=config.threads,
-        memories=memories,
-    )
 
 
 def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:
@@ -68,7 +40,7 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
         space = AgentSpace(features.cardinalities, n_actions, features.arrays)
         return Learner(space, num_envs, ppo, seed=seed, device=device, threads=config.threads, network=network)
 
-    features = _controller_features(config)
+    features = controller_features(config)
     network = partial(make_network, agents.network, vectors=features.vectors)
     learner = make_learner(features, world.n_actions, ppo, config.seed, network)
     curiosity = None
@@ -78,30 +50,13 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
     controller = PPOAgent(features, learner, network=agents.network, curiosity=curiosity)
     if pair.meta != LEARNED:
         return ScriptedAgent(make_meta(pair.meta, num_envs), is_training=True), controller
-    features = _meta_features(config)
+    features = meta_features(config)
     network = partial(make_network, "recurrent", vectors=features.vectors)
     if features.are_by_goal and world.goals.n_alike:
         network = partial(GoalNetwork, n_alike=world.goals.n_alike)
     learner = make_learner(features, world.goals.n_choices, config.meta_ppo, meta_seed(config.seed), network)
     warm_up = WarmUp(agents.meta_start_success)
     return PPOAgent(features, learner, network=LEARNED, warm_up=warm_up), controller
-
-
-def _controller_features(config: TrainConfig) -> Features:
-    world = world_spec(config.env)
-    features = Features(world, config.agents.features or world.controller_features)
-    if config.resolved_method.controller.sees_goal:
-        return features
-    names = features.subset(of_goal=False)
-    if not names:
-        named = ", ".join(features.names)
-        raise InputError(f"method {config.agents.method} does not see goals, so features must name more than {named}")
-    return Features(features.world, names)
-
-
-def _meta_features(config: TrainConfig) -> Features:
-    world = world_spec(config.env)
-    return Features(world, config.agents.meta_features or world.meta_features, META)
 
 
 def freeze(

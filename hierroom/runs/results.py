@@ -17,6 +17,7 @@ from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
 from hierroom.runs.logs.output import warn
 from hierroom.runs.logs.plots import plot_learning_curve
 from hierroom.runs.rollout import rollout
+from hierroom.runs.time_spent import TimeSpent
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.runs.trainer import Trainer
 from hierroom.support.cli import shell_words
@@ -30,7 +31,7 @@ N_PICTURED = 20
 """Episodes to choose the pictured one from."""
 
 
-def write_results(trainer: Trainer, folder: RunFolder, console: Console) -> None:
+def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: TimeSpent) -> None:
     """Write the summary and pictures, and print the results."""
     curve, summary = LearningCurve.of_rows(folder.evaluations.read()), trainer.summary()
     for milestone in MILESTONES:
@@ -40,18 +41,22 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console) -> None
         summary |= {"evaluated_success_rate": float(curve.success[-1]), "evaluated_length": float(curve.length[-1])}
     folder.save_summary(summary)
     picture, run = folder.path / "learning_curve.png", (folder.path, *trust_option(trainer.config))
-    plot_learning_curve(folder, curve, picture)
+    with spent.on("pictures"):
+        plot_learning_curve(folder, curve, picture)
     console.print(folder.path.name, soft_wrap=True, markup=False)
     print_table(_table(trainer.config, curve, summary), console)
     if (share := trainer.metrics().get("meta_illegal_goals", 0.0)) > MANY_ILLEGAL:
         warn(f"{share:.0%} of the goals given in the episodes under way were not legal, and counted as no goal")
     agent = TrainedAgent(trainer.config, trainer.agents[META], trainer.controller, trainer.steps, path=folder.path)
-    episode = telling_episode(agent, (trainer.config.seed + 1) % 2**63)
-    name, other = ("escape", "failure") if episode.success else ("failure", "escape")
-    save_episodes([episode], folder.path / f"{name}.gif")
+    with spent.on("pictures"):
+        episode = telling_episode(agent, (trainer.config.seed + 1) % 2**63)
+        name, other = ("escape", "failure") if episode.success else ("failure", "escape")
+        save_episodes([episode], folder.path / f"{name}.gif")
     delete(folder.path / f"{other}.gif")  # of a run that has gone on since
+    folder.save_summary(summary | {"session_seconds": spent.seconds()})
     none, failures = ("", ()) if episode.success else (f" (no escape in {N_PICTURED} episodes)", ("--failures",))
     for what, text in {
+        "time": str(spent),
         "learning curve": picture,
         f"one {name}": f"{folder.path / f'{name}.gif'}{none}",
         "watch it": shell_words("python", "-m", "hierroom", "watch", *run, *failures),
@@ -69,7 +74,7 @@ def telling_episode(agent: TrainedAgent, seed: int, episodes: int = N_PICTURED) 
 def _table(config: TrainConfig, curve: LearningCurve | None, summary: dict[str, Any]) -> Table:
     rows = {}
     if curve is not None:
-        rows[f"success, evaluated over {config.evaluation_episodes} episodes"] = f"{curve.success[-1]:.1%}"
+        rows[f"success, evaluated over {curve.episodes[-1]:.0f} episodes"] = f"{curve.success[-1]:.1%}"
         rows["episode length, evaluated"] = f"{curve.length[-1]:.1f}"
     n_last = min(WINDOW, summary["episodes"])
     rows[f"success, last {n_last} episodes of training"] = f"{summary['training_success_rate']:.1%}"
@@ -80,7 +85,6 @@ def _table(config: TrainConfig, curve: LearningCurve | None, summary: dict[str, 
     if "stage" in summary:
         rows["stage of the curriculum"] = f"{summary['stage']} of {summary['stages']}"
     rows["seconds of training"] = f"{summary['seconds']:.1f}"
-    rows["seconds of compilation"] = f"{summary['compile_seconds']:.1f}"
     rows["steps per second"] = f"{summary['steps_per_second']:,.0f}"
     rows["memory of the rollout"] = f"{summary['rollout_bytes'] / 2**20:.1f} MiB"
     table = Table("", Column(justify="right"), show_header=False)

@@ -27,6 +27,7 @@ from hierroom.runs.logs.logs import DEFAULT, NONE, Logs
 from hierroom.runs.logs.output import lasting_output, warn
 from hierroom.runs.logs.scalars import evaluation_scalars, metric_scalars
 from hierroom.runs.results import write_results
+from hierroom.runs.time_spent import TimeSpent
 from hierroom.runs.trainer import Trainer
 from hierroom.support.cli import shell_words
 from hierroom.support.errors import DivergenceError, InputError
@@ -97,8 +98,15 @@ def _warn_of_learning_rates(trainer: Trainer, steps: int) -> None:
                 warn(f"the learning rate of {name} goes on at {now:.1e} after {was:.1e}: {over}")
 
 
-def run_session(trainer: Trainer, folder: RunFolder, log: Sequence[str] = DEFAULT) -> int:
-    """Train until the end or an interrupt, print results even if nobody reads them, and return the exit code."""
+def run_session(
+    trainer: Trainer, folder: RunFolder, log: Sequence[str] = DEFAULT, spent: TimeSpent | None = None
+) -> int:
+    """Train until the end or an interrupt, print results even if nobody reads them, and return the exit code.
+
+    ``spent`` counts the seconds since the command began.
+    """
+    spent = TimeSpent() if spent is None else spent
+    spent.end_of_imports()
     with one_torch_thread(), folder.lock, lasting_output():  # more threads gain nothing at these sizes
         console = Console()
 
@@ -116,14 +124,14 @@ def run_session(trainer: Trainer, folder: RunFolder, log: Sequence[str] = DEFAUL
                 "it remembers is not saved, so resuming, evaluating and watching begin without it"
             )
         with Interrupt() as interrupt, _progress_bar(trainer, console) as report:
-            train(trainer, folder, interrupt, report, log)
+            train(trainer, folder, interrupt, report, log, spent)
         if not trainer.is_done:
             say("stopped and saved; go on with:")
             logged = () if tuple(log) == DEFAULT else ("--log", ",".join(log) or NONE)
             again = "--resume", folder.path, *trust_option(trainer.config), *logged
             say(shell_words("python", "-m", "hierroom", "train", *again))
             return 130
-        write_results(trainer, folder, console)
+        write_results(trainer, folder, console, spent)
         return 0
 
 
@@ -133,6 +141,7 @@ def train(
     interrupt: Interrupt,
     report: Callable[[str], object] = lambda status: None,
     log: Sequence[str] = DEFAULT,
+    spent: TimeSpent | None = None,
 ) -> None:
     """Train until the end, an interrupt or a `DivergenceError`, with tables, loggers and checkpoints.
 
@@ -141,20 +150,26 @@ def train(
     """
     logs = Logs(folder.path, trainer.config, trainer.steps or -1, log)  # -1: a run that begins has logged nothing
     try:
-        _train(trainer, folder, interrupt, report, logs)
+        _train(trainer, folder, interrupt, report, logs, TimeSpent() if spent is None else spent)
     finally:
         logs.close(is_done=trainer.is_done)
 
 
 def _train(
-    trainer: Trainer, folder: RunFolder, interrupt: Interrupt, report: Callable[[str], object], logs: Logs
+    trainer: Trainer,
+    folder: RunFolder,
+    interrupt: Interrupt,
+    report: Callable[[str], object],
+    logs: Logs,
+    spent: TimeSpent,
 ) -> None:
     """Train; what is due depends on the steps alone, so that a resumed run keeps to it."""
     total, evaluated = trainer.config.steps, ""
     points = evaluation_points(total, trainer.config.evaluations)
 
     def evaluate() -> str:
-        evaluation = trainer.evaluate()
+        with spent.on("evaluating"):
+            evaluation = trainer.evaluate()
         folder.evaluations.append(evaluation_rows(trainer.steps, trainer.seconds, evaluation))
         logs.add(evaluation_scalars(evaluation), trainer.steps)
         return f" (evaluated {evaluation.success_rate:.0%})"
@@ -168,7 +183,8 @@ def _train(
     while not is_last:
         before = trainer.steps
         try:
-            trainer.advance()
+            with spent.on("training"):
+                trainer.advance()
         except DivergenceError as error:
             raise DivergenceError(f"{error}. {_restart_advice(folder)}") from error
         is_last = trainer.is_done or interrupt.is_requested
@@ -208,7 +224,7 @@ def _progress_bar(trainer: Trainer, console: Console) -> Iterator[Callable[[str]
         TextColumn("left"),
     )
     with Progress(*columns, console=console) as bar:
-        task = bar.add_task("", total=total, completed=min(trainer.steps, total), status="the first run compiles,")
+        task = bar.add_task("", total=total, completed=min(trainer.steps, total), status="begins,")
         yield lambda status: bar.update(task, completed=min(trainer.steps, total), status=status)
 
 

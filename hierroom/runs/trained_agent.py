@@ -15,9 +15,10 @@ from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.agents.trained_goals import TrainedGoals
 from hierroom.goals import graph_specs
 from hierroom.meta import MetaController, make_meta
-from hierroom.runs.assembly import freeze, make_agents, make_turns, meta_seed
+from hierroom.runs.assembly import freeze, make_agents, meta_seed
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
+from hierroom.runs.environments import make_turns
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.trust import require_trust
 from hierroom.runs.folder.weights import SHIPPED, SUFFIX, SavedAgent, weights_file
@@ -50,7 +51,8 @@ class TrainedAgent:
     def env(self, **entries: Any) -> EnvConfig:
         """Return what the environments it was trained in are made of, with some entries of the `EnvConfig` changed.
 
-        A new ``graph`` comes without the run's ``exclude``; without one, ``exclude`` names further graphs to leave out.
+        A new ``graph`` or ``layout`` comes without the run's ``exclude``; without one, ``exclude`` names further graphs
+        to leave out.
         """
         names = [entry.name for entry in fields(EnvConfig)]
         for name in sorted(entries.keys() - names - {*self.config.entries}):
@@ -59,8 +61,8 @@ class TrainedAgent:
         if refused := entries.keys() - names | entries.keys() & {"drop_key", "reward"}:
             raise InputError(f"a trained agent cannot be played with another {', '.join(sorted(refused))}")
         own = replace(self.config.env, levels=None)  # whatever it says: training uses its own part of the levels
-        besides = () if "graph" in entries else graph_specs(own.exclude)
-        return replace(own, **{**entries, "exclude": (*besides, *graph_specs(entries.get("exclude", ())))})
+        besides = () if "graph" in entries or entries.get("layout") else graph_specs(own.exclude)
+        return own.changed(**{**entries, "exclude": (*besides, *graph_specs(entries.get("exclude", ())))})
 
     def turns(self, num_envs: int, *, seed: int = 0, env: EnvConfig | None = None, autoreset: bool = True) -> Turns:
         """Return environments to play in, which measure the shortest lengths of their episodes; see `Turns`.

@@ -13,8 +13,9 @@ from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaSpec, make_meta
-from hierroom.runs.assembly import evaluation_seed, freeze, make_agents, make_turns
+from hierroom.runs.assembly import evaluation_seed, freeze, make_agents
 from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.environments import make_turns
 from hierroom.runs.evaluation import Evaluation, evaluate
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.weights import SavedAgent, weights_file
@@ -28,6 +29,8 @@ from hierroom.turns.turns import Turns
 
 MAX_EVALUATION_ENVS = 100
 """Environments that are evaluated in side by side, at most."""
+MOST_EPISODES, ROUND = 100, 25
+"""Episodes of an evaluation where a config does not say how many, at most, and the environments that play them."""
 
 
 class Trainer:
@@ -126,11 +129,12 @@ class Trainer:
         is_greedy: bool = False,
     ) -> Evaluation:
         """Evaluate the agents as they are now, on the same levels, by default as the config says: see `freeze`."""
-        episodes = self.config.evaluation_episodes if episodes is None else episodes
-        num_envs, seed = min(MAX_EVALUATION_ENVS, episodes), evaluation_seed(self.config.seed)
+        asked = self.config.evaluation_episodes if episodes is None else episodes
+        episodes, num_envs = (MOST_EPISODES, ROUND) if asked is None else (asked, min(MAX_EVALUATION_ENVS, asked))
+        seed = evaluation_seed(self.config.seed)
         chooses = self.agents[META] if meta is None else ScriptedAgent(make_meta(meta))
         player = freeze(chooses, self.controller, num_envs, seed=seed, is_greedy=is_greedy)
-        return evaluate(player, self.fresh_turns(num_envs, seed, graph=graph), episodes)
+        return evaluate(player, self.fresh_turns(num_envs, seed, graph=graph), episodes, may_stop=asked is None)
 
     def metrics(self) -> dict[str, float]:
         """Return numbers on how training stands; the stage of a curriculum is counted from 1."""

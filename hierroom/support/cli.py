@@ -25,7 +25,10 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 Flag = Annotated[bool, tyro.conf.FlagCreatePairsOff]
 """An option without a value and without a form that begins with no."""
-LISTS = ("--graph", "--graphs", "--exclude", "--rules", "--sizes", "--metas", "--features", "--meta-features")
+LISTS = (
+    *("--graph", "--graphs", "--exclude", "--layout", "--rules", "--sizes", "--metas", "--features"),
+    "--meta-features",
+)
 """Options with several values."""
 _NUMBERS = ConstructorRegistry()
 

@@ -1,4 +1,4 @@
-"""Pictures drawn by matplotlib, whose settings belong to the process."""
+"""Pictures side by side, and pictures drawn by matplotlib, whose settings belong to the process."""
 
 from __future__ import annotations
 
@@ -8,7 +8,17 @@ from contextlib import contextmanager
 from threading import Lock
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 _one_draws = Lock()
+
+
+def side_by_side(*pictures: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return pictures [H, W, 3] as one, white below those that are not as high as the highest."""
+    height = max(map(len, pictures))
+    below = [np.full((height - len(one), one.shape[1], 3), 255, np.uint8) for one in pictures]
+    return np.concatenate([np.concatenate(pair) for pair in zip(pictures, below, strict=True)], axis=1)
 
 
 @contextmanager

@@ -150,6 +150,11 @@ class Flag(Schema):
         return []
 
 
+def record_type(*fields: tuple) -> np.dtype:
+    """Return the type of records with such fields, aligned as compiled kernels want it."""
+    return np.dtype((np.record, np.dtype([*fields], align=True)))
+
+
 def of_records(dtype: np.dtype, n: int, bounds: Mapping[str, tuple[Any, Any]]) -> Table:
     """Return the schema of the fields of ``n`` records, with the (low, high) of some of them, as for `Array`."""
     fields = {name: dtype[name] for name in dtype.names or ()}

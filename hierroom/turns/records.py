@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.support.errors import InputError
-from hierroom.support.schema import Table, of_records
+from hierroom.support.schema import Table, of_records, record_type
 from hierroom.turns.kernels import NO_GOAL, NO_OUTCOME, OTHER, REACHED, TIMED_OUT
 
 META, CONTROLLER = "meta_0", "controller_0"
@@ -21,11 +21,7 @@ N_OUTCOMES = len((NO_OUTCOME, REACHED, TIMED_OUT, OTHER))
 _MOST = 2**62
 
 
-def _record(*fields: tuple[str, str]) -> np.dtype:
-    return np.dtype((np.record, np.dtype(list(fields), align=True)))
-
-
-LEDGER = _record(
+LEDGER = record_type(
     ("is_meta_turn", "?"),  # the meta-controller is to act next
     ("goals", "i8"),  # the goal pursued, or -1
     ("last_goals", "i8"),  # the goal pursued before, or -1
@@ -41,7 +37,7 @@ LEDGER = _record(
 )
 """Where the turns in one environment stand."""
 
-STEP = _record(
+STEP = record_type(
     ("actions", "i8"),
     ("goals", "i8"),
     ("events", "i8"),

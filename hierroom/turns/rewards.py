@@ -32,7 +32,7 @@ class Reward(Protocol):
     """
 
     def rewards(self, step: Step) -> NDArray[np.floating]:
-        """The rewards for a step of N environments.
+        """Return the rewards for a step of N environments.
 
         Args:
             step: what it did: the goals pursued, what was achieved, what ended, and the states before and after; its

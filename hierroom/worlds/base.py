@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -11,21 +12,22 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.goals.goal_set import GoalSet
+from hierroom.support.compile.kernel import compiled
 from hierroom.support.errors import InputError
 from hierroom.support.read_only import Shown, freeze
-from hierroom.support.schema import Array, Table, Whole
+from hierroom.support.schema import Array, Table, Whole, record_type
 from hierroom.worlds.base_view import BaseView
 from hierroom.worlds.dependencies import Dependencies
-from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
+from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, SPLITS, EnvConfig
 from hierroom.worlds.observation_writer import ObservationWriter, observe_alone
+from hierroom.worlds.outcome_kernel import write_outcomes
 from hierroom.worlds.seeds import chosen_envs, write_seeds
 from hierroom.worlds.window import StateScreen
 from hierroom.worlds.world import OUTCOME_FIELDS, BatchWriter, Feature, Screen, Seeds
 
-OUTCOME = np.dtype((np.record, np.dtype([*OUTCOME_FIELDS], align=True)))
+OUTCOME = record_type(*OUTCOME_FIELDS)
 GOAL_MASKS = ("reachable", "existing", "none")
 _ARRAYS = ("seeds", "indices", "numbers", "counts", "markings", "lengths", "has_ended")
-_SPLITS = (None, "training", "evaluation")
 _MOST = 2**62
 
 
@@ -83,7 +85,9 @@ class BaseWorld(ABC):
         self._markings = np.tile(start, (num_envs, 1))
         self._has_ended = np.zeros(num_envs, bool)
         self.has_begun = False
-        self._start, self._last = start, None
+        self._start = start
+        self._ended: tuple[NDArray[np.integer], Any] = self.everywhere[:0], None
+        """Where the last step ended an episode, and what was shown there."""
         self.remember(memories)
         if seed is not None:
             self.reset(seed)
@@ -118,7 +122,7 @@ class BaseWorld(ABC):
 
     def random(self, episode: Sequence[int], purpose: int, turn: int, n: int) -> NDArray[np.floating]:
         """Return n numbers in [0, 1) fixed by an episode (seed, environment and number), purpose and turn."""
-        entropy = [*episode, _SPLITS.index(self.config.levels), purpose, turn]
+        entropy = [*episode, SPLITS[self.config.levels], purpose, turn]
         return (np.random.SeedSequence(entropy).generate_state(n, np.uint64) >> np.uint64(11)) * 2.0**-53
 
     def remember(self, memories: Iterable[str]) -> None:
@@ -130,12 +134,15 @@ class BaseWorld(ABC):
         """Begin an episode: with a seed (0 to 2**63 - 1) an environment's first one, without one its next."""
         chosen = chosen_envs(envs, len(self))
         write_seeds({"seed": self._seeds, "episode": self._numbers}, seed, chosen)
-        self._numbers[chosen] += 1
         self._outcomes[chosen] = 0
-        self._counts[chosen], self._lengths[chosen], self._markings[chosen] = 0, 0, self._start
-        self._has_ended[chosen] = False
         self.has_begun = True
-        self.begin(chosen)
+        self._begin_next(chosen)
+
+    def _begin_next(self, envs: NDArray[np.integer]) -> None:
+        self._numbers[envs] += 1
+        self._counts[envs], self._lengths[envs], self._markings[envs] = 0, 0, self._start
+        self._has_ended[envs] = False
+        self.begin(envs)
 
     def record(
         self,
@@ -154,42 +161,24 @@ class BaseWorld(ABC):
             terminated: [N] where it ended the episode.
             truncated: [N] where something else than the limit of steps cut it off.
         """
-        outcomes = self._outcomes
-        if self._has_ended.any():
-            goes_on = ~self._has_ended
-            times, rewards = times * goes_on[:, None], rewards * goes_on
-            terminated = np.where(goes_on, terminated, outcomes["terminated"])
-            truncated = np.where(goes_on, truncated, outcomes["truncated"])
-            self._lengths += goes_on
-        else:
-            self._lengths += 1
-        outcomes["achieved"], outcomes["n_first"] = 0, 0
-        if times.any():
-            achieved = times > 0
-            outcomes["achieved"] = achieved @ (1 << np.arange(len(self.goals)))
-            outcomes["n_first"] = (achieved & (self._counts == 0)).sum(axis=1)
-            terminated = terminated | achieved[:, self.goals.target]
-            self._counts += times
-            if self.dependencies is not None:
-                self.dependencies.apply(self._markings, times.astype(np.int64))
-        truncated = (truncated | (self._lengths >= self.max_steps)) & ~terminated
-        outcomes["reward"], outcomes["length"] = rewards, self._lengths
-        outcomes["terminated"], outcomes["truncated"] = terminated, truncated
-        ended = np.flatnonzero(terminated | truncated)
-        if len(ended) and not self.autoreset:
-            self._has_ended[ended] = True
-        elif len(ended):
-            self._last = self.observe(self.everywhere)
-            kept = outcomes[ended]
-            self.reset(None, ended)
-            outcomes[ended] = kept
+        shape, outcomes = self._counts.shape, self._outcomes
+        given = np.empty(shape, np.int64), np.empty(shape[0]), np.empty(shape[0], bool), np.empty(shape[0], bool)
+        for array, values in zip(given, (times, rewards, terminated, truncated), strict=True):
+            array[...] = values
+        kept = self._counts, self._lengths, self._has_ended, outcomes
+        n_achieved, n_ended = _compiled_outcomes()(*given, *kept, self.max_steps, self.goals.target, self.autoreset)
+        if n_achieved and self.dependencies is not None:
+            self.dependencies.apply(self._markings, given[0])
+        if n_ended and self.autoreset:
+            ended = np.flatnonzero(outcomes["terminated"] | outcomes["truncated"])
+            self._ended = ended, self.observe(ended)
+            self._begin_next(ended)
         return outcomes
 
     def observe(self, envs: NDArray[np.integer]) -> Any:
         """Return what environments [M] show now."""
-        identity = np.stack([self._seeds[envs], self._indices[envs], self._numbers[envs]], axis=1)
-        known = self._counts[envs], self._markings[envs], self._lengths[envs], identity
-        return BaseView(self, self.shown(envs), *(array.copy() for array in known))
+        episodes = np.array([self._seeds[envs], self._indices[envs], self._numbers[envs]]).T
+        return BaseView(self, self.shown(envs), self._counts[envs], self._markings[envs], self._lengths[envs], episodes)
 
     def exact_view(self, envs: NDArray[np.integer]) -> Any:
         """Return what environments [M] show now and all that meta-controllers may know, copied."""
@@ -200,11 +189,8 @@ class BaseWorld(ABC):
         now = self.observe(envs)
         if not (self.autoreset and ended.any()):
             return now
-        last = self._last
-        assert last is not None
-        names = ("counts", "markings", "steps", "episodes")
-        entries = {name: array[envs] for name, array in last.entries.items()}
-        return now.merged(BaseView(self, entries, *(getattr(last, name)[envs] for name in names)), ended)
+        last_envs, last = self._ended
+        return now.merged(last, ended, np.searchsorted(last_envs, envs[ended]))
 
     def legal_goals(self, mask: str, are_turns: NDArray[np.bool_], view: Any = None) -> NDArray[np.bool_]:
         """Return the meta-controllers' legal actions [M, G + 1], of a view or of all; off turn they can only wait.
@@ -298,3 +284,11 @@ class BaseWorld(ABC):
         arrays, _ = writer.empty()
         writer.write(np.array([goal]), arrays)
         return arrays[0][0]
+
+
+@cache
+def _compiled_outcomes() -> Callable[..., tuple[int, int]]:
+    """Compile `outcome_kernel.write_outcomes` for the types of a batch's arrays."""
+    flag, numbers = np.zeros(1, bool), np.zeros((1, 1), np.int64)
+    given = numbers, np.zeros(1), flag, flag
+    return compiled(write_outcomes, *given, numbers, numbers[0], flag, np.zeros(1, OUTCOME), 1, 0, True)

@@ -90,15 +90,17 @@ class BaseView:
         """Return the observation's entries by name, in fresh arrays."""
         return {name: array.copy() for name, array in self.entries.items()}
 
-    def merged(self, other: BaseView, where: NDArray[np.bool_]) -> BaseView:
-        """Return this view, with that of other moments of the same environments in its place ``where`` [M]."""
+    def merged(self, other: BaseView, where: NDArray[np.bool_], rows: NDArray[np.integer]) -> BaseView:
+        """Return this view, with rows of another moment's in its place ``where`` [M]."""
 
-        def chosen(ours: NDArray, theirs: NDArray) -> NDArray:
-            return np.where(where.reshape(-1, *(1,) * (ours.ndim - 1)), theirs, ours).astype(ours.dtype, copy=False)
+        def mixed(ours: NDArray, theirs: NDArray) -> NDArray:
+            ours = ours.copy()
+            ours[where] = theirs[rows]
+            return ours
 
-        entries = {name: chosen(array, other.entries[name]) for name, array in self.entries.items()}
+        entries = {name: mixed(array, other.entries[name]) for name, array in self.entries.items()}
         names = ("counts", "markings", "steps", "episodes")
-        return BaseView(self.world, entries, *(chosen(getattr(self, name), getattr(other, name)) for name in names))
+        return BaseView(self.world, entries, *(mixed(getattr(self, name), getattr(other, name)) for name in names))
 
     def uniforms(self, turns: NDArray[np.integer], n: int) -> NDArray[np.float64]:
         """Return [M, n] random numbers in [0, 1), fixed by seed, environment, episode and turn [M]."""

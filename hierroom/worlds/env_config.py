@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Annotated, Any, Literal, get_args
 
 import tyro
 
 from hierroom.goals import GraphSpecs, graph_specs, spec_names
 from hierroom.support.errors import InputError, require_name, shown, use_python_numbers
+from hierroom.worlds.escape_room.level_map import as_maps
 
 RewardName = Literal["extrinsic", "bonus", "intrinsic", "novelty"]
 GoalMaskName = Literal["reachable", "existing", "seen", "none"]
 LevelsName = Literal["training", "evaluation"]
+SPLITS: Mapping[str | None, int] = {name: n for n, name in enumerate((None, *get_args(LevelsName)))}
+"""The parts of all levels that may be drawn, as worlds number them; training and evaluation share none."""
 
 NOVELTY_BONUS = 0.03
 """Size of the bonus for a novel state unless another is given. Leaving at once is certain to be worth more than the
@@ -29,6 +32,14 @@ GRAPHS = tyro.constructors.PrimitiveConstructorSpec(
     str_from_instance=lambda specs: list(spec_names(specs)) or ["none"],  # for help texts only
 )
 """How graphs are given on the command line: as texts, which `hierroom.complexity.GraphSet` reads."""
+LAYOUTS = tyro.constructors.PrimitiveConstructorSpec(
+    nargs="*",
+    metavar="FILE [FILE ...]",
+    instance_from_str=tuple,
+    is_instance=lambda _: True,
+    str_from_instance=lambda maps: [*map(str, maps)] or ["none"],  # for help texts only
+)
+"""How layouts are given on the command line: as paths."""
 
 
 def _named(metavar: str) -> tyro.constructors.PrimitiveConstructorSpec:
@@ -43,7 +54,9 @@ def _named(metavar: str) -> tyro.constructors.PrimitiveConstructorSpec:
 
 
 DEFAULT_MAX_STEPS = 1000
-OF_ESCAPE_ROOMS = ("graph", "exclude", "curriculum_stages", "size", "drop_key")
+OF_DRAWN = ("graph", "exclude", "curriculum_stages", "size")
+"""Entries of levels that are drawn, which a layout replaces."""
+OF_ESCAPE_ROOMS = (*OF_DRAWN, "drop_key", "layout")
 """Entries that only an EscapeRoom has; the others are of every world."""
 
 
@@ -72,7 +85,13 @@ class EnvConfig:
             to achieve), seen (in EscapeRooms; or no goal: find something new) or none (no mask: all goals of the
             world, existing or not).
         task: another world than EscapeRooms (which graph, exclude, curriculum_stages, size and drop_key describe):
-            package.module:name of a `hierroom.Task`, an entry point, or a world that ships, such as workshop:8.
+            package.module:name of a `hierroom.Task`, an entry point, or a world that ships, such as workshop:8. A
+            workshop's name fixes its tech tree: workshop:8 is workshop:8:0, workshop:8:3 the tree of seed 3; a run's
+            seed draws the orders on the shelf and the agents' choices, so that several seeds can be run on one tree.
+        layout: levels of your own in place of graph, exclude, curriculum_stages and size: the path of a text map, in
+            Python also its text, or several, of which each episode draws one. In a map # is wall, space or . floor, E
+            the exit, @ the start (> v < ^ with its direction, which is drawn otherwise), R G B P Y W are locked doors
+            (red, green, blue, purple, yellow, grey) and r g b p y w their keys. Keys and doors must form a tree.
         env_index: the index of the (first) environment; with the seed it fixes the episodes.
         levels: training or evaluation, which have no layout in common whatever the seeds; None: all levels, but in
             training and when a trained agent is evaluated or watched the one or the other.
@@ -89,6 +108,7 @@ class EnvConfig:
     subgoal_horizon: int | None = None
     goal_mask: GoalMaskName = "reachable"
     task: Annotated[Any, _named("TASK")] = None
+    layout: Annotated[Any, LAYOUTS] = ()
     env_index: Annotated[int, tyro.conf.Suppress] = 0
     levels: Annotated[LevelsName | None, tyro.conf.Suppress] = None
 
@@ -97,6 +117,7 @@ class EnvConfig:
         specs = graph_specs(self.graph)
         object.__setattr__(self, "graph", specs[0] if len(specs) == 1 else specs)
         object.__setattr__(self, "exclude", graph_specs(self.exclude))
+        object.__setattr__(self, "layout", as_maps(() if self.layout is None else self.layout))
         self._require("drop_key", isinstance(self.drop_key, bool), "True or False")
         for name, low in (("curriculum_stages", 1), ("env_index", 0)):
             self._require(name, _is_whole(getattr(self, name), low), f"a whole number of at least {low}")
@@ -104,8 +125,10 @@ class EnvConfig:
         self._require("max_steps", is_limit, "a whole number of at least 1")
         if self.task is not None:
             self._require_task()
-        elif self.max_steps is None:
-            object.__setattr__(self, "max_steps", DEFAULT_MAX_STEPS)
+        else:
+            object.__setattr__(self, "max_steps", DEFAULT_MAX_STEPS if self.max_steps is None else self.max_steps)
+            if self.layout:
+                self._use_layout()
         horizon = self.subgoal_horizon
         is_horizon = horizon is None or _is_whole(horizon, 1)
         self._require("subgoal_horizon", is_horizon, "a whole number of at least 1 or None")
@@ -127,6 +150,24 @@ class EnvConfig:
             if entry.name in OF_ESCAPE_ROOMS and getattr(self, entry.name) != entry.default:
                 raise InputError(f"{entry.name} is for EscapeRooms; {self.names[0]} has no such entry")
 
+    def _use_layout(self) -> None:
+        """Take the size of the layout, and refuse entries of levels that are drawn."""
+        size = max(one.size for one in self.layout)
+        for entry in fields(EnvConfig):
+            given = getattr(self, entry.name)
+            if entry.name in OF_DRAWN and given != entry.default and (entry.name, given) != ("size", size):
+                raise InputError(f"{entry.name} is for levels that are drawn; the layout {self.names[0]} is fixed")
+        object.__setattr__(self, "size", size)
+
+    def changed(self, **entries: Any) -> EnvConfig:
+        """Return the config with some entries changed; a new layout replaces goal graphs, and new graphs the layout."""
+        drawn = {entry.name: entry.default for entry in fields(EnvConfig) if entry.name in OF_DRAWN}
+        if entries.get("layout"):
+            entries = drawn | entries
+        elif self.layout and ("graph" in entries or "layout" in entries):
+            entries = {"layout": (), "size": drawn["size"]} | entries
+        return replace(self, **entries)
+
     @classmethod
     def of_arguments(cls, entries: Mapping[str, Any], besides: Sequence[str] = ()) -> EnvConfig:
         """Return the config that keyword arguments describe; ``besides`` names other arguments, for error messages.
@@ -142,8 +183,15 @@ class EnvConfig:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of what is played: the task's, or those of the goal graphs."""
-        return tuple(spec_names(self.graph)) if self.task is None else (task_name(self.task),)
+        """The names of what is played: the task's, those of the layouts, or those of the goal graphs."""
+        if self.task is not None:
+            return (task_name(self.task),)
+        return tuple(one.name for one in self.layout) or tuple(spec_names(self.graph))
+
+    @property
+    def kind(self) -> str:
+        """What the names are of: ``task``, ``layout`` or ``graph``."""
+        return "task" if self.task is not None else "layout" if self.layout else "graph"
 
 
 def is_task(thing: object) -> bool:
@@ -161,5 +209,5 @@ def _is_whole(value: object, low: int) -> bool:
 
 
 def fresh_seed() -> int:
-    """A seed nobody chose."""
+    """Return a random seed."""
     return secrets.randbits(63)

@@ -27,6 +27,7 @@ class ObservationWriter:
 
     def __init__(self, world: Any, *, flat: bool) -> None:
         self._world, self._flat = world, flat
+        self._mask = np.ones((len(world), world.n_actions), np.int8)
         self._space = spaces.Dict(observation_spaces(world.observation_spaces, world.goals, world.n_actions))
         if flat:
             low, high = (np.concatenate(ends) for ends in zip(*map(_ends, self._space.spaces.values()), strict=True))
@@ -44,8 +45,7 @@ class ObservationWriter:
     def write(self, goals: NDArray[np.integer], arrays: tuple[NDArray, ...]) -> None:
         """Write what the environments show now, with goals [N], into arrays that `empty` gave."""
         world = self._world
-        mask = np.ones((len(world), world.n_actions), np.int8)
-        shown = {**world.shown(world.everywhere), "goal": world.goals.vectors[goals], "action_mask": mask}
+        shown = {**world.shown(world.everywhere), "goal": world.goals.vectors[goals], "action_mask": self._mask}
         if self._flat:
             np.concatenate([_rows(shown[name], one) for name, one in self._space.items()], axis=1, out=arrays[0])
             return

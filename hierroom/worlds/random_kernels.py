@@ -11,7 +11,7 @@ MIX_2 = np.uint64(0x94D049BB133111EB)
 
 @njit(cache=True)
 def mix(bits):
-    """The finalizer of SplitMix64 (Steele, Lea & Flood 2014): a bijection of 64 bits that scrambles them."""
+    """Scramble 64 bits by the finalizer of SplitMix64 (Steele, Lea & Flood 2014), a bijection."""
     bits = (bits ^ (bits >> np.uint64(30))) * MIX_1
     bits = (bits ^ (bits >> np.uint64(27))) * MIX_2
     return bits ^ (bits >> np.uint64(31))
@@ -19,7 +19,7 @@ def mix(bits):
 
 @njit(cache=True)
 def stream_key(seed, index, episode):
-    """The 64-bit key of an environment's episode, whose i-th random number is ``mix(key + i * GOLDEN)``."""
+    """Return the 64-bit key of an environment's episode, whose i-th random number is ``mix(key + i * GOLDEN)``."""
     key = mix(np.uint64(seed) + GOLDEN)
     key = mix(key ^ (np.uint64(index) + GOLDEN))
     return mix(key ^ (np.uint64(episode) + GOLDEN))
@@ -27,7 +27,7 @@ def stream_key(seed, index, episode):
 
 @njit(cache=True)
 def random_below(level, bound):
-    """The episode's next random integer in ``0..bound - 1``."""
+    """Return the episode's next random integer in ``0..bound - 1``."""
     level.n_drawn += np.uint64(1)
     bits = mix(level.key + level.n_drawn * GOLDEN)
     return np.int64(((bits >> np.uint64(32)) * np.uint64(bound)) >> np.uint64(32))

@@ -12,6 +12,14 @@ from hierroom.support.errors import InputError
 from hierroom.support.schema import Whole
 from hierroom.worlds.world import Seeds
 
+SOURCE_FIELDS = (
+    ("seed", "u8"),
+    ("index", "i8"),  # number of the environment; the same index gives the same episodes in any batch
+    ("episode", "i8"),
+    ("key", "u8"),
+    ("n_drawn", "u8"),
+)
+"""The source of an environment's random numbers in a compiled world: see `random_kernels`."""
 Indices = NDArray[np.integer] | NDArray[np.bool_] | Sequence[int] | slice | int
 """Selects some environments of a batch."""
 

@@ -83,7 +83,8 @@ class Feature:
 class Replayer(Protocol):
     """Plays episodes again from their start, names their goals and draws their states.
 
-    A state is what `World.get_state` gives for one environment.
+    A state is what `World.get_state` gives for one environment. Optional is ``rules_state``, for worlds with `Rules`:
+    from a state to the goals [G] that were achieved, and how many there are of each fact [F].
     """
 
     def identity(self, state: Any) -> tuple[int, int, int]:

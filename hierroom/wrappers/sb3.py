@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def sb3_view(envs: VectorEnv) -> BatchVecEnv:
-    """The environments of the batch engine as a ``VecEnv`` of Stable-Baselines3, many times as fast as its own.
+    """Return the environments of the batch engine as a ``VecEnv`` of Stable-Baselines3, many times as fast as its own.
 
     Args:
         envs: what `gymnasium.make_vec` gives for an id of hierroom, N environments in any ``autoreset_mode``; they may

@@ -65,7 +65,7 @@ class BatchVecEnv(VecEnv):
         return np.array(turns.observe(CONTROLLER, turns.due(CONTROLLER)).masks)
 
     def get_images(self) -> list[Any]:
-        """A picture [H, W, 3] of each environment, or None where the ``render_mode`` is no picture."""
+        """Return a picture [H, W, 3] of each environment, or None where the ``render_mode`` is no picture."""
         return list(self.envs.render() or ()) if self.render_mode == "rgb_array" else [None] * self.num_envs
 
     def close(self) -> None:
@@ -73,7 +73,7 @@ class BatchVecEnv(VecEnv):
         self.envs.close()
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        """An attribute of the environments, the same for each."""
+        """Return an attribute of the environments, the same for each."""
         if attr_name == "render_mode":
             value = getattr(self.envs.unwrapped, attr_name, None)
         else:
@@ -95,7 +95,7 @@ class BatchVecEnv(VecEnv):
         return [results if results is None else results[n] for n in self._get_indices(indices)]
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
-        """False for each: environments of the batch engine are not wrapped one by one."""
+        """Return False for each: environments of the batch engine are not wrapped one by one."""
         return [False for _ in self._get_indices(indices)]
 
 

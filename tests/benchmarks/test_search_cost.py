@@ -9,8 +9,8 @@ from benchmarks.result_table import ResultTable
 from benchmarks.search_cost import HEADINGS, row_of
 from benchmarks.searching import Searching
 from hierroom.meta import make_meta
-from hierroom.runs.assembly import make_turns
 from hierroom.runs.config.presets import find_preset
+from hierroom.runs.environments import make_turns
 from hierroom.runs.evaluation import evaluate
 
 ROOT = Path(__file__).parents[2]

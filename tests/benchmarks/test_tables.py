@@ -16,6 +16,7 @@ from benchmarks.study.picture import digest
 from benchmarks.study.tables import MEASURES_PATH, first_seeds, read_measures, read_rows
 from benchmarks.study.trained import by_rule, measures_of, medians, read_trained
 from hierroom.lab.sweep.summary import Summary
+from hierroom.lab.sweep.table import SweepTable
 from hierroom.support.errors import InputError
 
 ROOT = Path(__file__).parents[2]
@@ -79,6 +80,22 @@ def test_a_table_is_put_in_its_place_and_an_unfinished_one_is_not(monkeypatch):
         tables.renewed("<!-- factors study ten -->\n<!-- end of factors -->\n")
     with pytest.raises(InputError, match=r"\d+ of 700 runs of the sweep hippo are done"):
         tables.sweep_table("hippo", "100")
+
+
+def test_a_table_of_an_unfinished_sweep_says_how_much_is_done(tmp_path, monkeypatch):
+    for module in (committed, tables):
+        monkeypatch.setattr(module, "ROOT", tmp_path)
+    folders = [tmp_path / "benchmarks" / name for name in ("sweeps", "results/one")]
+    for folder in folders:
+        folder.mkdir(parents=True)
+    (folders[0] / "one.toml").write_text('seeds = 2\nmethod = ["hippo", "ppo"]\n')
+    (run, *_) = committed.plan_of("one").runs()
+    SweepTable(folders[1]).add(run, {"steps": 1, "success_rate": 0.5, "length": 20})
+    lines = tables.renewed("<!-- unfinished one -->\n<!-- end of unfinished -->\n").splitlines()
+    assert "(1 of 4 runs are done; medians" in lines[2]
+    assert [line.split(" | ")[:2] for line in lines[6:8]] == [["| hippo", "1"], ["| ppo", "-"]]
+    with pytest.raises(InputError, match="1 of 4 runs of the sweep one are done"):
+        tables.sweep_table("one")
 
 
 def test_a_page_with_an_unfinished_table_does_not_keep_the_others(monkeypatch, tmp_path, capsys):

@@ -10,7 +10,7 @@ from itertools import pairwise
 import networkx as nx
 import numpy as np
 import pytest
-from plain_rules import matrix, play, random_rules, unroll
+from plain_rules import TUNNEL, matrix, play, random_rules, unroll
 from scipy.stats import spearmanr
 
 from hierroom import GoalGraph, Rules, enumerate_graphs
@@ -31,18 +31,6 @@ LIFE = Rules(
     },
     target="out",
     start={"life": 1},
-)
-TUNNEL = Rules(
-    {
-        "wood": {"gives": "wood"},
-        "table": {"uses": {"wood": 2}, "gives": "table"},
-        "pickaxe": {"needs": "table", "uses": {"wood": 1}, "gives": "pickaxe"},
-        "stone": {"needs": "pickaxe", "gives": "stone"},
-        "tunnel": [{"needs": {"stone": 3}, "gives": "way"}, {"needs": "dynamite", "gives": "way"}],
-    },
-    target="way",
-    capacity={"wood": 3, "stone": 3},
-    label="tunnel",
 )
 WATER = Rules(
     {
@@ -200,14 +188,14 @@ def pipeline(n):
         ),
         (many(20), "these 21 rules over 21 facts give more; leave out rules"),
         (many(90), "these 91 rules over 91 facts give more; leave out rules"),
-        (pipeline(25), "these 26 rules over 26 facts give more; leave out rules"),
+        (pipeline(61), "these 62 rules over 62 facts give more; leave out rules"),
     ],
 )
 def test_too_many_markings_are_refused_within_a_second_with_what_to_lower(rules, advice):
     started = time.process_time()  # not slowed by what else runs
     with pytest.raises(InputError, match=f"at most 100,000 markings, .*{advice}") as caught:
         analyze(rules)
-    assert time.process_time() - started < 3, "it takes less than one on a quiet machine"
+    assert time.process_time() - started < 1
     assert "\n" not in str(caught.value)
 
 

@@ -1,11 +1,12 @@
 """The commands of the docs end well: run in a folder that holds what they name; training and windows are left out."""
 
+import re
 import shlex
 import shutil
 from pathlib import Path
 
 import pytest
-from doc_pages import ROOT, commands
+from doc_pages import PAGES, ROOT, commands
 from fuzz.commands import SMALL_OPTIONS, end_of, train_quietly
 
 from hierroom.__main__ import COMMANDS as NAMES_OF_COMMANDS
@@ -43,6 +44,7 @@ def folder(tmp_path_factory) -> Path:
     for name in ("RUN", "first"):
         shutil.copytree(folder / "runs" / "hippo-fixed-dfs-c-seed0", folder / name)
     (folder / "own.toml").write_text("seed = 1\n")
+    (folder / "maze.txt").write_text(re.search(r'maze = """(.*?)"""', PAGES["environments.md"], re.DOTALL)[1])
     for name in ("sweeps", "graphs"):
         shutil.copytree(ROOT / "benchmarks" / name, folder / "benchmarks" / name)
     return folder

@@ -4,6 +4,7 @@ import copy
 import multiprocessing
 import pickle
 
+import chest_task
 import gymnasium
 import numpy as np
 import pygame
@@ -64,6 +65,7 @@ KINDS = {
     "aec boxes": (lambda: hierroom.box_view(hierroom.env(graph="b", **SETTINGS)), play_turns),
     "parallel": (lambda **s: hierroom.parallel_env(graph="b", **SETTINGS, **s), play_parallel),
     "parallel boxes": (lambda: hierroom.box_view(hierroom.parallel_env(graph="b", **SETTINGS)), play_parallel),
+    "task": (lambda: hierroom.parallel_env(chest_task.chest), play_parallel),
     "vector": (make_rooms, play_vector),
     "sb3": (lambda: hierroom.sb3_view(make_rooms()), play_vector),
 }

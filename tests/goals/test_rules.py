@@ -4,21 +4,11 @@ import pickle
 
 import numpy as np
 import pytest
+from plain_rules import TUNNEL
 
 import hierroom
 from hierroom import InputError, Rules
 
-TUNNEL = Rules(
-    {
-        "wood": {"gives": "wood"},
-        "table": {"uses": {"wood": 2}, "gives": "table"},
-        "pickaxe": {"needs": "table", "uses": {"wood": 1}, "gives": "pickaxe"},
-        "stone": {"needs": "pickaxe", "gives": "stone"},
-        "tunnel": [{"needs": {"stone": 3}, "gives": "way"}, {"needs": "dynamite", "gives": "way"}],
-    },
-    target="way",
-    capacity={"wood": 3, "stone": 3},
-)
 A = {"a": {"gives": "x"}}
 
 

@@ -16,6 +16,7 @@ from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.escape_room.layout import NO_MAPS
 from hierroom.worlds.escape_room.node_map import NodeMap
 from hierroom.worlds.escape_room.oracle import shortest_lengths
 
@@ -46,7 +47,7 @@ def test_every_state_has_one_node(drop_key):
     rng, seen = np.random.default_rng(0), set()
     for graph in [*NAMED_GRAPHS.values(), enumerate_graphs(7)[100]]:
         augmented = AugmentedGraph(graph, drop_key)
-        node_of, turns = NodeMap(augmented), turns_in(graph, n=12, drop_key=drop_key, max_steps=2000)
+        node_of, turns = NodeMap(augmented, NO_MAPS), turns_in(graph, n=12, drop_key=drop_key, max_steps=2000)
         # shortest solutions up to where a dice says otherwise: far into the room, and off the straight way
         steer = OraclePlayer()
         for _ in range(40):

@@ -2,6 +2,8 @@
 
 import os
 from itertools import pairwise
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pygame
@@ -12,6 +14,7 @@ from hierroom.commands.play import PlayArguments, main, make_game
 from hierroom.lab.play.app import App
 from hierroom.lab.play.board import FOG, RGB, level_picture, tile_size, window_size
 from hierroom.support.errors import InputError
+from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.constants import FORWARD, KEY, LEFT, MARGIN, OPEN, PICKUP, RIGHT
 from hierroom.worlds.escape_room.oracle import shortest_actions
 from hierroom.worlds.escape_room.render import seen_cells
@@ -309,6 +312,13 @@ def test_the_command(run, monkeypatch):
     assert (game.graph.name, game.has_fog, game.agent) == ("f", True, None)
     assert main(["--agent", str(run)]) == 0
     assert opened[1].agent is not None
+
+
+def test_an_agent_of_another_world_is_refused(monkeypatch):
+    agent = SimpleNamespace(config=SimpleNamespace(env=EnvConfig(task="workshop:2")))
+    monkeypatch.setattr("hierroom.runs.trained_agent.load", lambda *_, **__: agent)
+    with pytest.raises(InputError, match="play shows levels of EscapeRooms, and the agent of mine plays workshop:2"):
+        new_game(agent=Path("mine"))
 
 
 def test_what_cannot_be_used_is_one_line(run, monkeypatch, tmp_path, capfd):

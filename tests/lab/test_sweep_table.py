@@ -220,7 +220,7 @@ def test_a_summary_has_medians_and_their_spread():
 
 
 def test_a_summary_of_tasks_names_them_and_leaves_out_what_nobody_knows():
-    runs = Plan({"task": ["chest_task:chest", "chest_task:free"]}).runs()
+    runs = Plan({"task": ["tests.chest_task:chest", "chest_task:free"]}).runs()
     numbers = {"success_rate": "0.5", "length": "40", "length_over_shortest": ""}
     summary = summarise(runs, pd.DataFrame([{**run.identity, **numbers, "digest": run.digest} for run in runs]))
     assert summary.headings == ("task", "runs", "steps to 50%", "steps to 95%", "success", "length", "greedy")

@@ -93,6 +93,7 @@ def test_a_trained_agent_is_evaluated_watched_and_reported_on(name, runs, tmp_pa
     page = (tmp_path / "report.html").read_text()
     assert page.count("data:image/gif;base64,R0lG") == 1
     assert f"task chest_task:{name}, seed 0" in page
+    assert (f'<th scope="row">chest_task:{name}</th>' in page) == (getattr(chest_task, name).rules is not None)
 
 
 def test_runs_of_tasks_are_compared(runs, tmp_path, monkeypatch, capsys):

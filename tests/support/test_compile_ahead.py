@@ -11,14 +11,17 @@ from hierroom.support.compile.kernel_folder import kernel_folder
 
 LATER = """
 import numpy as np
-from rich.console import Console
 import hierroom
-from hierroom.commands.compile import compile_all
+from hierroom.commands.compile import play_as_trained, play_in_worlds, play_with_learners
 from hierroom.support.compile.clock import compile_clock
 from hierroom.support.compile.kernel import KERNELS
+from hierroom.support.compile.side_by_side import n_compiled
 
 pole = hierroom.Task("CartPole-v1", {"left": lambda env, info: env.unwrapped.state[0] < 0}, target="left")
-print(compile_all(Console(stderr=True)))
+before = n_compiled()
+for play in (play_in_worlds, play_with_learners, play_as_trained):
+    play()
+print(n_compiled() - before)
 called = {kernel: {*kernel.signatures} for kernel in KERNELS}
 clock = compile_clock()
 for entries in (
@@ -42,6 +45,23 @@ env.state()
 hierroom.add_features(hierroom.raw_env(graph="b"), ["view", "frontier-places"]).reset(seed=2)
 print(sum(len({*kernel.signatures} - called[kernel]) for kernel in KERNELS), clock.seconds)
 """
+REHEARSED = """
+import hierroom
+from hierroom.runs.rehearsal import rehearse_learner, rehearse_world
+from hierroom.support.compile.kernel import KERNELS
+from hierroom.support.files import to_json
+
+config = hierroom.find_preset("learned").changed(graph="a", num_envs=8, sequence_length=8, meta_start_success=0.0)
+rehearse_world(config)
+rehearse_learner(to_json(config.to_dict()))
+called = {kernel: {*kernel.signatures} for kernel in KERNELS}
+from hierroom.runs.trainer import Trainer
+
+trainer = Trainer(config)
+trainer.evaluate(4)
+trainer.advance()
+print(sum(map(len, called.values())), *(one.__name__ for one in KERNELS if {*one.signatures} - called.get(one, set())))
+"""
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +77,13 @@ def test_a_second_call_sees_at_once_that_all_is_there(compiled):
     done = run_python("-X", "importtime", "-m", "hierroom", "compile")
     assert done.stdout.startswith("all kernels are compiled already")
     assert not any(line.endswith(" torch") for line in done.stderr.splitlines())
+
+
+def test_no_kernel_holds_code_that_prints_shapes(compiled):
+    """Numba makes it for ``target[:] = source``, with all of Python's strings, in seconds: see `copy_matrix`."""
+    kernels = [*compiled.parent.rglob("*.nbc")]
+    assert len(kernels) > 100
+    assert not [path.name for path in kernels if b"raise_with_shape_context" in path.read_bytes()]
 
 
 def test_what_was_deleted_or_is_of_other_source_is_not_taken_for_complete(compiled, tmp_path, monkeypatch):
@@ -80,6 +107,12 @@ def test_nothing_is_called_later_in_a_way_it_was_not_compiled_for(compiled, tmp_
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert (lines[0], lines[-1]) == ("0", "0 0.0")
+
+
+def test_a_rehearsal_compiles_what_a_run_calls_until_its_first_update(compiled):
+    rehearsed, *later = run_python("-c", REHEARSED, check=True).stdout.split()
+    assert int(rehearsed) > 20
+    assert set(later) <= {"write_images"}
 
 
 def test_there_is_nothing_to_compile_without_a_compiler():

@@ -1,11 +1,15 @@
 """Compilation is timed apart: what Numba compiles counts, what it has compiled already does not."""
 
+import gc
 import time
 
 import numpy as np
+import pytest
 from numba import njit
+from numba.core.errors import TypingError
 
 from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.time_spent import TimeSpent
 from hierroom.runs.trainer import Trainer
 from hierroom.support.compile.clock import compile_clock
 
@@ -28,6 +32,31 @@ def test_the_clock_runs_while_numba_compiles_and_only_then():
     assert outer(4) == 10
     time.sleep(0.01)
     assert clock.seconds - before == compiled
+
+
+def test_garbage_is_collected_again_after_compiling_even_what_does_not_compile():
+    @njit
+    def wrong(x):
+        return x.no_such_thing
+
+    compile_clock()
+    with pytest.raises(TypingError):
+        wrong(1)
+    assert gc.isenabled()
+
+
+def test_the_seconds_of_a_session_add_up_and_compiling_is_apart():
+    spent = TimeSpent()
+    spent.end_of_imports()
+    with spent.on("training"):
+        njit(lambda x: x + 1)(2)
+        time.sleep(0.01)
+    seconds = spent.seconds()
+    total = seconds.pop("total")
+    assert total == pytest.approx(sum(seconds.values()))
+    assert seconds["training"] >= 0.01
+    assert seconds["compiling"] > 0.01
+    assert seconds["the rest"] >= 0
 
 
 def test_compilation_in_an_update_is_no_training(monkeypatch):

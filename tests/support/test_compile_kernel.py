@@ -7,14 +7,16 @@ import shutil
 import stat
 import subprocess
 import tempfile
+import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from children import run_python
 
 import hierroom
-from hierroom.support.compile import kernel, kernel_folder
-from hierroom.support.compile.clock import NOTICE
+from hierroom.support.compile import kernel, kernel_folder, side_by_side
+from hierroom.support.compile.clock import ADVICE, compile_clock
 
 PACKAGE = Path(hierroom.__file__).parent
 DIGEST = kernel_folder.digest_of_kernels(PACKAGE)[:16]
@@ -24,6 +26,7 @@ from hierroom.worlds.random_kernels import mix
 hierroom.env(graph='a')
 print(mix.stats.cache_path)
 """
+SLOW = "from hierroom.support.compile import clock; clock.FIRST_SECONDS = 0.0\n"
 COMPILE = """
 from hierroom.support.compile.kernel import njit
 def double(x):
@@ -141,6 +144,7 @@ def of_a_user():
 def test_a_change_in_any_file_of_kernels_compiles_all_of_them_again(tmp_path, temporary):
     package = tmp_path / "hierroom"
     shutil.copytree(PACKAGE / "support" / "compile", package / "support" / "compile")
+    shutil.copy(PACKAGE / "support" / "slow.py", package / "support")
     for name, content in SMALL_PACKAGE.items():
         (package / name).write_text(content)
     code = (
@@ -178,13 +182,42 @@ def on_a_terminal(code):
     return said.decode().rstrip("|"), done.stdout.decode()
 
 
-def test_compiling_is_told_once_and_only_of_our_kernels_on_a_terminal():
+def test_compilation_is_said_once_it_takes_long_on_a_terminal_and_into_a_pipe_alike():
     code = COMPILE.format(module="hierroom.worlds.escape_room.step_kernels")
-    said, printed = on_a_terminal(code)
+    said, printed = on_a_terminal(SLOW + code)
     assert printed.split() == ["42", "42"]
-    assert said.splitlines() == [NOTICE]
-    assert run_python("-c", code, check=True).stderr == ""
-    assert on_a_terminal(COMPILE.format(module="somebody.elses"))[0] == ""
+    assert said.splitlines() == [f"compiling kernels (1 so far, in 0 s, now double), {ADVICE}"]
+    assert run_python("-c", SLOW + code, check=True).stderr.splitlines() == said.splitlines()
+    assert run_python("-c", code, check=True).stderr == ""  # a fraction of a second
+    assert on_a_terminal(SLOW + COMPILE.format(module="somebody.elses"))[0] == ""
+
+
+def test_a_kernel_is_compiled_once_for_all_constants_and_narrow_integers(monkeypatch):
+    monkeypatch.setattr(kernel, "KERNELS", [])
+    inner = kernel.njit()(lambda x, y: x + y)
+
+    @kernel.njit()
+    def outer(x, n):
+        return inner(x, 1) + inner(x, 2) + inner(x, n)
+
+    assert outer(0.5, np.int32(3)) == 7.5
+    assert len(inner.signatures) == 1
+    assert inner(0.5, np.int32(1)) == 1.5  # from Python as ever
+    assert len(inner.signatures) == 2
+
+
+def test_another_process_works_meanwhile_and_is_waited_for_unless_this_one_fails(tmp_path, monkeypatch):
+    monkeypatch.setattr(side_by_side, "_can_share", lambda: True)
+    clock, done = compile_clock(), tmp_path / "done"
+    before = clock.seconds
+    with side_by_side.side_by_side(f"open({str(done)!r}, 'w').close()"):
+        assert not done.exists()
+    assert done.exists()
+    assert clock.seconds > before  # waiting is compiling
+    started = time.perf_counter()
+    with pytest.raises(KeyError), side_by_side.side_by_side("import time; time.sleep(100)"):
+        raise KeyError
+    assert time.perf_counter() - started < 50
 
 
 def test_every_kernel_is_made_by_the_package_s_own_decorator():

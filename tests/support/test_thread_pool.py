@@ -11,9 +11,9 @@ from children import TIMES_QUIET
 from learner_envs import RandomEnvs, make_learner
 
 from hierroom.goals import NAMED_GRAPHS
-from hierroom.support.thread_pool import ThreadPool
+from hierroom.support.thread_pool import MIN_ENVS_PER_THREAD, ThreadPool
 from hierroom.vector_env import EscapeRooms
-from hierroom.worlds.escape_room.engine import MIN_ENVS_PER_THREAD, Engine
+from hierroom.worlds.escape_room.engine import Engine
 
 
 def same_state(one, other):

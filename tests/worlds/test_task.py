@@ -150,6 +150,9 @@ def test_recorded_episodes_are_played_again_and_drawn():
     states = list(episode.states())
     assert len(states) == len(episode) + 1
     assert states[-1].counts.tolist() == np.bincount([event.goal for event in episode.events], minlength=3).tolist()
+    achieved, marking = episode.replayer.rules_state(states[-1])
+    assert achieved.tolist() == (states[-1].counts > 0).tolist()
+    assert marking.tolist() == np.minimum(states[-1].counts, [2, 1, 1]).tolist()
     pictures = [episode.replayer.picture(state, KEY_GOAL, 1, "a title") for state in states[:2]]
     assert pictures[0].shape == pictures[1].shape
     assert pictures[0].shape[1] > 60

@@ -166,7 +166,7 @@ class Chain:
         return float(mean_first_passage_time(self.weights, self.nodes_of(goal))[self.source])
 
     def hitting_time_to(self, node: str) -> float:
-        """The paper's hitting time of a single node, by its label; ``nan`` where `is_one_way` is true.
+        """Return the paper's hitting time of a single node, by its label; ``nan`` where `is_one_way` is true.
 
         Its value would then be the number of steps spent at the start alone, which is no difficulty.
         """
@@ -194,16 +194,16 @@ class Chain:
         return reach_probability(self.weights, self.source, self.nodes_of(goal), t)
 
     def expected_states(self, t: ArrayLike) -> NDArray[np.float64]:
-        """Expected number, the shape of t, of distinct nodes visited within t steps, the start included."""
+        """Return the expected number, the shape of t, of distinct nodes visited within t steps, the start included."""
         return expected_states(self.weights, self.source, t)
 
     def expected_visits(self, goal: str = EXIT) -> dict[str, float]:
-        """Expected number of steps spent at each node before a goal is achieved, by label."""
+        """Return the expected number of steps spent at each node before a goal is achieved, by label."""
         visits = expected_visits(self.weights, self.source, self.nodes_of(goal))
         return dict(zip(self.labels, visits.tolist(), strict=True))
 
     def edge_sensitivity(self) -> list[EdgeSensitivity]:
-        """The effect of each edge on the time to the exit, most helpful edge first; empty if that time is ``inf``."""
+        """Return the effect of each edge on the time to the exit, most helpful first; empty if that time is ``inf``."""
         if np.isinf(self.expected_steps):
             return []
         exit_node = self.goals[EXIT][0]
@@ -244,7 +244,7 @@ class Chain:
         return html_table(repr(self).strip("<>"), ("goal", "expected steps", "probability ever"), rows)
 
     def nodes_of(self, goal: str) -> tuple[int, ...]:
-        """The nodes at which a goal has been achieved, or the single node with that label."""
+        """Return the nodes at which a goal has been achieved, or the single node with that label."""
         if isinstance(goal, str) and goal in self.goals:
             return tuple(self.goals[goal])
         if isinstance(goal, str) and goal in self.labels:

@@ -82,7 +82,7 @@ def spectral_gap(weights: Weights) -> float:
 
 
 def mixing_time(weights: Weights, distance: float = 0.25) -> float:
-    """Steps after which a walk from any node is close to stationary: t_mix (equation 4.30).
+    """Return the steps after which a walk from any node is close to stationary: t_mix (equation 4.30).
 
     The least t with max over s of |P^t(s, .) - pi|_TV <= distance; the distance never grows with t. ``inf`` if the walk
     is periodic, or not there after 2^60 steps. Powers of P are rounded, so a time of t steps is off by a few times

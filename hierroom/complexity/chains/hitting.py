@@ -80,7 +80,7 @@ def first_passage_variance(weights: Weights, targets: Targets) -> NDArray[np.flo
 
 
 def first_passage_std(weights: Weights, targets: Targets) -> NDArray[np.float64]:
-    """Standard deviation [n] of the number of steps until a target is first reached, see `first_passage_variance`.
+    """Return the standard deviation [n] of the steps until a target is first reached, see `first_passage_variance`.
 
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
@@ -129,7 +129,7 @@ def hitting_probability(weights: Weights, targets: Targets) -> NDArray[np.float6
 
 
 def expected_visits(weights: Weights, source: int, targets: Targets) -> NDArray[np.float64]:
-    """Expected number of steps [n] spent at each node before a target is first reached; their sum is the mean.
+    """Return the expected steps [n] spent at each node before a target is first reached; their sum is the mean.
 
     v = e_source' N, the source's row of the fundamental matrix, solves (D - W)' v = e_source on the transient nodes. It
     is ``inf`` at nodes where a walk that missed the targets stays for ever.
@@ -156,7 +156,7 @@ def expected_visits(weights: Weights, source: int, targets: Targets) -> NDArray[
 
 
 def passage_time_sensitivity(weights: Weights, source: int, targets: Targets) -> sp.csr_array:
-    """Derivative [n, n] CSR of the mean first-passage time by each edge's weight, balanced by the chance to stay.
+    """Return the derivative [n, n] CSR of the mean first-passage time by each edge's weight, balanced by staying.
 
     dm_s / dW_ij = v_i (m_j - m_i), with v the expected visits from s and m the mean times: at each visit to i, a little
     probability moves from staying at i to going to j. This follows from dN = N dQ N. Edges that begin at a node visited

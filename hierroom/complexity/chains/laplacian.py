@@ -90,7 +90,7 @@ def laplacian_hitting_time(weights: Weights, source: int, target: int) -> float:
 
 
 def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_array:
-    """Derivative [n, n] CSR of the paper's hitting time by each edge's weight; ``nan`` if that time is ``inf``.
+    """Return the derivative [n, n] CSR of the paper's hitting time by each edge's weight; ``nan`` if it is ``inf``.
 
     With K = D - W, x = pinv(K) b, z = pinv(K') b, r = b - K x and u = pinv(K) z, the derivative of a pseudo-inverse of
     constant rank (Golub and Pereyra, 1973, theorem 4.3) gives, as dK / dW_ij = e_i (e_i - e_j)',

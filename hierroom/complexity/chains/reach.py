@@ -75,7 +75,7 @@ def expected_states(
     nodes: Iterable[int] | None = None,
     multiplicity: ArrayLike | None = None,
 ) -> NDArray[np.float64]:
-    """Expected number of distinct nodes visited within t steps, the start included: sum over i of P(T_i <= t).
+    """Return the expected distinct nodes visited within t steps, the start included: sum over i of P(T_i <= t).
 
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.

@@ -40,13 +40,13 @@ INK, FAINT = "#333333", "#9a9a9a"
 
 def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
     """Draw a goal graph next to its augmented graph into a .png (the default), .pdf or .svg file."""
-    save_figure(_figure(augmented), path)
+    save_figure(figure_of_graph(augmented), path)
 
 
-def svg_of(augmented: AugmentedGraph) -> str:
-    """Return the picture of `draw_graph` as the text of an SVG document."""
+def svg_of(figure: Figure) -> str:
+    """Return a figure as the text of an SVG document."""
     picture = io.StringIO()
-    _figure(augmented).savefig(picture, format="svg", facecolor="white")
+    figure.savefig(picture, format="svg", facecolor="white")
     return picture.getvalue()
 
 
@@ -122,7 +122,8 @@ def save_figure(figure: Figure, path: str | Path) -> None:
     write_atomically(path, picture.getvalue())
 
 
-def _figure(augmented: AugmentedGraph) -> Figure:
+def figure_of_graph(augmented: AugmentedGraph) -> Figure:
+    """Return the figure of a goal graph next to its augmented graph."""
     boxes, goals = place_augmented(augmented), place_goals(augmented.graph)
     width, height = _extent(_corners(boxes))
     goal_width, goal_height = _extent(list(goals.values()))

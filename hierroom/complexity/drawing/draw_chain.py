@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import io
-import math
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
@@ -24,37 +21,24 @@ from hierroom.complexity.drawing.draw import (
     MOST_INCHES,
     ROOM_COLOURS,
     Pen,
-    save_figure,
 )
-from hierroom.complexity.drawing.drawn_places import MAX_DRAWN_NODES, Point, limits
+from hierroom.complexity.drawing.drawn_places import MAX_DRAWN_NODES, Point, limits, place_rows
 from hierroom.complexity.markings import MarkingGraph
-from hierroom.complexity.requirements import goal_depths, required
+from hierroom.complexity.requirements import goal_depths, links
 from hierroom.goals import Rules
 from hierroom.support.errors import InputError
 
-COLUMN, LEAST_ROW, LINE = 2.4, 2.0, 0.3
-"""In units of the drawing: between nodes of a row, the least distance of two rows, and the height of a line of text."""
 DEAD_COLOUR, USED_COLOUR = "#e15759", "#e15759"
 
 
-def draw_chain(path: str | Path, chain: Chain, unrolled: MarkingGraph | None = None, restarts: bool = True) -> None:
-    """Draw a chain into a .png (the default), .pdf or .svg file; that of rules next to the goals.
+def figure_of_chain(chain: Chain, unrolled: MarkingGraph | None = None, restarts: bool = True) -> Figure:
+    """Return the figure of a chain; that of rules next to the goals.
 
     Args:
+        chain: the chain.
         unrolled: the rules of which it is the marking chain.
         restarts: whether to draw the moves to the start.
     """
-    save_figure(_figure(chain, unrolled, restarts), path)
-
-
-def svg_of_chain(chain: Chain, unrolled: MarkingGraph | None = None, restarts: bool = True) -> str:
-    """Return the picture of `draw_chain` as the text of an SVG document."""
-    picture = io.StringIO()
-    _figure(chain, unrolled, restarts).savefig(picture, format="svg", facecolor="white")
-    return picture.getvalue()
-
-
-def _figure(chain: Chain, unrolled: MarkingGraph | None, restarts: bool) -> Figure:
     n = len(chain.labels)
     if n > MAX_DRAWN_NODES:
         raise InputError(f"a drawing can show at most {MAX_DRAWN_NODES} nodes that differ; this chain has {n:,}")
@@ -62,11 +46,11 @@ def _figure(chain: Chain, unrolled: MarkingGraph | None, restarts: bool) -> Figu
     if unrolled is None and not restarts:
         edges = edges[edges[:, 1] != chain.source]
     texts = [label.replace(", ", "\n") for label in chain.labels]
-    places = _places(_distances(edges, n, chain.source), edges, max(text.count("\n") for text in texts))
+    places = place_rows(_distances(edges, n, chain.source), edges, max(text.count("\n") for text in texts))
     drawn = [places]
     if unrolled is not None and unrolled.relevant is not None:
         depths = goal_depths(unrolled.relevant)
-        drawn.insert(0, _places(np.array([*depths.values()]), np.zeros((0, 2), np.int64), 0))
+        drawn.insert(0, place_rows(np.array([*depths.values()]), np.zeros((0, 2), np.int64), 0))
     extents = [_extent(one) for one in drawn]
     whole = sum(width for width, _ in extents) * INCHES, (max(height for _, height in extents) + 2) * INCHES
     scale = min(1.0, MOST_INCHES / max(whole))
@@ -92,13 +76,8 @@ def _figure(chain: Chain, unrolled: MarkingGraph | None, restarts: bool) -> Figu
 
 def _draw_goals(rules: Rules, axes: Axes, places: list[Point], scale: float) -> None:
     pen = Pen(axes, scale, f"{rules.name}\ntarget {rules.target}", places)
-    for first, giver in enumerate(rules.names):
-        given = {fact for way in rules.rules[giver] for fact in way.gives}
-        for last, taker in enumerate(rules.names):
-            asked = {fact for way in rules.rules[taker] for fact in required(way)} & given
-            used = {fact for way in rules.rules[taker] for fact in way.uses} & given
-            if asked and first != last:
-                pen.arrow(places[first], places[last], USED_COLOUR if used else INK, bend=0.12)
+    for first, last, is_used in links(rules):
+        pen.arrow(places[first], places[last], USED_COLOUR if is_used else INK, bend=0.12)
     for goal, place in zip(rules.names, places, strict=True):
         is_last = any(rules.target in way.gives for way in rules.rules[goal])
         pen.node(place, EXIT_COLOUR if is_last else ROOM_COLOURS[1], "", is_key=True)
@@ -108,20 +87,6 @@ def _draw_goals(rules: Rules, axes: Axes, places: list[Point], scale: float) -> 
 def _distances(edges: NDArray[np.int64], n: int, source: int) -> NDArray[np.float64]:
     moves = sp.coo_array((np.ones(len(edges)), edges.T), shape=(n, n)).tocsr()
     return dijkstra(moves, indices=source, unweighted=True)
-
-
-def _places(rows: NDArray[np.float64], edges: NDArray[np.int64], n_lines: int) -> list[Point]:
-    """Place nodes in rows, each below those from which edges lead to it; what is out of reach comes last."""
-    last = max([row for row in rows.tolist() if math.isfinite(row)], default=0.0) + 1
-    height = max(LEAST_ROW, 1.2 + LINE * (n_lines + 1))
-    places: dict[int, Point] = {}
-    for row in sorted({min(row, last) for row in rows.tolist()}):
-        nodes = [node for node, own in enumerate(rows.tolist()) if min(own, last) == row]
-        above = {node: [places[i][0] for i, j in edges.tolist() if j == node and i in places] for node in nodes}
-        nodes.sort(key=lambda node: float(np.mean(above[node])) if above[node] else 0.0)
-        for n, node in enumerate(nodes):
-            places[node] = (COLUMN * (n - (len(nodes) - 1) / 2), -height * row)
-    return [places[node] for node in range(len(rows))]
 
 
 def _heads(edges: NDArray[np.int64], start: int, end: int) -> str:

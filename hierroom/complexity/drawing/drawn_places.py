@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable
 from itertools import groupby, permutations
 from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from hierroom.complexity.augmented import AugmentedGraph, Node, kinds_of_nodes
 from hierroom.goals import GoalGraph
@@ -18,6 +22,9 @@ SPACING, PADDING, GAP, LEAST_WIDTH, LINE = 1.2, 0.8, 0.6, 2.6, 4.0
 box, and between lines of boxes."""
 ROOM_ROW, KEY_ROW = 0.55, -1.0
 """Heights of the rooms and keys of a box, relative to its line."""
+COLUMN, LEAST_ROW, TEXT_LINE = 2.4, 2.0, 0.3
+"""In units of a drawing of rules: between nodes of a row, the least distance of two rows, and the height of a line of
+text."""
 LONGEST_LINE = 34.0
 """Width at which a row of boxes continues in a line below."""
 
@@ -141,6 +148,20 @@ def place_goals(graph: GoalGraph) -> dict[str, Point]:
         else:
             places |= {f"key {room}": (x, key), f"door {room}": (x, door)}
     return places
+
+
+def place_rows(rows: NDArray[np.floating], edges: NDArray[np.integer], n_lines: int) -> list[Point]:
+    """Place nodes in rows, each below those from which edges lead to it; what is out of reach comes last."""
+    last = max([row for row in rows.tolist() if math.isfinite(row)], default=0.0) + 1
+    height = max(LEAST_ROW, 1.2 + TEXT_LINE * (n_lines + 1))
+    places: dict[int, Point] = {}
+    for row in sorted({min(row, last) for row in rows.tolist()}):
+        nodes = [node for node, own in enumerate(rows.tolist()) if min(own, last) == row]
+        above = {node: [places[i][0] for i, j in edges.tolist() if j == node and i in places] for node in nodes}
+        nodes.sort(key=lambda node: float(np.mean(above[node])) if above[node] else 0.0)
+        for n, node in enumerate(nodes):
+            places[node] = (COLUMN * (n - (len(nodes) - 1) / 2), -height * row)
+    return [places[node] for node in range(len(rows))]
 
 
 def limits(points: Iterable[Point]) -> tuple[Point, Point]:

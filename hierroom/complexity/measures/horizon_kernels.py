@@ -108,7 +108,7 @@ def greedy_is_optimal(transitions, rewards, values, is_optimal, start):
 
 @njit(cache=True, nogil=True)
 def greatest_ratio(transitions, rewards, values, variances, is_optimal, start):
-    """The greatest variance / gap^2 of the states that may be visited.
+    """Return the greatest variance / gap^2 of the states that may be visited.
 
     -1 if a greedy action may be suboptimal, or a gap is so small that floating-point numbers do not hold this.
     """

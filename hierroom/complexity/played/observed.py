@@ -61,7 +61,7 @@ class EpisodeCounts:
         return (int(self.lengths.sum()) + len(self.lengths) - n_escaped) / n_escaped if n_escaped else float("inf")
 
     def passages(self) -> NDArray[np.int64]:
-        """Steps from a start to the next exit over consecutive episodes, and one for each restart: [n_escaped]."""
+        """Return the steps [n_escaped] from a start to the next exit across episodes, one for each restart."""
         ends = np.cumsum(self.lengths + ~self.escaped)[self.escaped]
         return np.diff(ends, prepend=0)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -36,8 +36,13 @@ class PlayedRules:
     target: str
 
     @classmethod
-    def of(cls, episodes: Iterable[Sequence[str]], goals: Sequence[str], target: str) -> PlayedRules:
-        """Estimate the rules of goals from episodes, each the names of the goals that it achieved, in their order."""
+    def of(
+        cls, episodes: Iterable[Sequence[str]], goals: Sequence[str], target: str, once: Collection[str] = ()
+    ) -> PlayedRules:
+        """Estimate the rules of goals from episodes, each the names of the goals that it achieved, in their order.
+
+        Goals ``once`` are achieved or not, and are not counted: a second time adds nothing.
+        """
         before: dict[str, list[Counter[str]]] = {goal: [] for goal in goals}
         n_episodes = 0
         for achieved in episodes:
@@ -46,7 +51,7 @@ class PlayedRules:
             for goal in achieved:
                 if goal not in so_far:
                     before[goal].append(so_far.copy())
-                so_far[goal] += 1
+                so_far[goal] = 1 if goal in once else so_far[goal] + 1
         ways = {goal: _smallest(contexts) for goal, contexts in before.items() if contexts}
         reduced = {goal: tuple(_reduced(way, ways) for way in alternatives) for goal, alternatives in ways.items()}
         return cls(n_episodes, {goal: len(contexts) for goal, contexts in before.items()}, reduced, target)
@@ -105,11 +110,11 @@ def _is_within(needs: Mapping[str, int], context: Mapping[str, int]) -> bool:
 
 
 def _reduced(way: Needs, ways: Mapping[str, tuple[Needs, ...]]) -> Needs:
-    """Leave out what the other requirements have in all their alternatives themselves."""
+    """Leave out what another requirement has in all its alternatives itself."""
 
     def is_implied(goal: str, n: int) -> bool:
         others = [ways[other] for other in way if other != goal and other in ways]
-        return sum(min(one.get(goal, 0) for one in alternatives) for alternatives in others) >= n
+        return any(min(one.get(goal, 0) for one in alternatives) >= n for alternatives in others)
 
     return {goal: n for goal, n in way.items() if not is_implied(goal, n)}
 

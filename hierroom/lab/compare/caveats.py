@@ -26,7 +26,7 @@ def caveats(comparison: Comparison) -> list[str]:
         *_on_seeds(groups, tasks),
         *_on_unknown(comparison),
     ]
-    counts = {count for run in runs for count in run.episodes}
+    counts = {max(run.episodes) for run in runs}  # what a run was asked for: of agents that fail it may play fewer
     if len(counts) > 1:
         lines.append(f"the evaluations are not alike: they have {min(counts):,} to {max(counts):,} episodes each")
     rewards = sorted({run.reward for run in runs})

@@ -36,7 +36,7 @@ class EvaluatedRun:
     reward: str  # the controller's
     curves: Mapping[str, Mapping[str, Curve]]  # by goal graph and metric
     episodes: frozenset[int]  # of each evaluation, over all graphs; several where these differ
-    own_graphs: Mapping[str, GoalGraph]  # the user-defined goal graphs, by their names
+    own_graphs: Mapping[str, object]  # what distinguishes the user-defined goal graphs and layouts, by their names
     code: Mapping[str, frozenset[str]]  # see `provenance.code_of`
 
     @property
@@ -148,7 +148,9 @@ def read_run(path: Path) -> EvaluatedRun:
         curves[graph] = {name: Curve(steps, own[name].to_numpy()) for name in METRICS}
     method = config.resolved_method
     counts = frozenset(map(int, table.groupby("steps")["episodes"].sum()))
-    graphs = {spec.name: spec.canonical() for spec in graph_specs(config.env.graph) if isinstance(spec, GoalGraph)}
+    graphs: dict[str, object] = {one.name: one.rows for one in config.env.layout} or {
+        spec.name: spec.canonical() for spec in graph_specs(config.env.graph) if isinstance(spec, GoalGraph)
+    }
     entries, reward = entries_of(path, config), str(method.controller.reward)
     return EvaluatedRun(path, entries, method.meta, reward, curves, counts, graphs, code_of(path))
 
@@ -177,6 +179,7 @@ def entries_of(path: Path, config: TrainConfig) -> dict[str, Any]:
 
 
 def flat_entries(config: TrainConfig) -> dict[str, Any]:
-    """Return the entries of a config by their flat names, goal graphs by theirs."""
+    """Return the entries of a config by their flat names, goal graphs and layouts by theirs."""
     graphs = {"graph": [*config.env.names], "exclude": [*spec_names(config.env.exclude)]}
+    graphs["layout"] = [one.name for one in config.env.layout]
     return {name: value for name, value in (config.entries | graphs).items() if name not in OF_ENVIRONMENTS}

@@ -28,7 +28,7 @@ class Tasks:
         by_group = graphs_of(groups)
         if shared := set.intersection(*by_group):
             return cls(tuple(sorted(shared)))
-        if not groups[0].choices.keys().isdisjoint({"graph", "task"}):
+        if not groups[0].choices.keys().isdisjoint({"graph", "layout", "task"}):
             return cls((OWN,))
         names = "; ".join(f"{g.label}: {', '.join(sorted(graphs))}" for g, graphs in zip(groups, by_group, strict=True))
         raise InputError(f"the groups have no goal graph in common ({names}); add graph to --by, or leave some out")
@@ -71,5 +71,7 @@ def graphs_of(groups: Sequence[Group]) -> list[set[str]]:
         for name, graph in run.own_graphs.items():
             if named.setdefault(name, run).own_graphs[name] != graph:
                 both = f"in {named[name].path} and in {run.path}"
-                raise InputError(f"two different goal graphs are called {name}, {both}; compare one of them at a time")
+                raise InputError(
+                    f"two different goal graphs or layouts are called {name}, {both}; compare one of them at a time"
+                )
     return [{graph for run in group.runs for graph in run.curves} for group in groups]

@@ -90,7 +90,9 @@ def play_rules(
         sequences += [[names[milestone] for _, milestone in one] for one in ended.milestones]
         variants.update(ended.variants)
     goals = [names[milestone] for milestone in world.possible_milestones(sorted(variants))]
-    return PlayedRules.of(sequences, goals, names[world.goals.target])
+    is_repeatable = np.broadcast_to(getattr(world, "is_repeatable", False), len(names))
+    once = {name for name, again in zip(names, is_repeatable, strict=True) if not again}
+    return PlayedRules.of(sequences, goals, names[world.goals.target], once)
 
 
 def measure_named(
@@ -107,7 +109,8 @@ def measure_named(
 
     Args:
         name: `"random"`, `"oracle"`, or the folder of a training run.
-        entries: the ``graph``, ``size`` and ``max_steps``, where they differ from the run's or else the defaults.
+        entries: the ``graph`` or ``layout``, ``size`` and ``max_steps``, where they differ from the run's or else the
+            defaults.
         drop_key: whether keys can be dropped; always true for a run that trained so.
         trust: whether to run the code that the run's config names, as for `load`.
     """

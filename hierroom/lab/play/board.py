@@ -10,8 +10,8 @@ from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
 from hierroom.goals.drawing import tree_places
 from hierroom.lab.play.game import Game
 from hierroom.worlds.escape_room.constants import KEY, LOCKED_DOOR, MARGIN
-from hierroom.worlds.escape_room.oracle import room_at
 from hierroom.worlds.escape_room.render import cells_of, draw_level
+from hierroom.worlds.escape_room.rooms import rooms_of
 
 PANEL, LEVEL = 390, 684  # pixels: the width of the panel, and about that of the level
 PAPER, INK, FAINT = (24, 28, 36), (232, 236, 243), (150, 160, 176)
@@ -123,7 +123,7 @@ class Board:
         across, down = min(78.0, (PANEL - 40) / wide), min(78.0, room_left / deep)
         radius = int(max(8, min(18, across / 3.4, down / 3.4)))
         at = [(left + across * (column + 0.5), top + down * depth + radius + 6) for column, depth in places]
-        here = room_at(level, level.row, level.col)
+        here = int(rooms_of(game.state.levels, game.state.maps)[0])
         for room, home in enumerate(graph.key_rooms, start=1):
             pygame.draw.aaline(self._surface, FAINT, at[home], at[room])
         for room, home in enumerate(graph.key_rooms, start=1):

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hierroom.complexity.report import analyze
+from hierroom.goals import Rules
 from hierroom.lab.compare.comparison import ALL, SUCCESS_LEVELS
 from hierroom.lab.report.curves import Curves, drawn, rounded
 from hierroom.lab.report.runs import ReportedRun
@@ -20,21 +21,22 @@ MEASURES: Mapping[str, str] = {
 }
 
 
-def complexities(runs: Sequence[ReportedRun]) -> tuple[list[dict[str, Any]], list[str]]:
-    """Return how hard the graphs of some runs are to explore, a row for each, and notes on those that are too large."""
+def complexities(runs: Sequence[ReportedRun], rules: Mapping[str, Rules]) -> tuple[list[dict[str, Any]], list[str]]:
+    """Return how hard the graphs of some runs, and the rules of tasks, are to explore, a row for each.
+
+    Return also notes on those that are too large.
+    """
     keys = ((name, graph, run.config.env.drop_key) for run in runs for name, graph in run.graphs.items())
     rows, notes = [], []
-    for name, graph, drop_key in dict.fromkeys(keys):
+    for name, graph, drop_key in [*dict.fromkeys(keys), *((name, one, False) for name, one in rules.items())]:
         try:
-            report = analyze(graph, drop_key=drop_key)
-            measures = [report.expected_steps, report.hitting_time, report.exit_depth, report.width, graph.n_rooms]
+            report, n_rooms = analyze(graph, drop_key=drop_key), getattr(graph, "n_rooms", None)
+            measures = [report.expected_steps, report.hitting_time, report.exit_depth, report.width, n_rooms]
         except InputError as error:
-            notes.append(f"no complexity of graph {name}: {error}")
+            notes.append(f"no complexity of {name if name in rules else f'graph {name}'}: {error}")
             continue
         values = dict(zip(MEASURES, rounded(measures), strict=True))
-        shape = {"key_rooms": list(graph.key_rooms), "exit_room": graph.exit_room}
-        named = {"name": name, "label": graph_label(name, drop_key), "drop_key": drop_key}
-        rows.append({**named, **shape, "measures": values})
+        rows.append({"name": name, "label": graph_label(name, drop_key), "drop_key": drop_key, "measures": values})
     return rows, notes
 
 

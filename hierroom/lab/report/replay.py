@@ -23,6 +23,7 @@ from hierroom.turns.records import CONTROLLER, META
 from hierroom.worlds.escape_room.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, UNSEEN, WALL
 from hierroom.worlds.escape_room.render import view_of
 from hierroom.worlds.escape_room.replayer import ACTION_NAMES
+from hierroom.worlds.escape_room.rooms import rooms_of
 
 LETTERS = "0123456789abcdefghijklmnopqrstuvwxyz"  # tile codes on the page, from 0
 TILES = {
@@ -107,7 +108,7 @@ def replay(
         "keys": levels["keys"].tolist(),
         "found": levels["found"].tolist(),
         "doors": levels["doors"].tolist(),
-        "rooms": _rooms(levels),
+        "rooms": rooms_of(levels, episode.start.maps).tolist(),
         "actions": episode.actions.tolist(),
         "goals": episode.goals.tolist(),
         "achieved": episode.achieved.tolist(),
@@ -124,15 +125,6 @@ def replay(
 
 def _letters(tiles: NDArray[np.uint8]) -> str:
     return "".join(LETTERS[tile] for tile in tiles.tolist())
-
-
-def _rooms(levels: np.ndarray) -> list[int]:
-    """Return the agent's room in each state; -1 in a doorway."""
-    rectangles = levels["rectangles"][0, : int(levels["n_rooms"][0])]
-    rows, cols = levels["row"][:, None], levels["col"][:, None]
-    top, left, bottom, right = rectangles.T
-    inside = (top <= rows) & (rows <= bottom) & (left <= cols) & (cols <= right)
-    return np.where(inside.any(axis=1), inside.argmax(axis=1), -1).tolist()
 
 
 def _decisions(decisions: EpisodeDecisions | None) -> dict[str, Any] | None:

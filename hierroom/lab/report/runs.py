@@ -34,8 +34,10 @@ class ReportedRun:
 
     @cached_property
     def graphs(self) -> dict[str, GoalGraph]:
-        """The goal graphs it trained on, by their names, the easiest first; of a task none."""
+        """The goal graphs it trained on, by the names of graphs or layouts, the easiest first; of a task none."""
         env = self.config.env
+        if env.layout:
+            return {one.name: one.graph for one in env.layout}
         if env.task is not None:
             return {}
         (ranked,) = GraphSet(env.graph, env.exclude, env.drop_key).stages(1)

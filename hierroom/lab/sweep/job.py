@@ -23,6 +23,7 @@ from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
 from hierroom.runs.logs.output import lasting_output
 from hierroom.runs.results import write_results
 from hierroom.runs.session import begin, resume, train
+from hierroom.runs.time_spent import TimeSpent
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import CheckpointError, InputError
 
@@ -73,11 +74,12 @@ class Job:
                 if has_begun or (self.folder.is_dir() and RunLock(self.folder).is_held):
                     raise RunLockedError(str(error)) from error
                 raise
+        spent = TimeSpent()
         with folder.lock, lasting_output(), Interrupt(hears_ctrl_c=False) as interrupt:
-            train(trainer, folder, interrupt, lambda words: report(trainer.steps, words))
+            train(trainer, folder, interrupt, lambda words: report(trainer.steps, words), spent=spent)
             if not trainer.is_done:
                 return None
-            write_results(trainer, folder, Console(file=io.StringIO()))
+            write_results(trainer, folder, Console(file=io.StringIO()), spent)
             return self._numbers(trainer, folder) | {"own_code": own_code}
 
     def check_folder(self) -> None:

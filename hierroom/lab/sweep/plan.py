@@ -25,6 +25,8 @@ from hierroom.support.reading import read_toml
 RESULTS_VERSION = 1
 """Raise it when the same config gives other results ('Results change' in CHANGELOG.md) or an entry another default."""
 
+_FIRST_DEFAULTS = {"evaluation_episodes": 100}
+"""Defaults that digests go by where they were others since, so that rows of plans that name them stay valid."""
 _OWN_KEYS = ("graphs", "seeds", "episodes", "metas", "variants")
 _IDENTITY = ("variant", "preset", "method", "meta", "graph", "size", "seed")
 _PLANNED_STEPS = "planned_steps"  # a row's ``steps`` are those that were taken
@@ -119,7 +121,7 @@ class Plan:
         return PlannedRun(config, identity, texts, self._digest(config))
 
     def _digest(self, config: TrainConfig) -> str:
-        usual = _flat(TrainConfig().to_dict())
+        usual = {**_flat(TrainConfig().to_dict()), **_FIRST_DEFAULTS}
         table = {name: value for name, value in _flat(config.to_dict()).items() if value != usual[name]}
         for name in CHANGED_WHEN_RESUMED - {"steps", "warm_start"}:
             table.pop(name, None)

@@ -70,8 +70,11 @@ def summarise(runs: Sequence[PlannedRun], rows: pd.DataFrame, metas: Sequence[st
         else:
             lines.append((*values, str(len(group)), *(_spread(group, *column) for column in columns.values())))
     has_single_runs = any(len(group) == 1 for group in groups.values())
-    headings = ("task" if name == "graph" and are_tasks else name for name in names)
-    return Summary((*headings, "runs", *columns), len(names), tuple(lines), has_single_runs)
+    if are_tasks and "graph" in names:
+        at = names.index("graph")
+        names[at] = "task"
+        lines = [(*line[:at], line[at].rpartition(".")[2], *line[at + 1 :]) for line in lines]  # without its package
+    return Summary((*names, "runs", *columns), len(names), tuple(lines), has_single_runs)
 
 
 def _spread(group: pd.DataFrame, name: str, text: Callable[[float], str]) -> str:

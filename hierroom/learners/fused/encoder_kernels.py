@@ -53,7 +53,7 @@ def encode(
 
 
 def most_common(features: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """The most common value of each feature in ``features`` [N, K]: [K] uint8."""
+    """Return the most common value of each feature in ``features`` [N, K]: [K] uint8."""
     n_features = features.shape[-1]
     counts = np.bincount((features + 256 * np.arange(n_features)).ravel(), minlength=256 * n_features)
     return counts.reshape(n_features, 256).argmax(axis=1).astype(np.uint8)
@@ -103,7 +103,8 @@ def compare_rows(
 ) -> None:
     """Write what `encode_rare` adds up."""
     n_features, width = len(offsets), len(bias)
-    base[:] = bias
+    for j in range(width):
+        base[j] = bias[j]
     for k in range(n_features):
         stop = offsets[k + 1] if k + 1 < n_features else len(table)
         shared = offsets[k] + common[k]
@@ -176,7 +177,9 @@ def complete_table(
         for row in range(offsets[k], stop):
             if row != offsets[k] + common[k]:
                 left -= d_table[row]
-        d_table[offsets[k] + common[k]] = left
+        shared = offsets[k] + common[k]
+        for j in range(len(left)):
+            d_table[shared, j] = left[j]
 
 
 @njit(cache=True, nogil=True, fastmath=True)

@@ -54,14 +54,19 @@ def lstm_forward(
     n_steps, n_rows, size = hidden.shape
     before = driven[:, :, driven.shape[2] - size :]
     panels = pack(weight)
-    cells[0] = states[:, size:]
+    for m in range(n_rows):
+        for j in range(size):
+            cells[0, m, j] = states[m, size + j]
     for t in range(n_steps):
         for m in range(n_rows):
-            before[t, m] = states[m, :size] if t == 0 else hidden[t - 1, m]
+            previous = states[m] if t == 0 else hidden[t - 1, m]
+            for j in range(size):
+                before[t, m, j] = previous[j]
             if resets[t, m]:
                 before[t, m] = 0
                 cells[t, m] = 0
-            gates[t, m] = bias
+            for j in range(4 * size):
+                gates[t, m, j] = bias[j]
         add_product(driven[t], panels, gates[t])
         _cells_forward(gates[t].reshape(n_rows, 4, size), cells[t], cells[t + 1], squashed[t], hidden[t])
 

@@ -113,12 +113,15 @@ def _add_tiles(flat, n_columns, a, a_at, a_step, a_next, panels, n_rows):
         _add_panel(flat, panel * _LANES, n_columns, a, a_at, a_step, a_next, b, b_at, depth, n_rows)
     rest = n_columns % _LANES
     if rest:  # the last panel is padded with zeros, so its rows need a copy as wide as the panel
-        wide = np.zeros((n_rows, _LANES), flat.dtype)
-        narrow = flat.reshape(n_rows, n_columns)[:, n_columns - rest :]
-        wide[:, :rest] = narrow
+        wide = np.zeros(n_rows * _LANES, flat.dtype)
+        for i in range(n_rows):
+            for j in range(rest):
+                wide[i * _LANES + j] = flat[(i + 1) * n_columns - rest + j]
         b_at = (len(panels) - 1) * depth * _LANES
-        _add_panel(wide.reshape(wide.size), 0, _LANES, a, a_at, a_step, a_next, b, b_at, depth, n_rows)
-        narrow[...] = wide[:, :rest]
+        _add_panel(wide, 0, _LANES, a, a_at, a_step, a_next, b, b_at, depth, n_rows)
+        for i in range(n_rows):
+            for j in range(rest):
+                flat[(i + 1) * n_columns - rest + j] = wide[i * _LANES + j]
 
 
 @njit(nogil=True)

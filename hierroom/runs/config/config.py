@@ -57,7 +57,7 @@ class TrainConfig:
         steps: primitive steps to train for, over all environments.
         evaluations: how often the agents are evaluated while they learn, apart from training and the same levels each
             time: before the first step, and so many times after, at equal ratios of the steps. 0: never.
-        evaluation_episodes: episodes of each.
+        evaluation_episodes: episodes of each; None: 100, or fewer of agents that fail, once it is clear how often.
         seed: fixes levels, weights, actions and shuffles.
         num_envs: environments trained in side by side.
         stagger_clocks: whether the first episodes begin with different step counts, spread over the time limit, so that
@@ -77,7 +77,7 @@ class TrainConfig:
     preset: PresetName = "default"
     steps: int = 1_000_000
     evaluations: int = 16
-    evaluation_episodes: int = 100
+    evaluation_episodes: int | None = None
     seed: int = 0
     num_envs: int = 64
     stagger_clocks: bool = True
@@ -88,7 +88,8 @@ class TrainConfig:
     def __post_init__(self) -> None:
         use_python_numbers(self)
         for name, (low, high) in RANGES.items():
-            require_number(name, getattr(self, name), low, high, is_whole=True)
+            if (value := getattr(self, name)) is not None or name != "evaluation_episodes":
+                require_number(name, value, low, high, is_whole=True)
         require_name("the presets are", self.preset, get_args(PresetName))
         if not isinstance(self.device, str):
             raise InputError(f"device must be a text such as cpu or cuda, not {self.device!r}")
@@ -123,8 +124,7 @@ class TrainConfig:
         """Return what the run trains, in a sentence."""
         agents = f"{self.agents.method} with meta-controller {self.resolved_method.meta}"
         played, excluded = ", ".join(self.env.names), ", ".join(spec_names(self.env.exclude))
-        what = "graph" if self.env.task is None else "task"
-        where = f"{what} {played}{f' without {excluded}' if excluded else ''}, seed {self.seed}"
+        where = f"{self.env.kind} {played}{f' without {excluded}' if excluded else ''}, seed {self.seed}"
         return f"{agents} on {where}, preset {self.preset}: {self.steps:,} steps in {self.num_envs} environments"
 
     @property
@@ -154,13 +154,13 @@ class TrainConfig:
             if not isinstance(before := whole.get(part, getattr(self, part)), PARTS[part]):
                 break  # and be refused
             try:
-                whole[part] = replace(before, **within)
+                whole[part] = before.changed(**within) if isinstance(before, EnvConfig) else replace(before, **within)
             except InputError as error:
                 raise InputError(f"{OF_META if part == META_PART else ''}{error}") from error
         return replace(self, **whole)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain types for JSON; user-defined goal graphs by their content, whatever becomes of their files."""
+        """Return plain types for JSON; users' graphs and layouts by their content, whatever becomes of their files."""
         named = {
             "reward": self.env.reward,
             "task": self.env.task,
@@ -172,6 +172,7 @@ class TrainConfig:
                 raise InputError(f"a run names its {name}, like package.module:name; it cannot hold {given!r}")
         table = dataclasses.asdict(self)
         table["env"] |= {"graph": plain_specs(self.env.graph), "exclude": plain_specs(self.env.exclude)}
+        table["env"]["layout"] = [one.to_dict() for one in self.env.layout]
         return table
 
     @classmethod
@@ -183,6 +184,9 @@ class TrainConfig:
                 for spec in specs if isinstance(specs, tuple) else (specs,):
                     if isinstance(spec, str) and not (spec in NAMED_GRAPHS or is_graph_set(spec)):
                         raise InputError(f"goal graphs stand in it by their content, or by a letter, not as {spec!r}")
+            layout = entries["env"].layout
+            if any(isinstance(one, str) for one in ((layout,) if isinstance(layout, str) else layout)):
+                raise InputError("layouts stand in it by their content, and not as paths or texts")
             parts = {name: part(**msgspec.structs.asdict(entries[name])) for name, part in PARTS.items()}
             return cls(**{**entries, **parts})
         except (InputError, msgspec.ValidationError) as error:
@@ -199,7 +203,7 @@ META_PART = "meta_ppo"
 PARTS: Mapping[str, type] = {"env": EnvConfig, "agents": AgentsConfig, "ppo": PPOConfig, META_PART: PPOConfig}
 OF_META = f"{META_PART}."
 """How the flat names of the entries of ``meta_ppo`` begin: they are those of ``ppo`` again."""
-LATER_ENTRIES: Mapping[str, Any] = {"task": None}
+LATER_ENTRIES: Mapping[str, Any] = {"task": None, "layout": ()}
 """Entries that files of earlier versions lack, and what they meant."""
 CHANGED_WHEN_RESUMED = frozenset({"steps", "threads", "device", "warm_start"})
 """Entries in which a resumed run may differ; the weights of a warm start are in its checkpoints."""

@@ -17,7 +17,7 @@ MAX_LENGTH = 97
 MAX_NAMED_GRAPHS = 4
 """How many graphs or sets of them a name lists; it counts the rest."""
 _META_LENGTH, _GRAPH_LENGTH, _SEED_LENGTH = 20, 24, 18
-_SEPARATE = frozenset({"method", "meta", "graph", "exclude", "task", "seed", "preset"})
+_SEPARATE = frozenset({"method", "meta", "graph", "exclude", "task", "layout", "seed", "preset"})
 _NEVER_NAMED = frozenset({"threads", "device"})
 
 
@@ -42,6 +42,8 @@ def run_name(config: TrainConfig) -> str:
     usual, omitted = find_preset(config.preset).entries, _SEPARATE | _NEVER_NAMED
     if task is not None:
         usual = {**usual, **dict.fromkeys(OF_WORLD)}
+    if config.env.layout:
+        usual = {**usual, "size": config.env.size}
     changed = {name: one for name, one in config.entries.items() if name not in omitted and one != usual[name]}
     differences = [_plain(_text(name, one, usual[name])) for name, one in changed.items()]
     whole = "-".join([head, *differences])

@@ -10,13 +10,13 @@ import msgspec
 from hierroom.support.errors import InputError, shown
 
 _GRAPHS = str | dict | tuple[str | dict, ...]
-"""What a file may hold for goal graphs: how they are named, or what they are in a table."""
+"""What a file may hold for goal graphs and layouts: how they are named, or what they are in a table."""
 
 
 def entry_types(part: type) -> dict[str, Any]:
     """Return the type that each field of a config's dataclass has in a file; any name is a text, also of a reward."""
     types = {name: _in_file(kind) for name, kind in get_type_hints(part).items()}
-    return types | {name: _GRAPHS for name in ("graph", "exclude") if name in types}
+    return types | {name: _GRAPHS for name in ("graph", "exclude", "layout") if name in types}
 
 
 def _in_file(kind: Any) -> Any:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hierroom.agents.networks import NETWORKS
+from hierroom.agents.config import DEFAULT_NETWORK
 from hierroom.meta import LEARNED, META_CONTROLLERS
 from hierroom.runs.config.config import TrainConfig
 from hierroom.support.errors import InputError
@@ -24,7 +24,7 @@ def named_code(config: TrainConfig) -> dict[str, str]:
     Names in hierroom itself (``hierroom.train:main``) and entry points are among them: each of these can be called.
     Nothing is imported.
     """
-    shipped = {"meta": (*META_CONTROLLERS, LEARNED), "network": NETWORKS, "reward": REWARDS}
+    shipped = {"meta": (*META_CONTROLLERS, LEARNED), "network": (DEFAULT_NETWORK,), "reward": REWARDS}
     found = {what: config.entries[what] for what in shipped if config.entries[what] not in (None, *shipped[what])}
     return found if config.env.task is None or ships(config.env.task) else {**found, "task": config.env.task}
 

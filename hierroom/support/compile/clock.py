@@ -1,17 +1,23 @@
-"""A clock of Numba's compilation, which does not count as training, and a notice that it compiles."""
+"""A clock of Numba's compilation, which does not count as training, and lines about what it compiles."""
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
 from numba.core import event
 
+from hierroom.support.slow import FIRST_SECONDS, NEXT_SECONDS
+
 COMPILE_EVENT = "numba:compile"
 """Numba's event for the compilation of one function that is not on disk."""
-NOTICE = "compiling kernels, once, for up to a minute; python -m hierroom compile does it ahead"
+ADVICE = "once; python -m hierroom compile does it ahead"
 
 
 def compiling(event: event.Event) -> Any:
@@ -20,24 +26,59 @@ def compiling(event: event.Event) -> Any:
     return event.data["dispatcher"]
 
 
-class CompileClock(event.TimingListener):
-    """Adds up the time that this process compiles."""
+class CompileClock(event.Listener):
+    """Adds up the time that this process compiles, and says so on standard error once that is long.
 
-    is_notice_due = True  # whether a user on a terminal does not know yet why nothing seems to happen
+    Meanwhile Python does not look for garbage: among Numba's many objects that took a tenth of the time.
+    """
+
+    def __init__(self) -> None:
+        self._depth, self._started, self._done, self._n_kernels = 0, 0.0, 0.0, 0
+        self._next_line, self._collects, self._is_heard = FIRST_SECONDS, False, True
 
     @property
     def seconds(self) -> float:
         """The time so far."""
-        return self.duration if self.done else 0.0
+        return self._done + (time.perf_counter() - self._started if self._depth else 0.0)
+
+    def add(self, seconds: float) -> None:
+        """Count time that was spent waiting for what another process compiles."""
+        self._done += seconds
+
+    @contextmanager
+    def quiet(self) -> Iterator[None]:
+        """Say nothing in this context, where others say what is compiled."""
+        was_heard, self._is_heard = self._is_heard, False
+        try:
+            yield
+        finally:
+            self._is_heard, self._next_line = was_heard, self.seconds + FIRST_SECONDS
 
     def on_start(self, event: event.Event) -> None:
-        """Start the clock; print the notice for the first kernel."""
-        super().on_start(event)
-        if self.is_notice_due and compiling(event).py_func.__module__.startswith("hierroom."):
-            self.is_notice_due = False
-            # Where workers compile, their parent does, too.
-            if sys.stderr is not None and sys.stderr.isatty() and multiprocessing.parent_process() is None:
-                print(NOTICE, file=sys.stderr)
+        """Start the clock."""
+        if self._depth == 0:
+            self._started, self._collects = time.perf_counter(), gc.isenabled()
+            gc.disable()
+        self._depth += 1
+        if compiling(event).py_func.__module__.startswith("hierroom."):
+            self._n_kernels += 1
+            self._say(compiling(event).__name__)
+
+    def on_end(self, event: event.Event) -> None:
+        """Stop the clock."""
+        self._depth -= 1
+        if self._depth == 0:
+            self._done += time.perf_counter() - self._started
+            if self._collects:
+                gc.enable()
+
+    def _say(self, kernel: str) -> None:
+        # Where workers compile, their parent does, too.
+        is_heard = self._is_heard and sys.stderr is not None and multiprocessing.parent_process() is None
+        if is_heard and self.seconds >= self._next_line:
+            self._next_line = self.seconds + NEXT_SECONDS
+            so_far = f"{self._n_kernels} so far, in {self.seconds:.0f} s, now {kernel}"
+            print(f"compiling kernels ({so_far}), {ADVICE}", file=sys.stderr, flush=True)
 
 
 @cache

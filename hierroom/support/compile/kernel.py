@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numba
 import numpy as np
-from numba.core import config
+from numba.core import config, types
 
 from hierroom.support.compile.clock import compile_clock
 from hierroom.support.compile.kernel_folder import kernel_folder
@@ -19,13 +19,14 @@ compile_clock()  # it also says on a terminal that kernels are compiled
 
 def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Decorate as Numba's ``njit``, with compiled code in `kernel_folder`; other packages keep their own places."""
+    options |= {"no_cfunc_wrapper": True}  # nobody calls kernels from C
 
     def define(function: Callable[..., Any]) -> Any:
         if config.DISABLE_JIT and options.get("nogil"):  # pyright: ignore[reportAttributeAccessIssue] - set at run time
             # In ordinary Python, uint64 scalars warn of overflow, which random numbers rely on.
             return np.errstate(over="ignore")(function)
         if not cache or config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
-            return numba.njit(**options)(function)
+            return _with_plain_integers(numba.njit(**options)(function))
         folder, chosen = kernel_folder(), config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue]
         config.CACHE_DIR = folder  # pyright: ignore[reportAttributeAccessIssue]
         try:
@@ -33,9 +34,29 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]
         finally:
             config.CACHE_DIR = chosen  # pyright: ignore[reportAttributeAccessIssue]
         KERNELS.append(kernel)
-        return kernel
+        return _with_plain_integers(kernel)
 
     return define
+
+
+def _with_plain_integers(kernel: Any) -> Any:
+    """Let other kernels call one with int64 wherever they have a constant or a narrower integer.
+
+    Numba compiles a function anew for each constant, although LLVM puts these in by itself.
+    """
+    if config.DISABLE_JIT or kernel.targetoptions.get("inline"):  # pyright: ignore[reportAttributeAccessIssue]
+        return kernel  # a plain function, or one that callers take in whole
+    template = kernel.get_call_template
+
+    def plain(kind: Any) -> Any:
+        whole: Any = types.unliteral(kind)
+        return types.int64 if isinstance(whole, types.Integer) and getattr(whole, "signed", False) else whole
+
+    def get_call_template(args: Sequence[Any], kws: Mapping[str, Any]) -> Any:
+        return template([plain(kind) for kind in args], {name: plain(kind) for name, kind in kws.items()})
+
+    kernel.get_call_template = get_call_template
+    return kernel
 
 
 def compiled(kernel: Any, *arrays: Any) -> Any:
@@ -44,3 +65,11 @@ def compiled(kernel: Any, *arrays: Any) -> Any:
     Numba then need not look up the types in each call, which takes several times as long as one environment's step.
     """
     return kernel.compile(tuple(numba.typeof(array) for array in arrays)) if hasattr(kernel, "compile") else kernel
+
+
+@njit(cache=True)
+def copy_matrix(source, target):
+    """Copy a matrix. For ``target[:] = source`` Numba takes seconds: it compiles how an error would show the shapes."""
+    for i in range(source.shape[0]):
+        for j in range(source.shape[1]):
+            target[i, j] = source[i, j]

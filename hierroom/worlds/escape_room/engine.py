@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -15,15 +14,17 @@ from hierroom.support.compile.kernel import compiled
 from hierroom.support.errors import InputError
 from hierroom.support.read_only import read_only
 from hierroom.support.schema import Whole
-from hierroom.support.thread_pool import ThreadPool
+from hierroom.support.thread_pool import Shares
+from hierroom.worlds.env_config import SPLITS
 from hierroom.worlds.escape_room import batch_kernels
 from hierroom.worlds.escape_room.constants import MIN_SIZE
 from hierroom.worlds.escape_room.layout import (
     GRAPH,
     LEVEL,
     MEMORIES,
+    NO_MAPS,
     OUTCOME,
-    SPLITS,
+    Maps,
     State,
     empty_state,
     graph_records,
@@ -31,9 +32,6 @@ from hierroom.worlds.escape_room.layout import (
 from hierroom.worlds.escape_room.state_check import check_state
 from hierroom.worlds.seeds import Indices, chosen_envs, write_seeds
 from hierroom.worlds.world import Seeds, whole_numbers
-
-MIN_ENVS_PER_THREAD = 1024
-"""With fewer environments per thread, starting another thread costs more than it saves."""
 
 
 class Engine:
@@ -44,11 +42,12 @@ class Engine:
 
     Args:
         graphs: goal graphs; each episode samples one of them.
+        maps: levels that are always the same, in place of the graphs; each episode samples one of them.
         size: cells along a side of the grid, 11 to 63, outer walls included.
         max_steps: steps after which an episode is truncated.
         seed: 0 to 2**63 - 1; None generates no levels yet: call `reset` with a seed first.
         memories: what levels remember of their episode, names in `layout.MEMORIES`.
-        levels: which levels are drawn, a name in `layout.SPLITS`; None: all.
+        levels: which levels are drawn, a name in `env_config.SPLITS`; None: all.
 
     Attributes:
         state: the state of the environments, read-only, updated in place by each step.
@@ -69,22 +68,19 @@ class Engine:
         threads: int = 1,
         memories: Iterable[str] = (),
         levels: str | None = None,
+        maps: Maps = NO_MAPS,
     ):
-        for name, value in (("max_steps", max_steps), ("threads", threads)):
-            Whole(1, 2**31 - 1).check(value, name)
+        Whole(1, 2**31 - 1).check(max_steps, "max_steps")
         Whole(0, 2**62).check(first_index, "first_index")
         self._graphs = graph_records(graphs)
-        self._state = empty_state(num_envs, size)
+        self._state, self._has_maps = empty_state(num_envs, size, maps), len(maps) > 0
         self._outcomes = np.zeros(num_envs, OUTCOME)
         self._finals = np.zeros(num_envs, LEVEL)
         records = self._state.levels
         records["index"], records["split"] = first_index + np.arange(num_envs), SPLITS[levels]
         records["max_steps"], records["can_drop"] = max_steps, drop_key
         self.n_actions, self.has_begun = 6 if drop_key else 5, False
-        n_slices = max(1, min(threads, num_envs // MIN_ENVS_PER_THREAD))
-        bounds = np.linspace(0, num_envs, n_slices + 1).astype(int)
-        self._slices = [slice(a, b) for a, b in pairwise(bounds)]
-        self._pool = ThreadPool(len(self._slices))
+        self._shares = Shares(num_envs, threads)
         self._show()
         self.remember(memories)
         if seed is not None:
@@ -92,7 +88,7 @@ class Engine:
 
     def _show(self) -> None:
         """Let users see the arrays, but not write to them: kernels check no bounds."""
-        self.state = State(read_only(self._state.grids), read_only(self._state.levels))
+        self.state = State(read_only(self._state.grids), read_only(self._state.levels), self._state.maps)
         self.outcomes, self.finals = read_only(self._outcomes), read_only(self._finals)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -116,11 +112,18 @@ class Engine:
         self._clear_outcomes(chosen, 0)
         self.has_begun = True
         if len(chosen) == len(self):
-            batch_kernels.reset_levels(levels, self._state.grids, self._graphs, self._outcomes)
+            self._begin(levels, self._state.grids, self._outcomes)
         else:
             part, outcomes = self._state[chosen], self._outcomes[chosen]
-            batch_kernels.reset_levels(part.levels, part.grids, self._graphs, outcomes)
+            self._begin(part.levels, part.grids, outcomes)
             levels[chosen], self._state.grids[chosen], self._outcomes[chosen] = part.levels, part.grids, outcomes
+
+    def _begin(self, levels: np.ndarray, grids: NDArray[np.uint8], outcomes: np.ndarray) -> None:
+        if self._has_maps:
+            maps = self._state.maps
+            batch_kernels.reset_levels_of_maps(levels, grids, maps.levels, maps.grids, outcomes)
+        else:
+            batch_kernels.reset_levels(levels, grids, self._graphs, outcomes)
 
     def remember(self, memories: Iterable[str]) -> None:
         """Let levels remember more of their episode, names in `layout.MEMORIES`, from the next `reset` on."""
@@ -148,17 +151,14 @@ class Engine:
 
     def advance(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Step as `step` does, with actions that were checked."""
-        graphs, step = self._graphs, _compiled_step()
         levels, grids, outcomes, finals = self._state.levels, self._state.grids, self._outcomes, self._finals
-        if len(self._slices) == 1:
-            step(levels, grids, graphs, actions, outcomes, finals)
-        else:
-            parts = [
-                self._pool.submit(step, levels[p], grids[p], graphs, actions[p], outcomes[p], finals[p])
-                for p in self._slices
-            ]
-            for part in parts:
-                part.result()
+        if self._shares.is_one and not self._has_maps:
+            _compiled_step()(levels, grids, self._graphs, actions, outcomes, finals)
+            return outcomes
+        maps = self._state.maps
+        sources = (maps.levels, maps.grids) if self._has_maps else (self._graphs,)
+        step = _compiled_step_of_maps() if self._has_maps else _compiled_step()
+        self._shares.each(lambda p: step(levels[p], grids[p], *sources, actions[p], outcomes[p], finals[p]))
         return outcomes
 
     def advance_within_episode(self, actions: NDArray[np.int64]) -> np.ndarray:
@@ -185,6 +185,8 @@ class Engine:
         """Check that `set_state` can take a state."""
         n_chosen = len(chosen_envs(envs, len(self)))
         check_state(state)
+        if not state.maps.is_same(self._state.maps):
+            raise InputError("the state is of other layouts than the environments have")
         if state.size != self._state.size or len(state) != n_chosen:
             raise InputError(
                 f"the state must hold {n_chosen} environments of size {self._state.size}; "
@@ -221,6 +223,13 @@ def _compiled_step() -> Callable[..., None]:
     state = empty_state(1, MIN_SIZE)
     arrays = state.levels, state.grids, np.zeros(1, GRAPH), np.zeros(1, np.int64), np.zeros(1, OUTCOME), state.levels
     return compiled(batch_kernels.step_and_reset_levels, *arrays)
+
+
+@cache
+def _compiled_step_of_maps() -> Callable[..., None]:
+    state, maps = empty_state(1, MIN_SIZE), (NO_MAPS.levels, NO_MAPS.grids)
+    arrays = state.levels, state.grids, *maps, np.zeros(1, np.int64), np.zeros(1, OUTCOME), state.levels
+    return compiled(batch_kernels.step_and_reset_levels_of_maps, *arrays)
 
 
 @cache

@@ -64,7 +64,9 @@ def _doorway_places(observation: Any) -> NDArray:
 
 def _frontier_places(observation: Any) -> NDArray:
     """[M, 4] `_places` of what `nearest_frontiers` finds."""
-    return _compiled_places()(observation.view.levels, nearest_frontiers(observation.view.levels))
+    return _compiled_places()(
+        observation.view.levels, nearest_frontiers(observation.view.levels, observation.view.maps)
+    )
 
 
 def _places_of_goals(levels: np.ndarray, goals: NDArray[np.integer]) -> NDArray:
@@ -81,11 +83,12 @@ def _seen_at(levels, goals):
         if goal != NO_GOAL and (levels[m].seen >> goal) & 1:
             branch = levels[m].branches[goal % N_COLOURS]
             if goal < FIRST_DOOR_GOAL:
-                cells[m, g] = levels[m].keys_at[branch]
+                row, col = levels[m].keys_at[branch, 0], levels[m].keys_at[branch, 1]
             elif goal < EXIT_GOAL:
-                cells[m, g] = levels[m].doors_at[branch]
+                row, col = levels[m].doors_at[branch, 0], levels[m].doors_at[branch, 1]
             else:
-                cells[m, g] = levels[m].exit_at
+                row, col = levels[m].exit_at[0], levels[m].exit_at[1]
+            cells[m, g, 0], cells[m, g, 1] = row, col
     return cells
 
 

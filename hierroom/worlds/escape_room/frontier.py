@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from hierroom.support.compile.kernel import compiled, njit
 from hierroom.worlds.escape_room.constants import MARGIN, MAX_SIZE, ONE
-from hierroom.worlds.escape_room.layout import LEVEL
+from hierroom.worlds.escape_room.layout import LEVEL, NO_MAPS, Maps
+from hierroom.worlds.escape_room.rooms import room_at
 
 
-def nearest_frontiers(levels: np.ndarray) -> NDArray[np.int64]:
+def nearest_frontiers(levels: np.ndarray, maps: Maps) -> NDArray[np.int64]:
     """Find the frontier cells nearest to the agents by Manhattan distance; of equals the first by row and column.
 
     Floor is what lies in a room or is an open door.
@@ -22,32 +23,31 @@ def nearest_frontiers(levels: np.ndarray) -> NDArray[np.int64]:
         [M, 2, 2] (row, col) of the nearest in the room where the agent stands, and of the nearest anywhere else, zeros
         where there is none; an agent in a doorway stands in no room.
     """
-    return _compiled_search()(np.ascontiguousarray(levels))
+    return _compiled_search()(np.ascontiguousarray(levels), maps.rooms)
 
 
 @cache
 def _compiled_search() -> Callable[..., NDArray[np.int64]]:
-    return compiled(find_frontiers, np.zeros(1, LEVEL))
+    return compiled(find_frontiers, np.zeros(1, LEVEL), NO_MAPS.rooms)
 
 
 @njit(cache=True)
-def find_frontiers(levels):
+def find_frontiers(levels, rooms):
     """Find the cells that `nearest_frontiers` returns."""
     cells = np.zeros((levels.shape[0], 2, 2), np.int64)
     for m in range(levels.shape[0]):
         level = levels[m]
-        for number in range(level.n_rooms):
-            top, left, bottom, right = level.rectangles[number]
-            is_here = top <= level.row <= bottom and left <= level.col <= right
-            nearest = cells[m, 0 if is_here else 1]
-            inside = (ONE << np.uint64(right - left + 1)) - ONE
-            for row in range(top, bottom + 1):
-                frontier, col = (_frontier(level, row) >> np.uint64(left - MARGIN)) & inside, left
-                while frontier:
-                    if frontier & ONE:
-                        _keep_nearer(level, row, col, nearest)
-                    frontier >>= ONE
-                    col += 1
+        here = room_at(level, rooms, level.row, level.col)
+        n_lines = rooms.shape[1] - 2 * MARGIN if level.map else MAX_SIZE
+        for row in range(MARGIN + 1, MARGIN + n_lines - 1):
+            frontier, col = _frontier(level, row), MARGIN
+            while frontier:
+                if frontier & ONE:
+                    room = room_at(level, rooms, row, col)
+                    if room >= 0:
+                        _keep_nearer(level, row, col, cells[m, 0 if room == here else 1])
+                frontier >>= ONE
+                col += 1
         for branch in range(level.n_rooms - 1):
             row, col = level.doors_at[branch]
             if (level.doors >> branch) & 1 and (_frontier(level, row) >> np.uint64(col - MARGIN)) & ONE:

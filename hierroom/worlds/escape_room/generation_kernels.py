@@ -24,9 +24,7 @@ from hierroom.worlds.random_kernels import random_below, shuffle, stream_key
 @njit(cache=True)
 def generate(level, grid, graphs):
     """Begin the next episode on a new level, of those that the level's split allows."""
-    level.episode += 1
-    level.key = stream_key(level.seed, level.index, level.episode)
-    level.n_drawn = np.uint64(0)
+    begin(level)
     graph = graphs[random_below(level, graphs.shape[0])]
     draw(level, grid, graph)
     while level.split != ALL_LEVELS and is_held_out(grid) != (level.split == EVALUATION_LEVELS):
@@ -43,6 +41,35 @@ def is_held_out(grid):
 
 
 @njit(cache=True)
+def begin(level):
+    """Begin the random numbers of the next episode, and forget the last one."""
+    level.episode += 1
+    level.key = stream_key(level.seed, level.index, level.episode)
+    level.n_drawn = np.uint64(0)
+    level.steps, level.keys, level.doors, level.found, level.seen, level.bag_size = 0, 0, 0, 0, 0, 0
+    level.carried, level.has_ended = -1, False
+    level.bag[:], level.opened_at[:], level.doorways[:], level.visited[:], level.explored[:] = 0, 0, 0, 0, 0
+
+
+@njit(cache=True)
+def generate_of_maps(level, grid, maps, map_grids):
+    """Begin the next episode on the level of one of the maps."""
+    begin(level)
+    chosen = random_below(level, maps.shape[0])
+    start = maps[chosen]
+    level.map, level.n_rooms, level.exit_room = start.map, start.n_rooms, start.exit_room
+    level.key_rooms[:], level.door_rooms[:] = start.key_rooms, start.door_rooms
+    level.colours[:], level.branches[:] = start.colours, start.branches
+    level.doors_at[:], level.keys_at[:], level.exit_at[:] = start.doors_at, start.keys_at, start.exit_at
+    level.rectangles[:], level.divider[:] = 0, 0
+    level.row, level.col, level.direction = start.row, start.col, start.direction
+    if start.direction < 0:
+        level.direction = random_below(level, 4)
+    grid[:] = map_grids[chosen]
+    visit(level)
+
+
+@njit(cache=True)
 def draw(level, grid, graph):
     """Draw a level with a goal graph.
 
@@ -52,12 +79,11 @@ def draw(level, grid, graph):
     block the way.
     """
     n_branches = graph.n_rooms - 1
-    level.n_rooms, level.exit_room = graph.n_rooms, graph.exit_room
-    level.key_rooms[:] = graph.key_rooms
-    level.steps, level.keys, level.doors, level.found, level.seen, level.bag_size = 0, 0, 0, 0, 0, 0
-    level.carried, level.has_ended = -1, False
-    level.bag[:], level.rectangles[:], level.opened_at[:] = 0, 0, 0  # clear the last episode's values
-    level.doors_at[:], level.keys_at[:], level.doorways[:], level.explored[:] = 0, 0, 0, 0
+    level.map, level.n_rooms, level.exit_room = 0, graph.n_rooms, graph.exit_room
+    for branch in range(6):
+        level.key_rooms[branch] = graph.key_rooms[branch]
+    level.door_rooms[:] = 0
+    level.rectangles[:], level.doors_at[:], level.keys_at[:] = 0, 0, 0  # the last episode's rooms may have been more
 
     for colour in range(6):
         level.colours[colour] = colour

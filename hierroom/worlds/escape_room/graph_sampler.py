@@ -25,19 +25,31 @@ class GraphSampler:
     Args:
         graph: the graphs, as `find_graphs` takes them, less those of ``exclude``.
         n_stages: stages of the `Curriculum` into which the set is divided.
+        of_maps: the graphs of levels that are always the same, in their order, in place of all these.
 
     Attributes:
         everything: all graphs that may ever be sampled, the easiest first.
     """
 
-    def __init__(self, graph: GraphSpecs, exclude: GraphSpecs, drop_key: bool, num_envs: int, n_stages: int = 1):
+    def __init__(
+        self,
+        graph: GraphSpecs,
+        exclude: GraphSpecs,
+        drop_key: bool,
+        num_envs: int,
+        n_stages: int = 1,
+        of_maps: tuple[GoalGraph, ...] = (),
+    ):
         Whole(1, 2**31 - 1).check(num_envs, "num_envs")
-        chosen = find_graphs(graph, exclude, drop_key)
+        chosen = find_graphs(of_maps or graph, exclude, drop_key)
         if len(chosen.graphs) == 1 and n_stages != 1:
             name = chosen.graphs[0].name
             raise InputError(f"a curriculum of {n_stages} stages needs several graphs, as of rooms:4, not {name} alone")
-        self._curriculum = Curriculum(chosen, n_stages)
+        self._curriculum, self._of_maps = Curriculum(chosen, n_stages), of_maps
         self.everything: tuple[GoalGraph, ...] = sum(self._curriculum.stages, ())
+        if of_maps:
+            ranks = {graph: n for n, graph in enumerate(self.everything)}  # equal graphs have other names in other maps
+            self.everything = tuple(sorted(of_maps, key=ranks.__getitem__))
         self._known = {(graph.key_rooms, graph.exit_room): graph for graph in self.everything}
         self._quota = -(-EPISODES_PER_STAGE // num_envs)  # episodes of each environment in a decision
         self._counts = np.zeros(2, np.int64)  # the stage, and the successes that count so far
@@ -74,6 +86,8 @@ class GraphSampler:
 
     def graphs_of(self, levels: np.ndarray) -> list[GoalGraph]:
         """Return the goal graphs, as they were given, of levels: [M] records of `layout.LEVEL`."""
+        if self._of_maps:
+            return [self._of_maps[number - 1] for number in levels["map"].tolist()]
         rooms = zip(levels["n_rooms"].tolist(), levels["key_rooms"].tolist(), levels["exit_room"].tolist(), strict=True)
         return [self._known[tuple(key_rooms[: n_rooms - 1]), exit_room] for n_rooms, key_rooms, exit_room in rooms]
 

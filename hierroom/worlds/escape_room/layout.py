@@ -10,48 +10,40 @@ from numpy.typing import NDArray
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, MAX_GRID_ROOMS, N_COLOURS, NO_GOAL, GoalGraph
 from hierroom.support.errors import InputError
-from hierroom.support.schema import Whole
+from hierroom.support.read_only import freeze
+from hierroom.support.schema import Whole, record_type
 from hierroom.worlds.escape_room.constants import (
-    ALL_LEVELS,
     DOORWAYS,
-    EVALUATION_LEVELS,
     EXPLORED,
     MARGIN,
     MAX_SIZE,
     MIN_SIZE,
-    TRAINING_LEVELS,
     VIEW,
     VISITED,
 )
+from hierroom.worlds.seeds import SOURCE_FIELDS
 from hierroom.worlds.world import OUTCOME_FIELDS
 
-
-def _record(*fields: tuple) -> np.dtype:
-    return np.dtype((np.record, np.dtype(list(fields), align=True)))
-
-
-GRAPH = _record(("n_rooms", "i4"), ("exit_room", "i4"), ("key_rooms", "i4", N_COLOURS))
+GRAPH = record_type(("n_rooms", "i4"), ("exit_room", "i4"), ("key_rooms", "i4", N_COLOURS))
 """A goal graph in the form that kernels read."""
 
-LEVEL = _record(
-    # The source of the environment's random numbers.
-    ("seed", "u8"),
-    ("index", "i8"),  # number of the environment; the same index gives the same episodes in any batch
-    ("episode", "i8"),
-    ("key", "u8"),
-    ("n_drawn", "u8"),
+LEVEL = record_type(
+    *SOURCE_FIELDS,
     # The rules of the level.
     ("max_steps", "i4"),
     ("can_drop", "?"),
     ("remembers", "i4"),  # which of `MEMORIES` are kept, one bit each
     ("split", "i4"),  # the number in `SPLITS` of the levels that may be drawn
     # The level. Row and column indices include the margin of walls.
+    ("map", "i4"),  # 1, 2, ...: the level is that of `Maps`; 0: it is drawn
     ("n_rooms", "i4"),
     ("exit_room", "i4"),
     ("key_rooms", "i4", N_COLOURS),
     ("colours", "i4", N_COLOURS),  # colour of branch room 1, 2, ...
     ("branches", "i4", N_COLOURS),  # inverse of colours: branch room - 1 of each colour
-    ("rectangles", "i4", (MAX_GRID_ROOMS, 4)),  # top row, left col, bottom row, right col of rooms 0, 1, ...
+    ("door_rooms", "i4", N_COLOURS),  # room from which the door of branch room 1, 2, ... is opened
+    # Of a level that is drawn: top row, left col, bottom row, right col of rooms 0, 1, ...
+    ("rectangles", "i4", (MAX_GRID_ROOMS, 4)),
     ("doors_at", "i4", (N_COLOURS, 2)),  # (row, col)
     ("keys_at", "i4", (N_COLOURS, 2)),  # (row, col) where its key lies, or lay before it was picked up
     ("exit_at", "i4", 2),  # (row, col)
@@ -76,26 +68,59 @@ LEVEL = _record(
     ("has_ended", "?"),
 )
 
-OUTCOME = _record(
+OUTCOME = record_type(
     ("tiles", "u1", (VIEW, VIEW)),  # the view after this step, or the first one of the next episode if it ended
     ("final_tiles", "u1", (VIEW, VIEW)),  # the final view of the episode that this step ended
     *OUTCOME_FIELDS,
 )
 
 
-SPLITS: Mapping[str | None, int] = {None: ALL_LEVELS, "training": TRAINING_LEVELS, "evaluation": EVALUATION_LEVELS}
-"""Which levels may be drawn: an eighth of all layouts are kept for evaluation, and training never sees one of them."""
-
 MEMORIES: Mapping[str, int] = {"visited": VISITED, "explored": EXPLORED, "doorways": DOORWAYS}
 """What a level can remember of its episode, in the fields of `LEVEL` of the same names; kept only on request."""
 
 
+@dataclass(frozen=True, eq=False)
+class Maps:
+    """The P levels that are always the same, as they begin; none where levels are drawn.
+
+    Args:
+        levels: [P] records of `LEVEL`; a direction of -1 is drawn for each episode.
+        grids: [P, side, side] tile codes.
+        rooms: [P, side, side] int8, the room of each cell; -1 in walls, in doors and where nobody comes.
+    """
+
+    levels: np.ndarray
+    grids: NDArray[np.uint8]
+    rooms: NDArray[np.int8]
+
+    def __post_init__(self) -> None:
+        freeze(self)  # all states of a world share them
+
+    def __reduce__(self) -> tuple[type[Maps], tuple[np.ndarray, ...]]:
+        """Copy and pickle so that the copies are read-only, too: kernels are compiled for such arrays."""
+        return Maps, (self.levels, self.grids, self.rooms)
+
+    def __len__(self) -> int:
+        return len(self.levels)
+
+    def is_same(self, other: Maps) -> bool:
+        """Return whether these are the same levels."""
+        return self is other or all(np.array_equal(own, vars(other)[name]) for name, own in vars(self).items())
+
+
+NO_MAPS = Maps(np.zeros(0, LEVEL), np.zeros((0, 1, 1), np.uint8), np.zeros((0, 1, 1), np.int8))
+
+
 @dataclass(frozen=True)
 class State:
-    """The exact state of N environments: grids of tile codes, size + 2 * MARGIN a side, and records of `LEVEL`."""
+    """The exact state of N environments: grids of tile codes, size + 2 * MARGIN a side, and records of `LEVEL`.
+
+    ``maps`` are the levels that the world has; they never change.
+    """
 
     grids: NDArray[np.uint8]
     levels: np.ndarray
+    maps: Maps = NO_MAPS
 
     def __len__(self) -> int:
         return len(self.levels)
@@ -103,7 +128,7 @@ class State:
     def __getitem__(self, indices) -> State:
         """Copy the state of some environments; an integer index gives a batch of one."""
         chosen = np.atleast_1d(np.arange(len(self))[indices])
-        return State(self.grids[chosen], self.levels[chosen])
+        return State(self.grids[chosen], self.levels[chosen], self.maps)
 
     def distances(self, goals: NDArray[np.integer]) -> NDArray[np.integer]:
         """Return [N] the Manhattan distances to goals [N] from the agents, ignoring walls; 0 for -1, no goal.
@@ -120,7 +145,7 @@ class State:
 
     def copy(self) -> State:
         """Return the same state in new arrays."""
-        return State(self.grids.copy(), self.levels.copy())
+        return State(self.grids.copy(), self.levels.copy(), self.maps)
 
     @property
     def size(self) -> int:
@@ -128,12 +153,12 @@ class State:
         return self.grids.shape[1] - 2 * MARGIN
 
 
-def empty_state(num_envs: int, size: int) -> State:
+def empty_state(num_envs: int, size: int, maps: Maps = NO_MAPS) -> State:
     """Return the state, all zeros, of environments before their first episode."""
     Whole(MIN_SIZE, MAX_SIZE).check(size, "size")
     Whole(1, 2**31 - 1).check(num_envs, "num_envs")
     side = size + 2 * MARGIN
-    return State(np.zeros((num_envs, side, side), np.uint8), np.zeros(num_envs, LEVEL))
+    return State(np.zeros((num_envs, side, side), np.uint8), np.zeros(num_envs, LEVEL), maps)
 
 
 def graph_records(graphs: Sequence[GoalGraph]) -> np.ndarray:

@@ -15,7 +15,7 @@ from hierroom.support.compile.kernel import compiled
 from hierroom.worlds.escape_room import batch_kernels
 from hierroom.worlds.escape_room.constants import VIEW
 from hierroom.worlds.escape_room.goal_kernels import GOAL_MASKS, write_masks
-from hierroom.worlds.escape_room.layout import LEVEL, OUTCOME, State
+from hierroom.worlds.escape_room.layout import LEVEL, NO_MAPS, OUTCOME, Maps, State
 from hierroom.worlds.escape_room.level import Level
 from hierroom.worlds.escape_room.oracle import shortest_actions
 from hierroom.worlds.escape_room.tiles import encode
@@ -34,11 +34,13 @@ _BRANCHES = np.arange(N_COLOURS)
 class LevelView:
     """The view of M environments: ``tiles`` [M, 7, 7] in view and records of `layout.LEVEL`.
 
-    ``grids`` [M, side, side], tile codes of the whole levels, are for meta-controllers only.
+    ``maps`` are the levels that are always the same. ``grids`` [M, side, side], tile codes of the whole levels, are for
+    meta-controllers only.
     """
 
     tiles: NDArray[np.uint8]
     levels: np.ndarray
+    maps: Maps = NO_MAPS
     grids: NDArray[np.uint8] | None = None
 
     def __len__(self) -> int:
@@ -71,7 +73,7 @@ class LevelView:
     def state(self) -> State:
         """The exact state of the M environments."""
         assert self.grids is not None  # only meta-controllers ask
-        return State(self.grids, self.levels)
+        return State(self.grids, self.levels, self.maps)
 
     def level(self, m: int, legal: NDArray[np.bool_]) -> Level:
         """Return the m-th environment in words; ``legal`` [G] are the goals that may be chosen."""

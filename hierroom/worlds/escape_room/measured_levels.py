@@ -10,6 +10,8 @@ from hierroom.complexity.measures.table import MeasuredGraph, with_progress
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room.engine import Engine
+from hierroom.worlds.escape_room.level_map import LevelMap
+from hierroom.worlds.escape_room.map_arrays import map_arrays
 from hierroom.worlds.escape_room.reachable import TooManyStatesError, reachable_states
 from hierroom.worlds.escape_room.sampled_level import SampledLevel
 
@@ -28,18 +30,20 @@ def level_mdp(graph: GoalGraph, seed: int, drop_key: bool = False, size: int = 1
 
 
 def measure_levels(
-    graphs: Sequence[GoalGraph], n_levels: int, horizon: int = 1000, drop_key: bool = False, seed: int = 0
+    graphs: Sequence[GoalGraph | LevelMap], n_levels: int, horizon: int = 1000, drop_key: bool = False, seed: int = 0
 ) -> list[MeasuredGraph]:
-    """Measure ``n_levels`` levels of each graph, with seeds from ``seed`` on.
+    """Measure ``n_levels`` levels of each graph or map, with seeds from ``seed`` on.
 
     Levels of more than `MAX_LEVEL_STATES` states have `SampledMeasures`.
     """
     if n_levels < 1:
         raise InputError(f"measure at least one level of each goal graph, not {n_levels}")
 
-    def measure(item: tuple[GoalGraph, int]) -> MeasuredGraph:
-        graph, level = item
-        name, start = f"{graph.name} {level}", Engine([graph], drop_key=drop_key, seed=level).state
+    def measure(item: tuple[GoalGraph | LevelMap, int]) -> MeasuredGraph:
+        one, level = item
+        fixed = {"size": one.size, "maps": map_arrays([one], one.size)} if isinstance(one, LevelMap) else {}
+        graph = one.graph if isinstance(one, LevelMap) else one
+        name, start = f"{one.name} {level}", Engine([graph], drop_key=drop_key, seed=level, **fixed).state
         try:
             reachable = reachable_states(start, MAX_COUNTED_STATES)
         except TooManyStatesError:

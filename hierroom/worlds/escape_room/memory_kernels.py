@@ -24,5 +24,6 @@ def use_doorway(level, row, col):
         return
     latest = level.doorways[0]
     if latest[0] != row or latest[1] != col:
-        level.doorways[1] = latest
+        earlier = level.doorways[1]
+        earlier[0], earlier[1] = latest[0], latest[1]
         latest[0], latest[1] = row, col

@@ -14,13 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.complexity.augmented import AugmentedGraph
+from hierroom.worlds.escape_room.layout import Maps
+from hierroom.worlds.escape_room.rooms import rooms_of
 
 
 class NodeMap:
     """Finds where levels of one goal graph stand in its augmented graph."""
 
-    def __init__(self, augmented: AugmentedGraph) -> None:
-        self.exit = augmented.exit
+    def __init__(self, augmented: AugmentedGraph, maps: Maps) -> None:
+        self.exit, self._maps = augmented.exit, maps
         n_branches = augmented.graph.n_rooms - 1
         self._nodes = np.full((2, n_branches + 1, 1 << n_branches), -1)  # key or room, which, open doors as bits
         for i, node in enumerate(augmented.nodes[:-1]):
@@ -30,15 +32,11 @@ class NodeMap:
         """Return the node [M] of each level, records of `layout.LEVEL`: an index into the augmented graph's nodes."""
         carried = levels["carried"]
         nodes = self._nodes[
-            (carried < 0).astype(int), np.where(carried < 0, _room_of(levels), carried + 1), levels["doors"]
+            (carried < 0).astype(int), np.where(carried < 0, self._room_of(levels), carried + 1), levels["doors"]
         ]
         return np.where(terminated, self.exit, nodes)
 
-
-def _room_of(levels: np.ndarray) -> NDArray[np.int64]:
-    """[M] the room each agent stands in, a doorway being part of the room behind it."""
-    row, col = levels["row"][:, None], levels["col"][:, None]
-    top, left, bottom, right = np.moveaxis(levels["rectangles"], -1, 0)
-    inside = (top <= row) & (row <= bottom) & (left <= col) & (col <= right)  # [M, rooms]
-    inside[:, 1:] |= (levels["doors_at"] == np.stack([levels["row"], levels["col"]], axis=-1)[:, None]).all(axis=-1)
-    return inside.argmax(axis=1)
+    def _room_of(self, levels: np.ndarray) -> NDArray[np.int64]:
+        """[M] the room each agent stands in, a doorway being part of the room behind it."""
+        is_at_door = (levels["doors_at"] == np.stack([levels["row"], levels["col"]], axis=-1)[:, None]).all(axis=-1)
+        return np.where(is_at_door.any(axis=1), is_at_door.argmax(axis=1) + 1, rooms_of(levels, self._maps))

@@ -5,10 +5,11 @@ It is exact although it ignores three things:
 
 - **Dropping a key.** A key in hand blocks no cell and opens its door; a key on a cell blocks it. Whatever can be done
   after a drop can therefore be done without it, one step sooner.
-- **Doors that need not be opened, and rooms that hold nothing needed.** Every branch room has one door, to the centre.
-  A path that enters such a room and returns ends in the doorway where it began, so it is no shorter than staying
-  outside. The doors that must be opened form one chain: the goal's room, the room that holds its key, and so on to a
-  key in reach.
+- **Doors that need not be opened, and rooms that hold nothing needed.** Every branch room has one door, to the centre
+  or, in the level of a map, to a room on the way there. A path that enters such a room and returns ends in the doorway
+  where it began, so it is no shorter than staying outside. The doors that must be opened form one chain: the goal's
+  room, the room that holds its key, and so on to a key in reach. Whoever has a key has passed all rooms on the way to
+  its door (`map_rooms.read_rooms`).
 - **The step limit.** Solutions may be longer than the rest of the episode.
 
 Keys that are not needed do matter: they block cells, and picking one up may be shorter than walking around it.
@@ -28,8 +29,10 @@ from hierroom.goals import EXIT_GOAL, N_COLOURS, N_GOALS
 from hierroom.support.compile.kernel import compiled, njit
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room import constants
-from hierroom.worlds.escape_room.layout import LEVEL, State
+from hierroom.worlds.escape_room.constants import MARGIN
+from hierroom.worlds.escape_room.layout import LEVEL, NO_MAPS, State
 from hierroom.worlds.escape_room.level import goal_name
+from hierroom.worlds.escape_room.rooms import room_at
 
 # The kind of a goal: ``kind = goal // N_COLOURS``.
 A_DOOR, THE_EXIT = 1, 2
@@ -42,17 +45,15 @@ ACTIONS = np.array([constants.FORWARD, constants.LEFT, constants.RIGHT, constant
 
 
 @njit(cache=True)
-def room_at(level, row, col):
-    """Return the room that contains a cell, or -1 for a doorway."""
-    for r in range(level.n_rooms):
-        top, left, bottom, right = level.rectangles[r]
-        if top <= row <= bottom and left <= col <= right:
-            return r
-    return -1
+def need(level, is_needed, room):
+    """Mark a room as needed, and all rooms between it and the first one."""
+    while not is_needed[room]:
+        is_needed[room] = True
+        room = level.door_rooms[room - 1]
 
 
 @njit(cache=True)
-def survey(level, side, kind, colour):
+def survey(level, rooms, side, kind, colour):
     """Find what the search needs on the way to a goal, in a grid of ``side`` cells a side, margins included.
 
     Returns:
@@ -77,7 +78,7 @@ def survey(level, side, kind, colour):
         target, goal_room, is_achieved = door[0] * side + door[1], branch + 1, (level.doors >> branch) & 1 == 1
     else:
         target, is_achieved = key_cells[branch], key_cells[branch] < 0
-        goal_room = 0 if is_achieved else room_at(level, target // side, target % side)
+        goal_room = 0 if is_achieved else room_at(level, rooms, target // side, target % side)
     if not exists or (agent == exit_cell and kind != THE_EXIT):
         return -2, terrain, 0, key_cells[:0]
     if is_achieved:
@@ -86,29 +87,33 @@ def survey(level, side, kind, colour):
     # The chain of doors, the last one to be opened first, and the rooms that must be entered.
     is_needed = np.zeros(level.n_rooms, np.bool_)
     is_needed[0] = True
-    own_room = room_at(level, level.row, level.col)
-    is_needed[max(own_room, 0)] = True
+    own_room = room_at(level, rooms, level.row, level.col)
+    need(level, is_needed, max(own_room, 0))
+    for other in range(level.n_rooms - 1):
+        if own_room < 0 and level.doors_at[other, 0] == level.row and level.doors_at[other, 1] == level.col:
+            need(level, is_needed, level.door_rooms[other])
     chain = np.empty(6, np.int64)
     n_doors, r = 0, goal_room
     while r > 0 and n_doors < 6:
-        is_needed[r] = True
+        need(level, is_needed, r)
         if (level.doors >> (r - 1)) & 1:
             break
         chain[n_doors] = r - 1
         n_doors += 1
         key_cell = key_cells[r - 1]
-        r = 0 if key_cell < 0 else room_at(level, key_cell // side, key_cell % side)
+        r = 0 if key_cell < 0 else room_at(level, rooms, key_cell // side, key_cell % side)
 
     terrain[agent] = FREE
     key_bits = np.zeros(6, np.int64)
     n_keys = 0
-    for r in range(level.n_rooms):
+    for row in range(MARGIN + 1, side - MARGIN - 1):
+        for col in range(MARGIN + 1, side - MARGIN - 1):
+            room = room_at(level, rooms, row, col)
+            if room >= 0 and is_needed[room]:
+                terrain[row * side + col] = FREE
+    for r in range(1, level.n_rooms):
         if is_needed[r]:
-            top, left, bottom, right = level.rectangles[r]
-            for row in range(top, bottom + 1):
-                terrain[row * side + left : row * side + right + 1] = FREE
-            if r > 0:
-                terrain[level.doors_at[r - 1, 0] * side + level.doors_at[r - 1, 1]] = FREE
+            terrain[level.doors_at[r - 1, 0] * side + level.doors_at[r - 1, 1]] = FREE
     for other in range(level.n_rooms - 1):
         if key_cells[other] >= 0 and terrain[key_cells[other]] == FREE:
             terrain[key_cells[other]] = FIRST_KEY + n_keys
@@ -124,7 +129,7 @@ def survey(level, side, kind, colour):
 
 
 @njit(cache=True, nogil=True)
-def solve(level, side, kind, colour):
+def solve(level, rooms, side, kind, colour):
     """Find the fewest actions that achieve a goal.
 
     A node is ``layer << layer_shift | cell << 2 | direction``, its layer ``doors opened << n_keys | keys taken``.
@@ -132,7 +137,7 @@ def solve(level, side, kind, colour):
     Returns:
         The actions in the search's numbering, and their number: 0 if the goal is achieved already, -1 if it cannot be.
     """
-    target, terrain, n_keys, needs = survey(level, side, kind, colour)
+    target, terrain, n_keys, needs = survey(level, rooms, side, kind, colour)
     if target < 0:
         return needs[:0], target + 1
     steps = (1, side, -1, -side)
@@ -203,16 +208,17 @@ def trace(queue, parents, reached_by, last, final_action):
 
 
 @njit(cache=True, nogil=True)
-def solve_levels(levels, side, kinds, colours, lengths):
+def solve_levels(levels, rooms, side, kinds, colours, lengths):
     """Write the length of the shortest solution of every environment."""
     for n in range(levels.shape[0]):
-        _, lengths[n] = solve(levels[n], side, kinds[n], colours[n])
+        _, lengths[n] = solve(levels[n], rooms, side, kinds[n], colours[n])
 
 
 @cache
-def _compiled_solve() -> Callable[..., None]:
+def compiled_solver() -> Callable[..., None]:
+    """Compile `solve_levels`."""
     numbers = np.zeros(1, np.int64)
-    return compiled(solve_levels, np.zeros(1, LEVEL), 1, numbers, numbers, numbers)
+    return compiled(solve_levels, np.zeros(1, LEVEL), NO_MAPS.rooms, 1, numbers, numbers, numbers)
 
 
 def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.int64]:
@@ -231,7 +237,8 @@ def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.i
         raise InputError(f"goals must be whole numbers from 0 to {N_GOALS - 1}, not {goals}")
     lengths = np.empty(len(state), np.int64)
     kinds, colours = np.divmod(ids.astype(np.int64), N_COLOURS)
-    _compiled_solve()(np.ascontiguousarray(state.levels), state.grids.shape[1], kinds, colours, lengths)
+    side, rooms = state.grids.shape[1], state.maps.rooms
+    compiled_solver()(np.ascontiguousarray(state.levels), rooms, side, kinds, colours, lengths)
     return lengths
 
 
@@ -251,7 +258,8 @@ def shortest_actions(state: State, goal: int = EXIT_GOAL) -> NDArray[np.int64]:
         )
     if not isinstance(goal, (int, np.integer)) or not 0 <= goal < N_GOALS:
         raise InputError(f"a goal must be a whole number from 0 to {N_GOALS - 1}, not {goal!r}")
-    path, length = solve(state.levels[0], state.grids.shape[1], goal // N_COLOURS, goal % N_COLOURS)
+    side, rooms = state.grids.shape[1], state.maps.rooms
+    path, length = solve(state.levels[0], rooms, side, goal // N_COLOURS, goal % N_COLOURS)
     if length < 0:
         name = goal_name(state.levels[0], goal)
         raise InputError(

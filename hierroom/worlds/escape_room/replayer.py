@@ -47,7 +47,7 @@ class LevelReplayer:
         """Yield the state, and that after each action."""
         level = state.levels[0]
         graph = GoalGraph(tuple(level.key_rooms[: level.n_rooms - 1].tolist()), int(level.exit_room))
-        engine = Engine([graph], size=state.size, seed=None)
+        engine = Engine([graph], size=state.size, seed=None, maps=state.maps)
         engine.set_state(state)
         yield engine.get_state()
         for action in actions:

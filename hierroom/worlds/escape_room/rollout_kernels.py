@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from hierroom.support.compile.kernel import njit
+from hierroom.support.compile.kernel import copy_matrix, njit
 from hierroom.worlds.escape_room.step_kernels import advance
 from hierroom.worlds.random_kernels import GOLDEN, mix, random_below
 
@@ -68,7 +68,7 @@ def random_rollouts(levels, grids, n_rollouts, n_actions, seed, outcomes, succes
             continue
         for rollout in range(n_rollouts):
             scratch[0] = levels[n]
-            grid[:] = grids[n]
+            copy_matrix(grids[n], grid)
             level = scratch[0]
             level.key, level.n_drawn = mix(seed ^ mix(np.uint64(n * n_rollouts + rollout))), np.uint64(0)
             while not level.has_ended:
@@ -85,7 +85,7 @@ def policy_rollouts(levels, grids, policies, n_rollouts, n_actions, seed, outcom
     for p in range(policies.shape[0]):
         for rollout in range(n_rollouts):
             scratch[0] = levels[0]
-            grid[:] = grids[0]
+            copy_matrix(grids[0], grid)
             level = scratch[0]
             level.key, level.n_drawn = mix(seed ^ mix(np.uint64(p * n_rollouts + rollout))), np.uint64(0)
             while not level.has_ended:

@@ -12,6 +12,7 @@ from hierroom.goals import MAX_GRID_ROOMS, N_COLOURS, N_GOALS
 from hierroom.support.compile.kernel import compiled, njit
 from hierroom.support.errors import InputError
 from hierroom.support.schema import Array
+from hierroom.worlds.env_config import SPLITS
 from hierroom.worlds.escape_room.constants import (
     EMPTY,
     EXIT,
@@ -23,7 +24,7 @@ from hierroom.worlds.escape_room.constants import (
     OPEN_DOOR,
     WALL,
 )
-from hierroom.worlds.escape_room.layout import LEVEL, MEMORIES, SPLITS, State
+from hierroom.worlds.escape_room.layout import LEVEL, MEMORIES, State
 
 _INT32, _INT64 = 2**31 - 1, 2**63 - 1
 RULES = (
@@ -41,12 +42,16 @@ RULES = (
     "the bag holds the keys that are held, each once",
     "the key to drop is the one picked up last whose door is locked",
     "an episode has ended at the exit or after its last step, and nowhere else",
+    "all doors of a level that is drawn are opened from its first room",
 )
 """What must be so of a level and its grid besides the bounds, in the order in which `_broken_rule` looks at it."""
 
 
-def level_bounds(size: int) -> Mapping[str, tuple[Any, Any]]:
-    """The smallest and the largest value of each field of `layout.LEVEL`, in grids of a size; bool fields have none."""
+def level_bounds(size: int, n_maps: int = 0) -> Mapping[str, tuple[Any, Any]]:
+    """Return the bounds of each field of `layout.LEVEL`, in grids of a size; bool fields have none.
+
+    Where there are maps all levels are theirs.
+    """
     edge, bits = size + 2 * MARGIN - 1, 2**N_COLOURS - 1
     return {
         "seed": (0, _INT64),
@@ -55,9 +60,10 @@ def level_bounds(size: int) -> Mapping[str, tuple[Any, Any]]:
         "max_steps": (1, _INT32),
         "remembers": (0, sum(MEMORIES.values())),
         "split": (0, max(SPLITS.values())),
+        "map": (min(n_maps, 1), n_maps),
         "n_rooms": (2, MAX_GRID_ROOMS),
         "exit_room": (1, MAX_GRID_ROOMS - 1),
-        "key_rooms": (0, MAX_GRID_ROOMS - 1),
+        **dict.fromkeys(("key_rooms", "door_rooms"), (0, MAX_GRID_ROOMS - 1)),
         "colours": (0, N_COLOURS - 1),
         "branches": (0, N_COLOURS - 1),
         **dict.fromkeys(("rectangles", "doors_at", "keys_at", "exit_at", "divider", "doorways"), (0, edge)),
@@ -85,7 +91,7 @@ def check_state(state: State) -> None:
         raise InputError(f"the grids of a state must be an array [N, side, side], {MIN_SIZE} to {MAX_SIZE} and margins")
     side = state.size + 2 * MARGIN
     Array(np.uint8, (len(levels), side, side), EMPTY, WALL).check(grids, "grids")
-    for name, (low, high) in level_bounds(state.size).items():
+    for name, (low, high) in level_bounds(state.size, len(state.maps)).items():
         values = levels[name]
         for is_broken, bound, words in ((values < low, low, "at least"), (values > high, high, "at most")):
             if is_broken.any():
@@ -94,9 +100,30 @@ def check_state(state: State) -> None:
     for name in ("can_drop", "has_ended"):
         if levels[name].view(np.uint8).max(initial=0) > 1:  # compiled code reads one bit of it, NumPy all eight
             raise InputError(f"levels.{name} must be True or False everywhere")
+    if len(state.maps):
+        _check_maps(state)
     env, rule = _compiled_check()(np.ascontiguousarray(levels), np.ascontiguousarray(grids))
     if rule >= 0:
         raise InputError(f"the state of environment {env} cannot be used, because not so: {RULES[rule]}")
+
+
+def _check_maps(state: State) -> None:
+    """Check that all that never changes in a level is as in its map."""
+    if state.maps.grids.shape[1:] != state.grids.shape[1:]:
+        raise InputError(f"the layouts have {state.maps.grids.shape[1] - 2 * MARGIN} cells a side, not {state.size}")
+    kept, numbers = state.maps, state.levels["map"] - 1
+    moves = ("keys_at",) if state.levels["can_drop"].any() else ()
+    for name in _OF_MAP - {*moves}:
+        if (state.levels[name] != kept.levels[name][numbers]).any():
+            raise InputError(f"levels.{name} must be that of the layout, which it is not")
+    if ((state.grids == WALL) != (kept.grids[numbers] == WALL)).any():
+        raise InputError("the walls in grids must be those of the layouts, which they are not")
+
+
+_OF_MAP = frozenset(
+    ("n_rooms", "exit_room", "key_rooms", "door_rooms", "colours", "branches", "rectangles", "divider")
+) | {"doors_at", "keys_at", "exit_at"}
+"""Fields of a level that its map fixes."""
 
 
 @cache
@@ -106,7 +133,7 @@ def _compiled_check() -> Callable[..., tuple[int, int]]:
 
 @njit(cache=True)
 def _first_broken_rule(levels, grids):
-    """The first environment in which one of `RULES` does not hold, and the number of the rule; -1 where all hold."""
+    """Return the first environment in which one of `RULES` does not hold, and the rule's number; -1 where all hold."""
     for n in range(levels.shape[0]):
         rule = _broken_rule(levels[n], grids[n])
         if rule >= 0:
@@ -143,7 +170,7 @@ def _is_tree(level):
 
 @njit(cache=True)
 def _broken_rule(level, grid):
-    """The number of the first of `RULES` that does not hold of a level whose fields are in their bounds, or -1."""
+    """Return the number of the first of `RULES` that does not hold of a level with fields in their bounds, or -1."""
     n_branches, side = level.n_rooms - 1, grid.shape[0]
     if not _is_tree(level):
         return 0
@@ -158,6 +185,8 @@ def _broken_rule(level, grid):
             things += EMPTY < grid[row, col] < WALL
     for room in range(level.n_rooms):
         top, left, bottom, right = level.rectangles[room]
+        if level.map:
+            continue
         is_room = top <= bottom and left <= right
         if not (is_room and _is_inside(grid, top, left) and _is_inside(grid, bottom, right)):
             return 3
@@ -196,4 +225,4 @@ def _broken_rule(level, grid):
     at_exit = level.row == level.exit_at[0] and level.col == level.exit_at[1]
     if level.has_ended != (at_exit or level.steps >= level.max_steps):
         return 13
-    return -1
+    return 14 if not level.map and level.door_rooms.any() else -1

@@ -28,8 +28,9 @@ from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.features import FEATURES
 from hierroom.worlds.escape_room.graph_sampler import GraphSampler
-from hierroom.worlds.escape_room.layout import State
+from hierroom.worlds.escape_room.layout import NO_MAPS, State
 from hierroom.worlds.escape_room.level_view import OBSERVATION_SPACES, LevelView, legal_goals
+from hierroom.worlds.escape_room.map_arrays import map_arrays
 from hierroom.worlds.escape_room.node_map import NodeMap
 from hierroom.worlds.escape_room.observations import BatchObservations, write_one
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
@@ -59,7 +60,8 @@ class EscapeRoomWorld(Engine):
     notes: Sequence[str] = ()
 
     def __init__(self, config: EnvConfig, num_envs: int, *, autoreset: bool = True, **settings: Any) -> None:
-        self.sampler = GraphSampler(config.graph, config.exclude, config.drop_key, num_envs, config.curriculum_stages)
+        graphs = config.graph, config.exclude, config.drop_key, num_envs, config.curriculum_stages
+        self.sampler = GraphSampler(*graphs, tuple(one.graph for one in config.layout))
         super().__init__(
             self.sampler.graphs,
             num_envs,
@@ -68,6 +70,7 @@ class EscapeRoomWorld(Engine):
             drop_key=config.drop_key,
             first_index=config.env_index,
             levels=config.levels,
+            maps=map_arrays(config.layout, config.size) if config.layout else NO_MAPS,
             **settings,
         )
         self.config = config
@@ -112,23 +115,22 @@ class EscapeRoomWorld(Engine):
     def observe(self, envs: NDArray[np.integer]) -> LevelView:
         """Return what environments [M] show now, read-only; if they are all there are, the next step overwrites it."""
         if envs is self.everywhere or len(self) == 1:
-            return LevelView(self.outcomes["tiles"], self.state.levels)
-        return freeze(LevelView(self._outcomes["tiles"][envs], self._state.levels[envs]))
+            return LevelView(self.outcomes["tiles"], self.state.levels, self.state.maps)
+        return freeze(LevelView(self._outcomes["tiles"][envs], self._state.levels[envs], self._state.maps))
 
     def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> LevelView:
         """Return what environments [M] show after the last step, those that ``ended`` [M] before they were reset."""
         if ended.all():
-            return freeze(LevelView(self._outcomes["final_tiles"][envs], self._last_levels[envs]))
+            last = self._outcomes["final_tiles"][envs], self._last_levels[envs]
+            return freeze(LevelView(*last, self._state.maps))
         tiles, levels = self._outcomes["tiles"][envs], self._state.levels[envs]
         tiles[ended], levels[ended] = self._outcomes["final_tiles"][envs[ended]], self._last_levels[envs[ended]]
-        return freeze(LevelView(tiles, levels))
+        return freeze(LevelView(tiles, levels, self._state.maps))
 
     def exact_view(self, envs: NDArray[np.integer]) -> LevelView:
         """Return what environments [M] show now and their exact state, in read-only copies."""
-        copies = self._outcomes["tiles"][envs], self._state.levels[envs], self._state.grids[envs]
-        for array in copies:
-            array.setflags(write=False)
-        return LevelView(*copies)
+        tiles, levels, grids = self._outcomes["tiles"][envs], self._state.levels[envs], self._state.grids[envs]
+        return freeze(LevelView(tiles, levels, self._state.maps, grids))
 
     def legal_goals(self, mask: str, are_turns: NDArray[np.bool_], view: LevelView | None = None) -> NDArray[np.bool_]:
         """Return the meta-controllers' legal actions [M, 14], of a view or of all; off turn they can only wait."""
@@ -162,7 +164,7 @@ class EscapeRoomWorld(Engine):
 
     def node_map(self, augmented: AugmentedGraph) -> NodeMap:
         """Return what says where levels of one goal graph stand in its augmented graph."""
-        return NodeMap(augmented)
+        return NodeMap(augmented, self._state.maps)
 
     def nodes(self, node_map: NodeMap, *, terminated: NDArray[np.bool_], ended: NDArray[np.bool_]) -> NDArray[np.int64]:
         """Return the node of each environment after a step, where it ended the episode that of its end."""
@@ -202,11 +204,11 @@ class EscapeRoomWorld(Engine):
 
     def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Refuse arrays that `get_arrays` of as many environments of the same size cannot have given."""
-        self.check_state(State(arrays["grids"], arrays["levels"]))
+        self.check_state(State(arrays["grids"], arrays["levels"], self._state.maps))
         self.sampler.check_state(arrays, arrays["levels"])
 
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go back to what `get_arrays` gave, after `check_arrays`."""
-        self._put(State(arrays["grids"], arrays["levels"]), self.everywhere)
+        self._put(State(arrays["grids"], arrays["levels"], self._state.maps), self.everywhere)
         self.sampler.set_state(arrays)
         self.set_graphs(self.sampler.graphs)

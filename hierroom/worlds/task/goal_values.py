@@ -1,44 +1,52 @@
-"""The state of a task's goals in an environment, as the user's functions return it."""
+"""The state of a task's goals in environments, as the user's functions return it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hierroom.support.errors import InputError, raise_told, shown
 
 GoalFunction = Callable[[Any, dict[str, Any]], Any]
 """From the environment and the info of its last step to whether a goal is achieved, or how often it has been."""
+_TRUTHS = {bool, np.bool_}
+_MOST = 2**62
 
 
-def goal_values(goals: Mapping[str, GoalFunction], env: Any, info: dict[str, Any], task: str) -> list[int]:
-    """Return for each goal its count, or whether it is there.
+def goal_values(
+    goals: Mapping[str, GoalFunction], envs: Iterable[Any], infos: Iterable[dict[str, Any]], task: str
+) -> list[Any]:
+    """Ask every goal in M environments, one after the other, and return the M * G answers as they are.
 
     Args:
-        env: the environment, as it was made.
-        info: of its last step or reset.
+        envs: the environments, as they were made.
+        infos: of the last step or reset of each.
         task: the name of the task, for errors.
     """
-    values = []
-    for name, function in goals.items():
-        try:
-            value = function(env, info)
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:  # whatever a user's own code may raise
-            raise_told(f"goal {name!r} of {task}", error)
-        if value is not True and value is not False:
-            value = _whole(value, name, task)
-        values.append(value)
+    functions, values = (*goals.values(),), []
+    keep = values.append
+    try:
+        for env, info in zip(envs, infos, strict=True):
+            for function in functions:
+                keep(function(env, info))
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # whatever a user's own code may raise
+        raise_told(f"goal {[*goals][len(values) % len(functions)]!r} of {task}", error)
     return values
 
 
-def _whole(value: Any, name: str, task: str) -> bool | int:
-    if isinstance(value, np.bool_):
-        return bool(value)
-    if isinstance(value, (int, np.integer)) and 0 <= value < 2**62:
-        return int(value)
-    rule = "must return True, False or a count of at least 0"
-    raise InputError(f"goal {name!r} of {task} {rule}, not {shown(value)}")
+def as_totals(values: list[Any], goals: Mapping[str, GoalFunction], task: str) -> NDArray:
+    """Return answers as an array [M, G]: for each goal its count, or whether it is there."""
+    kinds = {*map(type, values)}
+    if not kinds <= _TRUTHS:
+        for number, value in enumerate(values):
+            is_whole = isinstance(value, (bool, int, np.bool_, np.integer))
+            if not is_whole or not 0 <= value < _MOST:
+                rule = "must return True, False or a count of at least 0"
+                raise InputError(f"goal {[*goals][number % len(goals)]!r} of {task} {rule}, not {shown(value)}")
+    dtype = np.bool_ if kinds <= _TRUTHS else np.int64
+    return np.array(values, dtype).reshape(-1, len(goals))

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from numpy.typing import NDArray
+
 from hierroom.support.errors import own_code
-from hierroom.worlds.task.goal_values import goal_values
+from hierroom.worlds.task.goal_values import as_totals, goal_values
 from hierroom.worlds.task.parts import TaskParts
 
 
@@ -17,7 +19,7 @@ class Taken(NamedTuple):
     rewards: list[Any]
     terminated: list[Any]
     truncated: list[Any]
-    totals: list[list[int]]  # how its goals stand
+    totals: NDArray  # [M, G] how its goals stand
 
 
 class LocalEnvs:
@@ -27,33 +29,31 @@ class LocalEnvs:
         self._name, self._goals = task.name, task.goals
         self._envs = [task.new_env() for _ in range(num_envs)]
 
-    def reset(self, envs: Sequence[int], seeds: Sequence[int]) -> tuple[list[Any], list[list[int]]]:
-        """Begin an episode in some environments; return what they show, and how their goals stand."""
-        observations, totals = [], []
+    def reset(self, envs: Sequence[int], seeds: Sequence[int]) -> tuple[list[Any], NDArray]:
+        """Begin an episode in some environments; return what they show, and how their goals stand [M, G]."""
+        observations, infos, chosen = [], [], [self._envs[number] for number in envs]
         with own_code(f"reset of {self._name}"):
-            for number, seed in zip(envs, seeds, strict=True):
-                env = self._envs[number]
+            for env, seed in zip(chosen, seeds, strict=True):
                 observation, info = env.reset(seed=seed)
                 observations.append(observation)
-                totals.append(goal_values(self._goals, env, info, self._name))
-        return observations, totals
+                infos.append(info)
+            values = goal_values(self._goals, chosen, infos, self._name)
+        return observations, as_totals(values, self._goals, self._name)
 
     def step(self, envs: Sequence[int], actions: Sequence[int]) -> Taken:
         """Act in some environments."""
-        taken = Taken([], [], [], [], [])
-        observations, rewards, terminated = taken.observations.append, taken.rewards.append, taken.terminated.append
-        truncated, totals = taken.truncated.append, taken.totals.append
-        all_envs, goals, name = self._envs, self._goals, self._name
-        with own_code(f"step of {name}"):
-            for number, action in zip(envs, actions, strict=True):
-                env = all_envs[number]
+        observations, rewards, terminated, truncated, infos = [], [], [], [], []
+        chosen = [self._envs[number] for number in envs]
+        with own_code(f"step of {self._name}"):
+            for env, action in zip(chosen, actions, strict=True):
                 observation, reward, ends, is_cut, info = env.step(action)
-                observations(observation)
-                rewards(reward)
-                terminated(ends)
-                truncated(is_cut)
-                totals(goal_values(goals, env, info, name))
-        return taken
+                observations.append(observation)
+                rewards.append(reward)
+                terminated.append(ends)
+                truncated.append(is_cut)
+                infos.append(info)
+            values = goal_values(self._goals, chosen, infos, self._name)
+        return Taken(observations, rewards, terminated, truncated, as_totals(values, self._goals, self._name))
 
     def render(self, env: int) -> Any:
         """Return what an environment draws."""

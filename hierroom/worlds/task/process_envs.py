@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+import os
+import signal
 from collections.abc import Sequence
 from functools import partial
 from typing import Any
@@ -55,7 +58,7 @@ class Block(gymnasium.Env):
                 self._arrays[name][stepped] = values
         return self._arrays, 0.0, False, False, {}
 
-    def _keep(self, envs: list[int], observations: list[Any], totals: list[list[int]]) -> None:
+    def _keep(self, envs: list[int], observations: list[Any], totals: NDArray) -> None:
         for name, (path, _) in self._task.trial.entries.items():
             self._arrays[f"{_SHOWN}{name}"][envs] = [entry_of(one, path) for one in observations]
         self._arrays["totals"][envs] = totals
@@ -74,20 +77,20 @@ class ProcessEnvs:
         self._n_places = -(-num_envs // n_blocks)
         n_blocks = -(-num_envs // self._n_places)
         sizes = [min(self._n_places, num_envs - n * self._n_places) for n in range(n_blocks)]
-        make = [partial(Block, task, size, self._n_places) for size in sizes]
+        make = [partial(_make_block, os.getpid(), task, size, self._n_places) for size in sizes]
         self._blocks = AsyncVectorEnv(make, autoreset_mode=AutoresetMode.DISABLED)
         self._blocks.reset()
 
-    def reset(self, envs: Sequence[int], seeds: Sequence[int]) -> tuple[list[Any], list[list[int]]]:
-        """Begin an episode in some environments; return what they show, and how their goals stand."""
+    def reset(self, envs: Sequence[int], seeds: Sequence[int]) -> tuple[list[Any], NDArray]:
+        """Begin an episode in some environments; return what they show, and how their goals stand [M, G]."""
         shown = self._send(_RESET, envs, seeds)
-        return self._observations(shown, envs), shown["totals"][[*envs]].tolist()
+        return self._observations(shown, envs), shown["totals"][[*envs]]
 
     def step(self, envs: Sequence[int], actions: Sequence[int]) -> Taken:
         """Act in some environments."""
         shown, chosen = self._send(_STEP, envs, actions), [*envs]
-        rewards, ends, cuts, totals = (shown[name][chosen].tolist() for name in _RESULTS)
-        return Taken(self._observations(shown, envs), rewards, ends, cuts, totals)
+        rewards, ends, cuts = (shown[name][chosen].tolist() for name in _RESULTS[:3])
+        return Taken(self._observations(shown, envs), rewards, ends, cuts, shown["totals"][chosen])
 
     def _send(self, kind: int, envs: Sequence[int], values: Sequence[int]) -> dict[str, NDArray]:
         """Let blocks act, and return what all environments show, [N, ...] each."""
@@ -108,6 +111,19 @@ class ProcessEnvs:
     def close(self) -> None:
         """End the processes."""
         self._blocks.close()
+
+
+def _make_block(parent: int, task: TaskParts, n_envs: int, n_places: int) -> Block:
+    """Return a block, which in a process of its own ends when asked to, and leaves what it inherited alone.
+
+    A fork inherits the handlers of a training run, which take note of a signal and go on, and its `AsyncVectorEnv`s,
+    which complain when they are collected elsewhere. Ctrl-C reaches all processes; this one is ended by its parent.
+    """
+    if os.getpid() != parent:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        gc.freeze()
+    return Block(task, n_envs, n_places)
 
 
 def _batch(space: spaces.Space, n: int) -> spaces.Box:

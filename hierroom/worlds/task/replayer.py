@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import NO_GOAL
+from hierroom.support.drawing import side_by_side
 from hierroom.support.errors import own_code
-from hierroom.worlds.task.goal_values import goal_values
+from hierroom.worlds.dependencies import Dependencies
+from hierroom.worlds.env_config import SPLITS
+from hierroom.worlds.task.goal_values import as_totals, goal_values
 from hierroom.worlds.task.parts import TaskParts
 
-SPLITS = (None, "training", "evaluation")
 PAPER, INK, FADED, DONE = (255, 255, 255), (20, 20, 20), (150, 150, 150), (0, 120, 60)
 _WIDTH, _LINE, _MARGIN, _TITLE_LINES = 260, 18, 10, 3
 
@@ -51,7 +53,10 @@ class TaskReplayer:
     def seed_of(self, identity: tuple[int, int, int, str | None]) -> int:
         """Return the seed with which an episode's environment is reset."""
         *numbers, levels = identity
-        return int(np.random.SeedSequence([*numbers, SPLITS.index(levels), 0]).generate_state(1)[0])
+        entropy = (*numbers, SPLITS[levels], 0)
+        # SeedSequence cuts whole numbers into these words itself, and takes twice as long.
+        words = [n >> shift & 0xFFFFFFFF for n in entropy for shift in range(0, n.bit_length() or 1, 32)]
+        return int(np.random.SeedSequence(np.array(words, np.uint32)).generate_state(1)[0])
 
     def identity(self, state: Moment) -> tuple[int, int, int]:
         """Return the seed of the environments, the number of this one, and how many episodes it had begun before."""
@@ -74,21 +79,34 @@ class TaskReplayer:
     def replay(self, state: Moment, actions: NDArray[np.integer]) -> Iterator[Moment]:
         """Yield the state, and that after each action."""
         env, task = self._task.new_env("rgb_array"), self._task
-        counts, marking = np.zeros_like(state.counts), state.marking.copy()
+        counts, markings = np.zeros_like(state.counts), state.marking[None].copy()
+        dependencies = Dependencies.of(task.rules, task.goal_set)
         try:
             with own_code(f"reset of {task.name}"):
                 _, info = env.reset(seed=self.seed_of(state.identity))
-            last = np.array(goal_values(task.goals, env, info, task.name), np.int64)
+            last = self._totals(env, info)
             for step in range(len(actions) + 1):
                 frame = _frame(env)
-                yield Moment(state.identity, state.max_steps, counts.copy(), marking, step, lambda f=frame: f)
+                moment = counts.copy(), markings[0].copy(), step, lambda f=frame: f
+                yield Moment(state.identity, state.max_steps, *moment)
                 if step < len(actions) and actions[step] < task.n_actions:
                     with own_code(f"step of {task.name}"):
                         *_, info = env.step(task.trial.first_action + int(actions[step]))
-                    now = np.array(goal_values(task.goals, env, info, task.name), np.int64)
-                    counts, last = counts + np.maximum(now - last, 0), now
+                    now = self._totals(env, info)
+                    times, last = np.maximum(now - last, 0), now
+                    counts = counts + times
+                    if dependencies is not None:
+                        dependencies.apply(markings, times[None])
         finally:
             env.close()
+
+    def _totals(self, env: Any, info: dict[str, Any]) -> NDArray[np.int64]:
+        goals, name = self._task.goals, self._task.name
+        return as_totals(goal_values(goals, [env], [info], name), goals, name)[0].astype(np.int64)
+
+    def rules_state(self, state: Moment) -> tuple[NDArray[np.bool_], NDArray[np.integer]]:
+        """Return which goals [G] were achieved, and how many there are of each fact [F]."""
+        return state.counts > 0, state.marking
 
     def tile_size(self, state: Moment) -> int:
         """Return 1: pictures of a task have no tiles."""
@@ -103,11 +121,7 @@ class TaskReplayer:
         panel = _panel(tuple(self._lines(state, goal)), widest, title)
         if not isinstance(frame, np.ndarray) or frame.ndim != 3 or frame.shape[2] != 3:
             return panel
-        height = max(len(frame), len(panel))
-        parts = [np.full((height, part.shape[1], 3), 255, np.uint8) for part in (frame, panel)]
-        for part, drawn in zip(parts, (frame, panel), strict=True):
-            part[: len(drawn)] = drawn
-        return np.concatenate(parts, axis=1)
+        return side_by_side(frame, panel)
 
     def text(self, state: Moment, goal: int = NO_GOAL) -> str:
         """Describe a state for a terminal."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any, cast
 
@@ -33,7 +33,7 @@ class Task:
         import hierroom
 
         taxi = hierroom.Task(
-            make="Taxi-v4",
+            make="Taxi-v4",  # Taxi-v3 before Gymnasium 1.3
             goals={
                 "passenger": lambda env, info: env.unwrapped.s // 4 % 5 == 4,
                 "home": lambda env, info: env.unwrapped.s // 4 % 5 == env.unwrapped.s % 4,
@@ -88,6 +88,10 @@ class Task:
 
     def __repr__(self) -> str:
         return f"<Task {self.name}, goals {', '.join(self.goals)}>"
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Pickle and copy the entries alone: features are functions without a name."""
+        return {entry.name: getattr(self, entry.name) for entry in fields(self)}
 
     @property
     def name(self) -> str:

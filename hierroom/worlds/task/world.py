@@ -19,6 +19,7 @@ from hierroom.worlds.task.parts import TaskParts
 from hierroom.worlds.task.process_envs import ProcessEnvs
 from hierroom.worlds.task.replayer import Moment, TaskReplayer
 from hierroom.worlds.task.spaces import entry_of
+from hierroom.worlds.world import Feature
 
 MAX_REMEMBERED = 20_000
 """Actions of an episode that a checkpoint holds, so that a resumed run can go on in its midst."""
@@ -38,13 +39,14 @@ class TaskWorld(BaseWorld):
 
     def __init__(self, task: TaskParts, config: EnvConfig, num_envs: int, **settings: Any) -> None:
         self.task, self._trial = task, task.trial
-        self.goals, self.n_actions, self.features, self.rules = task.goal_set, task.n_actions, task.features, task.rules
+        self.goals, self.n_actions, self.rules = task.goal_set, task.n_actions, task.rules
         self.is_repeatable = self._trial.are_counts
         self.observation_spaces: dict[str, spaces.Space] = {name: one for name, (_, one) in self._trial.entries.items()}
         self.default_max_steps = task.max_steps
         left_out = ", ".join(self._trial.left_out)
         self.notes = [f"observations are without {left_out}, which no network reads"] if left_out else []
         self.replayer = TaskReplayer(task)
+        self._paths = [(name, path) for name, (path, _) in self._trial.entries.items()]
         self._shown = {
             name: np.zeros((num_envs, *(space.shape or ())), space.dtype)
             for name, space in self.observation_spaces.items()
@@ -57,29 +59,35 @@ class TaskWorld(BaseWorld):
         self._envs = ProcessEnvs(task, num_envs) if task.processes else LocalEnvs(task, num_envs)
         super().__init__(config, num_envs, **settings)
 
+    @property
+    def features(self) -> Mapping[str, Feature]:  # pyright: ignore[reportIncompatibleVariableOverride] - copies have none
+        """Features that networks can read, by name."""
+        return self.task.features
+
     def begin(self, envs: NDArray[np.integer]) -> None:
         """Begin the episodes of environments [M], each with the seed of its own."""
         numbers = envs.tolist()
         seeds = [self.replayer.seed_of(self.identity(env)) for env in numbers]
-        self._note(numbers, *self._envs.reset(numbers, seeds))
+        self._note(envs, *self._envs.reset(numbers, seeds))
         self._taken[envs], self._actions[envs], self._cut[envs] = 0, _NONE, False
 
     def identity(self, env: int) -> tuple[int, int, int, str | None]:
         """Return what fixes the episode of an environment: seed, environment, number and part of the levels."""
         return int(self.seeds[env]), int(self.indices[env]), int(self.numbers[env]), self.config.levels
 
-    def _note(self, envs: list[int], observations: list[Any], totals: list[list[int]]) -> None:
-        """Keep what some environments show, and how their goals stand."""
-        for name, (path, _) in self._trial.entries.items():
+    def _note(self, envs: NDArray[np.integer], observations: list[Any], totals: NDArray) -> None:
+        """Keep what environments [M] show, and how their goals stand [M, G]."""
+        where = self._where(envs)
+        for name, path in self._paths:
             shown = self._shown[name]
             try:
-                values = np.array([entry_of(one, path) for one in observations]) if path else np.array(observations)
-                shown[envs] = values
+                values = np.array([entry_of(one, path) for one in observations] if path else observations)
+                shown[where] = values
             except (TypeError, ValueError, KeyError, IndexError, OverflowError) as error:
                 raise InputError(f"{self.variants[0]} shows a {name} outside its observation space: {error}") from error
             if shown.dtype.kind == "f" and not np.isfinite(values).all():
                 raise InputError(f"{self.variants[0]} shows a {name} that is not finite")
-        self._totals[envs] = totals
+        self._totals[where] = totals
 
     def shown(self, envs: NDArray[np.integer]) -> dict[str, NDArray]:
         """Return what environments [M] show now, by name."""
@@ -87,14 +95,16 @@ class TaskWorld(BaseWorld):
 
     def step(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Act once in every environment; an action that it does not have only costs the step."""
-        before = self._totals.copy()
-        rewards, terminated, truncated = np.zeros(len(self)), np.zeros(len(self), bool), self._cut.copy()
-        known = np.flatnonzero((actions >= 0) & (actions < self.n_actions) & ~self.has_ended)
-        if len(known):
-            taken = self._act(known, actions[known])
+        before, n = self._totals.copy(), len(actions)
+        rewards, terminated, truncated = np.zeros(n), np.zeros(n, bool), self._cut.copy()
+        acts = (actions >= 0) & (actions < self.n_actions) & ~self._has_ended
+        envs = self.everywhere if acts.all() else np.flatnonzero(acts)
+        if len(envs):
+            where = self._where(envs)
+            taken = self._act(envs, actions[where])
             try:
-                rewards[known], terminated[known] = taken.rewards, taken.terminated
-                truncated[known] |= np.array(taken.truncated, bool)
+                rewards[where], terminated[where] = taken.rewards, taken.terminated
+                truncated[where] |= np.array(taken.truncated, bool)
             except (TypeError, ValueError, OverflowError) as error:
                 raise InputError(f"{self.variants[0]} must return numbers and truths from a step: {error}") from error
             if not np.isfinite(rewards).all():
@@ -102,14 +112,15 @@ class TaskWorld(BaseWorld):
         return self.record(np.maximum(self._totals - before, 0), rewards, terminated, truncated)
 
     def _act(self, envs: NDArray[np.integer], actions: NDArray[np.integer]) -> Taken:
-        numbers = envs.tolist()
-        taken = self._envs.step(numbers, (self._trial.first_action + actions).tolist())
-        self._note(numbers, taken.observations, taken.totals)
-        at = self._taken[envs]
-        kept = at < self._actions.shape[1]
-        self._actions[envs[kept], at[kept]] = actions[kept]
-        self._taken[envs] = at + 1
+        taken, where = self._envs.step(envs.tolist(), (self._trial.first_action + actions).tolist()), self._where(envs)
+        self._note(envs, taken.observations, taken.totals)
+        self._actions[envs, np.minimum(self._taken[where], self._actions.shape[1] - 1)] = actions
+        self._taken[where] += 1
         return taken
+
+    def _where(self, envs: NDArray[np.integer]) -> NDArray[np.integer] | slice:
+        """Return what selects environments fastest."""
+        return slice(None) if envs is self.everywhere else envs
 
     def get_state(self, envs: Any = slice(None)) -> Moment:
         """Return the state of one environment, for its episode to be played again and to be drawn."""

@@ -6,7 +6,7 @@ the same source runs as ordinary Python.
 
 import numpy as np
 
-from hierroom.support.compile.kernel import njit
+from hierroom.support.compile.kernel import copy_matrix, njit
 from hierroom.worlds.random_kernels import GOLDEN, mix, shuffle, stream_key
 
 PLACES, SHELF, BENCH = range(3)
@@ -22,10 +22,12 @@ def begin(shop, things, visited, recipes):
     shop.n_drawn = np.uint64(0)
     shop.steps, shop.achieved, shop.n_first, shop.has_ended = 0, 0, 0, False
     things[:] = 0
-    things[SHELF] = recipes.start
+    for thing in range(recipes.start.shape[0]):
+        things[SHELF, thing] = recipes.start[thing]
     n_places = recipes.standing.shape[0]
     order = things[PLACES, :n_places]
-    order[:] = recipes.standing
+    for place in range(n_places):
+        order[place] = recipes.standing[place]
     shuffle(shop, order)
     while shop.split and n_places >= MIN_SPLIT_PLACES and is_held_out(order) != (shop.split == 2):
         shuffle(shop, order)
@@ -181,7 +183,7 @@ def step_shops(shops, things, visited, recipes, actions, outcomes, last_shops, l
         shop.has_ended = outcome.terminated or outcome.truncated
         if shop.has_ended and autoreset:
             last_shops[n] = shop
-            last_things[n] = things[n]
+            copy_matrix(things[n], last_things[n])
             begin(shop, things[n], visited[n], recipes)
 
 

@@ -7,27 +7,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hierroom.support.schema import record_type
+from hierroom.worlds.seeds import SOURCE_FIELDS
+
 PLACES, SHELF, BENCH = range(3)
 """Rows of an environment's things [3, T]: the thing at each place of the shelf (P of them, then zeros); how many there
 are of each thing on the shelf; how many of each lie on the bench."""
 
 
-_FIELDS = (
-    # The source of the environment's random numbers.
-    ("seed", "u8"),
-    ("index", "i8"),  # number of the environment; the same index gives the same episodes in any batch
-    ("episode", "i8"),
-    ("key", "u8"),
-    ("n_drawn", "u8"),
+SHOP = record_type(
+    *SOURCE_FIELDS,
     ("max_steps", "i4"),
-    ("split", "i4"),  # 0: every order of the shelf may be drawn; 1: those of training; 2: those of evaluation
+    ("split", "i4"),  # the number in `SPLITS` of the orders of the shelf that may be drawn
     ("steps", "i4"),
     ("achieved", "i8"),  # bit g: goal g was achieved in this episode
     ("n_first", "i4"),  # number of these bits
     ("has_ended", "?"),
 )
-SHOP = np.dtype((np.record, np.dtype([*_FIELDS], align=True)))
-SPLITS = {None: 0, "training": 1, "evaluation": 2}
 
 
 @dataclass(frozen=True)

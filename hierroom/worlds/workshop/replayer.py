@@ -60,6 +60,12 @@ class WorkshopReplayer:
             world.step(np.array([action], np.int64))
             yield world.get_state()
 
+    def rules_state(self, state: WorkshopState) -> tuple[NDArray[np.bool_], NDArray[np.integer]]:
+        """Return which goals [G] were achieved, and how many there are of each fact [F]."""
+        achieved = int(state.shops[0].achieved) >> np.arange(self._book.recipes.n_goals) & 1
+        counts = state.things[0, SHELF].astype(np.int64) + state.things[0, BENCH]
+        return achieved > 0, counts[: len(self._book.rules.facts)]
+
     def tile_size(self, state: WorkshopState) -> int:
         """Return the side length of a place in pixels at which its text can be read."""
         return 80

@@ -6,7 +6,8 @@ import numpy as np
 
 from hierroom.support.errors import InputError
 from hierroom.support.schema import Array, of_records, require
-from hierroom.worlds.workshop.layout import BENCH, PLACES, SHELF, SHOP, SPLITS, WorkshopState
+from hierroom.worlds.env_config import SPLITS
+from hierroom.worlds.workshop.layout import BENCH, PLACES, SHELF, SHOP, WorkshopState
 from hierroom.worlds.workshop.recipes import Recipes
 
 _INT32, _INT64 = 2**31 - 1, 2**63 - 1

@@ -14,12 +14,13 @@ from hierroom.support.compile.kernel import compiled
 from hierroom.support.errors import InputError
 from hierroom.support.read_only import freeze, read_only
 from hierroom.support.schema import Whole
+from hierroom.support.thread_pool import Shares
 from hierroom.worlds.base import OUTCOME, BaseWorld
-from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.env_config import SPLITS, EnvConfig
 from hierroom.worlds.seeds import Indices, chosen_envs, write_seeds
 from hierroom.worlds.workshop import kernels
 from hierroom.worlds.workshop.goal_kernels import GOAL_MASKS
-from hierroom.worlds.workshop.layout import SHELF, SHOP, SPLITS, WorkshopState
+from hierroom.worlds.workshop.layout import SHELF, SHOP, WorkshopState
 from hierroom.worlds.workshop.recipes import book_of
 from hierroom.worlds.workshop.state_check import check_state
 from hierroom.worlds.workshop.tech_tree import tech_tree
@@ -85,6 +86,7 @@ class WorkshopWorld(BaseWorld):
         memories: Iterable[str] = (),
     ) -> None:
         Whole(1, 2**31 - 1).check(num_envs, "num_envs")
+        self._shares = Shares(num_envs, threads)
         self.task, self.config, self._autoreset = task, config, autoreset
         self.book, self.rules, self.replayer = task.book, task.rules, task.replayer
         self.goals, self.n_actions = task.goal_set, task.n_actions
@@ -143,8 +145,16 @@ class WorkshopWorld(BaseWorld):
     def step(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Act once in every environment and return the outcomes; an action [N] that is none only costs the step."""
         state, last = self._state, (self._last_shops, self._last_things)
-        given = self.book.recipes, actions, self._outcomes
-        _compiled_step()(state.shops, state.things, state.visited, *given, *last, self._autoreset)
+        recipes, arrays, step = self.book.recipes, (state.shops, state.things, state.visited), _compiled_step()
+        if self._shares.is_one:
+            step(*arrays, recipes, actions, self._outcomes, *last, self._autoreset)
+        else:
+
+            def step_share(p: slice) -> None:
+                ours, theirs = (one[p] for one in arrays), (one[p] for one in (actions, self._outcomes, *last))
+                step(*ours, recipes, *theirs, self._autoreset)
+
+            self._shares.each(step_share)
         return self._outcomes
 
     def _view(self, shops: np.ndarray, things: NDArray[np.uint8]) -> WorkshopView:

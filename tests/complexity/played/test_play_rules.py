@@ -1,10 +1,13 @@
 """Rules estimated from play, against those that were declared."""
 
+import gymnasium
 import numpy as np
 import pytest
 
 import hierroom
+from hierroom.agents.player import make_player
 from hierroom.commands.complexity import main as complexity
+from hierroom.complexity import analyze
 from hierroom.complexity.played.play_rules import PlayedRules
 from hierroom.goals import GoalGraph
 from hierroom.goals.rules import Rules
@@ -47,6 +50,31 @@ def test_the_rules_of_a_goal_graph_are_found_from_two_hundred_random_walks(lette
     assert plain(found.rules) == plain(declared)
 
 
+def test_what_is_achieved_or_not_is_never_asked_for_twice():
+    episodes = [["edge", "edge", "gift"]]
+    assert PlayedRules.of(episodes, ["edge", "gift"], "gift").ways["gift"] == ({"edge": 2},)
+    assert PlayedRules.of(episodes, ["edge", "gift"], "gift", once=["edge"]).ways["gift"] == ({"edge": 1},)
+
+
+def test_a_task_of_truths_and_counts_counts_the_counts_alone():
+    class Walk(gymnasium.Env):
+        observation_space, action_space = gymnasium.spaces.Discrete(9), gymnasium.spaces.Discrete(2)
+
+        def reset(self, *, seed=None, options=None):
+            self.steps = 0
+            return 0, {}
+
+        def step(self, action):
+            self.steps += 1
+            return self.steps % 9, 0.0, self.steps == 8, False, {}
+
+    odd, counted = (lambda env, info: env.unwrapped.steps % 2 == 1), (lambda env, info: env.unwrapped.steps // 2)
+    goals = {"odd": odd, "pair": counted, "end": lambda env, info: env.unwrapped.steps == 8}
+    task = hierroom.Task(Walk, goals, target="end")
+    found = play_rules(Turns(EnvConfig(task=task), 2, seed=0), make_player("random", 0), 4)
+    assert found.ways["end"] == ({"pair": 4},)  # which asks for odd itself, once
+
+
 def test_alternatives_and_counts_are_found():
     declared = Rules(
         {
@@ -77,6 +105,17 @@ def test_what_a_workshop_needs_is_found_from_five_hundred_random_walks(spec):
     assert found.target == workshop.goal_set.names[workshop.goal_set.target]
     for goal in workshop.goal_set.names:  # what a requirement needs itself is not told apart from what is needed twice
         assert all_needs(ours, goal) == all_needs(theirs, goal)
+
+
+@pytest.mark.parametrize(("spec", "episodes"), [("workshop:4", 100), ("workshop:6", 300)])
+def test_what_a_real_workshop_needs_is_found_from_some_hundred_episodes_of_random_actions(spec, episodes):
+    declared = find_task(spec).rules
+    found = play_rules(Turns(EnvConfig(task=spec), 50, seed=1), make_player("random", 1), episodes).rules
+    ours, theirs = plain(found), plain(declared)
+    for goal in declared.names:
+        assert all_needs(ours, goal) == all_needs(theirs, goal)
+    # As nothing is used up in rules from play, they ask for all that was made of a thing until then.
+    assert analyze(found).fewest == analyze(declared).fewest
 
 
 def test_what_was_always_there_by_chance_is_needed_until_it_was_missing_once():

@@ -10,6 +10,7 @@ from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.worlds.escape_room.constants import LOCKED_DOOR, MARGIN, WALL
 from hierroom.worlds.escape_room.features import UNKNOWN_DISTANCE
 from hierroom.worlds.escape_room.frontier import nearest_frontiers
+from hierroom.worlds.escape_room.layout import NO_MAPS
 
 N_ENVS = 8
 
@@ -45,7 +46,10 @@ def test_maps_and_frontiers_are_those_of_the_views_of_this_episode(size, graphs)
                     floor[n].add(cell)
             assert bits(level.explored) == seen[n]
         if step % 5 == 0:
-            found, places = nearest_frontiers(observation.levels), FEATURES["frontier-places"].encode(observation)
+            found, places = (
+                nearest_frontiers(observation.levels, NO_MAPS),
+                FEATURES["frontier-places"].encode(observation),
+            )
             assert found.shape == (N_ENVS, 2, 2)
             for n, level in enumerate(observation.levels):
                 beside = [(0, 1), (1, 0), (0, -1), (-1, 0)]
@@ -89,7 +93,7 @@ def test_an_open_doorway_is_a_frontier_until_all_beside_it_was_seen():
                 for down, right in ((0, 0), *beside):
                     rows, cols = (doorways - MARGIN + np.array([down, right])).T
                     now["explored"][np.arange(N_ENVS), rows] |= np.uint64(1) << cols.astype(np.uint64)
-            found, found_locked = nearest_frontiers(is_open), nearest_frontiers(is_locked)
+            found, found_locked = nearest_frontiers(is_open, NO_MAPS), nearest_frontiers(is_locked, NO_MAPS)
             if beside:
                 np.testing.assert_array_equal(found, found_locked)
             else:
@@ -104,4 +108,4 @@ def test_of_two_that_are_as_near_the_upper_one_is_taken():
     for branch, (row, col) in enumerate([(40, 23), (39, 56)]):  # 17 steps away, and more than half a grid apart
         levels["doors_at"][:, branch] = row, col
         levels["explored"][:, row - MARGIN] |= np.uint64(1) << np.uint64(col - MARGIN)
-    assert nearest_frontiers(levels)[0, 1].tolist() == [39, 56]
+    assert nearest_frontiers(levels, NO_MAPS)[0, 1].tolist() == [39, 56]

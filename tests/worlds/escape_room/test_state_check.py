@@ -98,6 +98,9 @@ BREAK = {
     "an episode has ended at the exit or after its last step, and nowhere else": lambda level, grid: setattr(
         level, "has_ended", True
     ),
+    "all doors of a level that is drawn are opened from its first room": lambda level, grid: setattr(
+        level, "door_rooms", 1
+    ),
 }
 
 
@@ -245,6 +248,7 @@ def test_the_bounds_are_those_of_a_grid_of_fifteen():
     of_cells = dict.fromkeys(("rectangles", "doors_at", "keys_at", "exit_at", "divider", "doorways"), (0, 24))
     expected = {"seed": (0, 2**63 - 1), "index": (0, 2**63 - 1), "episode": (0, 2**63 - 2), "max_steps": (1, large)}
     expected |= {"remembers": (0, 7), "split": (0, 2), "n_rooms": (2, 7), "exit_room": (1, 6), "key_rooms": (0, 6)}
+    expected |= {"map": (0, 0), "door_rooms": (0, 6)}
     expected |= {"colours": (0, 5), "branches": (0, 5), **of_cells, "row": (6, 18), "col": (6, 18)}
     expected |= {"direction": (0, 3), "steps": (0, large), "keys": (0, 63), "doors": (0, 63), "found": (0, 63)}
     expected |= {"opened_at": (0, large), "seen": (0, 2**13 - 1), "visited": (0, 2**15 - 1), "explored": (0, 2**15 - 1)}

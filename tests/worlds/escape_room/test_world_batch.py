@@ -7,9 +7,10 @@ import pytest
 
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
 from hierroom.support.errors import InputError
+from hierroom.support.thread_pool import MIN_ENVS_PER_THREAD
 from hierroom.worlds.escape_room import engine
 from hierroom.worlds.escape_room.constants import FORWARD, LEFT
-from hierroom.worlds.escape_room.engine import MIN_ENVS_PER_THREAD, Engine
+from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.layout import OUTCOME, State
 from hierroom.worlds.escape_room.oracle import shortest_actions
 

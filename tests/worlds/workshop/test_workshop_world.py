@@ -1,6 +1,7 @@
 """Workshops as a world: seeds, states, features, goals, pictures, and every API."""
 
 import pickle
+import threading
 from copy import deepcopy
 
 import gymnasium
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 from pettingzoo.test import api_test, parallel_api_test
+from pictures import has_colour
 from same_state import equal
 from workshop_twin import CRAFT
 
@@ -15,11 +17,15 @@ import hierroom
 from hierroom import EnvConfig, InputError
 from hierroom.agents.config import METHODS
 from hierroom.agents.features import Features
+from hierroom.agents.playback import pictures
+from hierroom.complexity.drawing.draw_state import DONE, PURSUED, rules_picture
 from hierroom.learners.config import PPOConfig
 from hierroom.runs.trainer import Trainer
+from hierroom.support.thread_pool import MIN_ENVS_PER_THREAD
 from hierroom.turns.records import META
 from hierroom.turns.turns import Turns
 from hierroom.worlds.make import find_task, world_spec
+from hierroom.worlds.workshop import world as module
 from hierroom.worlds.workshop.layout import BENCH, PLACES, SHELF, SHOP
 
 TASK = hierroom.workshop(CRAFT)
@@ -35,6 +41,23 @@ def test_an_environment_goes_the_same_way_alone_and_among_others():
     for row in ACTIONS:
         assert together.step(row)[4] == alone.step(row[4:5])[0]
         np.testing.assert_array_equal(together.state.things[4], alone.state.things[0])
+
+
+def test_two_threads_do_what_one_does(monkeypatch):
+    n, used, step = 2 * MIN_ENVS_PER_THREAD + 1, [], module._compiled_step()
+
+    def noted_step(*arrays):
+        used.append((threading.get_ident(), len(arrays[0])))
+        step(*arrays)
+
+    monkeypatch.setattr(module, "_compiled_step", lambda: noted_step)
+    config = EnvConfig(task=TASK, max_steps=40)
+    one, two = (TASK.make_world(config, n, seed=3, memories=("visited",), threads=threads) for threads in (1, 2))
+    for actions in np.random.default_rng(1).integers(0, TASK.n_actions, (60, n)):
+        assert (one.step(actions) == two.step(actions)).all()
+    for name, array in vars(one.get_state()).items():
+        np.testing.assert_array_equal(array, getattr(two.get_state(), name))
+    assert {size for thread, size in used if thread != threading.get_ident()} == {n // 2, n // 2 + 1}
 
 
 def test_the_shelf_has_another_order_in_each_episode_and_never_one_of_evaluation_in_training():
@@ -229,3 +252,21 @@ def test_every_method_trains_and_goes_on_from_its_state(method, one_thread):
         assert first.advance() == second.advance()
     states = [trainer.state_dict() for trainer in (first, second)]
     assert equal(*({name: state[name] for name in ("turns", "agents", "log")} for state in states))
+
+
+def test_a_film_shows_the_graph_of_the_rules_with_what_was_achieved_and_what_there_is():
+    (episode,) = hierroom.rollout("oracle", EnvConfig(task="workshop:4"), 1, seed=0)
+    frames, states = [*pictures(episode)], [*episode.states()]
+    level = episode.replayer.picture(states[0], -1, episode.replayer.tile_size(states[0]))
+    assert len({frame.shape for frame in frames}) == 1
+    graphs = [frame[:, level.shape[1] :] for frame in frames]
+    n_achieved = [int(episode.replayer.rules_state(state)[0].sum()) for state in states]
+    assert (n_achieved[0], n_achieved[-1]) == (0, 4)
+    assert [has_colour(graph, DONE).any() for graph in graphs] == [n > 0 for n in n_achieved]
+    rules, drawn = episode.graph, set()
+    for marking, achieved, goal in ((0, (), None), (0, ("water",), None), (1, ("water",), None), (0, (), "water")):
+        counts = [marking if fact == "water" else there for fact, there in rules.start.items()]
+        one = rules_picture(rules, frozenset(achieved), tuple(counts), goal)
+        assert has_colour(one, PURSUED).any() == (goal is not None)
+        drawn.add(one.tobytes())
+    assert len(drawn) == 4

@@ -7,6 +7,19 @@ import numpy as np
 
 from hierroom import Rules
 
+TUNNEL = Rules(
+    {
+        "wood": {"gives": "wood"},
+        "table": {"uses": {"wood": 2}, "gives": "table"},
+        "pickaxe": {"needs": "table", "uses": {"wood": 1}, "gives": "pickaxe"},
+        "stone": {"needs": "pickaxe", "gives": "stone"},
+        "tunnel": [{"needs": {"stone": 3}, "gives": "way"}, {"needs": "dynamite", "gives": "way"}],
+    },
+    target="way",
+    capacity={"wood": 3, "stone": 3},
+    label="tunnel",
+)
+
 
 def relevant(rules):
     """Return the goals that give the target or what a goal of these needs or uses."""

@@ -1,0 +1,83 @@
+"""A picture of rules as a graph with their state: what was achieved, what there is, what can be done and is pursued."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.complexity.drawing.drawn_places import Point, place_rows
+from hierroom.complexity.requirements import goal_depths, links
+from hierroom.goals import Rules
+
+COLUMN, ROW, HALF_HEIGHT, LEGEND = 42, 33, 13, 34
+"""Pixels for a unit of the drawing across and down, half the height of a goal, and the height of the legend."""
+PAPER, INK, FADED, DONE, PURSUED, USED = "#ffffff", "#202020", "#a0a0a0", "#bfe5c8", "#f28e2b", "#e15759"
+LONGEST_NAME = 14
+
+
+@lru_cache(maxsize=256)
+def rules_picture(
+    rules: Rules, achieved: frozenset[str], marking: tuple[int, ...], goal: str | None
+) -> NDArray[np.uint8]:
+    """Draw rules and their state, all pictures of the same rules of one size: [H, W, 3] uint8.
+
+    Arrows lead from a goal to those that ask for what it gives. A goal that was achieved is filled; where what it gives
+    is there, its name says how many; a goal that cannot be achieved now is faded; the one that is pursued has a frame.
+
+    Args:
+        rules: the rules.
+        achieved: names of the goals that were achieved in the episode.
+        marking: [F] how many there are of each fact.
+        goal: the name of the goal that is pursued, or None.
+    """
+    from PIL import Image, ImageDraw, ImageFont
+
+    places, (width, height) = _layout(rules)
+    image = Image.new("RGB", (width, height), PAPER)
+    draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=11)
+    for giver, taker, is_used in links(rules):
+        _arrow(draw, places[giver], places[taker], USED if is_used else FADED)
+    after, applies = rules.apply_all(marking)
+    can_be_done = applies & (after != np.array(marking)).any(axis=-1)
+    for name, (x, y), is_within_reach in zip(rules.names, places, can_be_done.tolist(), strict=True):
+        held = max(
+            marking[rules.facts.index(fact)] for way in rules.rules[name] for fact in way.gives or (rules.target,)
+        )
+        label = name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
+        label += f" x{held}" if held and name in achieved else ""
+        half = draw.textlength(label, font=font) / 2 + 5
+        box = (x - half, y - HALF_HEIGHT, x + half, y + HALF_HEIGHT)
+        if name == goal:
+            draw.rectangle((box[0] - 4, box[1] - 4, box[2] + 4, box[3] + 4), outline=PURSUED, width=3)
+        ink = INK if is_within_reach or name in achieved else FADED
+        draw.rectangle(box, fill=DONE if name in achieved else PAPER, outline=ink, width=2 if is_within_reach else 1)
+        draw.text((x, y), label, fill=ink, font=font, anchor="mm")
+    legend = ("filled: achieved; x2: so many are there", "black: can be done; red: is used up")
+    for line, words in enumerate(legend):
+        draw.text((6, height - LEGEND + 15 * line), words, fill=FADED, font=font)
+    picture = np.asarray(image)
+    picture.setflags(write=False)
+    return picture
+
+
+@lru_cache(maxsize=16)
+def _layout(rules: Rules) -> tuple[list[Point], tuple[int, int]]:
+    """Return the place of each goal in pixels, in rows by depth, and the size of the picture."""
+    places = place_rows(np.array([*goal_depths(rules).values()]), np.array([link[:2] for link in links(rules)]), 0)
+    xs, ys = zip(*places, strict=True)
+    at = [(COLUMN * (x - min(xs) + 1.4), ROW * (max(ys) - y + 0.8)) for x, y in places]
+    wide = max(x for x, _ in at) + 1.4 * COLUMN
+    return at, (max(round(wide), 240), round(max(y for _, y in at) + 0.8 * ROW) + LEGEND)
+
+
+def _arrow(draw: object, start: Point, end: Point, colour: str) -> None:
+    """Draw an arrow between the rims of two goals."""
+    (x, y), (to_x, to_y) = start, end
+    down = np.sign(to_y - y)
+    tip, tail = (to_x, to_y - down * HALF_HEIGHT), (x, y + down * HALF_HEIGHT)
+    draw.line((*tail, *tip), fill=colour, width=1)  # pyright: ignore[reportAttributeAccessIssue] - of Pillow
+    angle = np.arctan2(tip[1] - tail[1], tip[0] - tail[0])
+    sides = [(tip[0] - 7 * np.cos(angle + turn), tip[1] - 7 * np.sin(angle + turn)) for turn in (-0.4, 0.4)]
+    draw.polygon([tip, *sides], fill=colour)  # pyright: ignore[reportAttributeAccessIssue] - of Pillow

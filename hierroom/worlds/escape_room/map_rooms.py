@@ -1,0 +1,163 @@
+"""The rooms of a map and its goal graph, read off its cells: what a flood of the floor reaches, door by door."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import NoReturn
+
+from hierroom.goals import COLOURS
+from hierroom.goals.tree import canonical_order
+
+Cell = tuple[int, int]
+"""(row, col), counted from 0."""
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Where everything stands in a map; keys and doors by colour. Keys lie on ``floor``; doors and the exit do not."""
+
+    floor: frozenset[Cell]
+    start: Cell
+    exit: Cell
+    keys: Mapping[int, Cell]
+    doors: Mapping[int, Cell]
+
+
+@dataclass(frozen=True)
+class MapRooms:
+    """The rooms of a map; room 0 is where the agent starts, and rooms are numbered as in `GoalGraph.canonical`.
+
+    Args:
+        key_rooms: [rooms - 1] the room in which the key of room 1, 2, ... lies.
+        exit_room: the room of the exit.
+        door_rooms: [rooms - 1] the room from which the door of room 1, 2, ... is opened.
+        colours: [rooms - 1] the colour of that door and key.
+        room_of: the room of each cell that can be entered, except doors.
+    """
+
+    key_rooms: tuple[int, ...]
+    exit_room: int
+    door_rooms: tuple[int, ...]
+    colours: tuple[int, ...]
+    room_of: Mapping[Cell, int]
+
+
+def read_rooms(drawn: Drawn, refuse: Callable[[Cell, str], NoReturn], where: Callable[[Cell], str]) -> MapRooms:
+    """Return the rooms of a map, or ``refuse`` it, with a cell, if it cannot be solved or is no tree of keys and doors.
+
+    A room is the floor that a door makes reachable. The door of a room is opened from another room, which need not be
+    the first; a goal graph says by its keys alone what must be achieved before what, so whoever has the key of a door
+    must have passed through every door before it.
+    """
+    doors, name = drawn.doors, {colour: f"the {COLOURS[colour]} door" for colour in drawn.doors}
+    at_door = {cell: colour for colour, cell in doors.items()}
+    for colour, cell in sorted(doors.items(), key=lambda item: item[1]):
+        if touching := [at_door[one] for one in _beside(cell) if one in at_door]:
+            refuse(cell, f"{name[colour]} touches {name[touching[0]]}; put floor or wall between two doors")
+
+    # The floor that each door makes reachable, and the door through which one comes from there; -1 is the start.
+    room_of = dict.fromkeys(_flood([drawn.start], drawn.floor), -1)
+    door_rooms: dict[int, int] = {}
+    order = [-1]
+    for room in order:
+        for colour, cell in sorted(doors.items(), key=lambda item: item[1]):
+            if colour in door_rooms or all(room_of.get(one) != room for one in _beside(cell)):
+                continue
+            door_rooms[colour] = room
+            behind = [one for one in _beside(cell) if one in drawn.floor and room_of.get(one) != room]
+            if other := [room_of[one] for one in behind if one in room_of]:
+                way = "the start" if other[0] < 0 else name[other[0]]
+                refuse(cell, f"{name[colour]} lies in a loop: what is behind it is entered from {way} as well")
+            if not behind and drawn.exit not in _beside(cell):
+                refuse(cell, f"{name[colour]} opens nothing: the same room, or wall, is on all its sides")
+            room_of |= dict.fromkeys(_flood(behind, drawn.floor), colour)
+            order.append(colour)
+    for kind, cells in (("door", doors), ("key", drawn.keys)):
+        for colour, cell in cells.items():
+            if (colour not in door_rooms) if kind == "door" else (cell not in room_of):
+                refuse(cell, f"the {COLOURS[colour]} {kind} cannot be reached: no way leads to it, even by other doors")
+
+    exit_rooms = {room_of.get(one, at_door.get(one)) for one in _beside(drawn.exit)} - {None}
+    if not exit_rooms:
+        refuse(drawn.exit, "the exit cannot be reached: no way leads to it, even through the doors")
+    if -1 in exit_rooms:
+        refuse(drawn.exit, "the exit can be reached before any door is open; it must lie behind a door")
+    if len(exit_rooms) > 1:
+        ways = " and from behind ".join(sorted(name[one] for one in exit_rooms if one is not None))
+        refuse(drawn.exit, f"the exit is entered from behind {ways}; a tree of keys and doors has one way to it")
+    exit_room = next(iter(exit_rooms))
+    assert exit_room is not None
+    key_rooms = {colour: room_of[cell] for colour, cell in drawn.keys.items()}
+
+    entered = _entered(key_rooms, door_rooms)
+    for what, cell, room in (
+        ("exit", drawn.exit, exit_room),
+        *((f"{COLOURS[colour]} key", drawn.keys[colour], room) for colour, room in key_rooms.items()),
+    ):
+        if room not in entered:
+            locked = _first_locked(room, entered, door_rooms)
+            key = f"the key of that door, at {where(drawn.keys[locked])}, cannot be come by before it"
+            refuse(cell, f"the {what} cannot be reached in any order: it lies behind {name[locked]}, and {key}")
+    for colour, room in door_rooms.items():
+        if room not in (passed := _passed(key_rooms[colour], key_rooms)):
+            least = "the start" if passed == [-1] else name[passed[0]]
+            refuse(
+                doors[colour],
+                f"{name[colour]} stands behind {name[room]}, but its key, at {where(drawn.keys[colour])}, does not: "
+                f"the door needs both, and in a tree of keys and doors each needs one thing (put the key behind "
+                f"{name[room]}, or the door where {least} leads)",
+            )
+
+    colours = [colour for colour in order if colour >= 0]
+    number = {-1: 0} | {colour: n for n, colour in enumerate(colours, start=1)}
+    numbers = canonical_order([number[key_rooms[colour]] for colour in colours], number[exit_room])
+    colours = [colours[old - 1] for old in numbers[1:]]
+    number = {-1: 0} | {colour: n for n, colour in enumerate(colours, start=1)}
+    return MapRooms(
+        tuple(number[key_rooms[colour]] for colour in colours),
+        number[exit_room],
+        tuple(number[door_rooms[colour]] for colour in colours),
+        tuple(colours),
+        {cell: number[room] for cell, room in room_of.items()} | {drawn.exit: number[exit_room]},
+    )
+
+
+def _beside(cell: Cell) -> list[Cell]:
+    row, col = cell
+    return [(row - 1, col), (row, col - 1), (row, col + 1), (row + 1, col)]
+
+
+def _flood(start: Iterable[Cell], floor: frozenset[Cell]) -> set[Cell]:
+    """Return the floor that can be walked to from some cells of it."""
+    found = {*start}
+    frontier = [*found]
+    while frontier:
+        new = {one for one in _beside(frontier.pop()) if one in floor} - found
+        found |= new
+        frontier += new
+    return found
+
+
+def _entered(key_rooms: Mapping[int, int], door_rooms: Mapping[int, int]) -> set[int]:
+    """Return the rooms that can be entered in some order; a room is the colour of its door, and -1 the first."""
+    entered, n_before = {-1}, 0
+    while len(entered) > n_before:
+        n_before = len(entered)
+        entered |= {one for one, room in door_rooms.items() if room in entered and key_rooms[one] in entered}
+    return entered
+
+
+def _first_locked(room: int, entered: set[int], door_rooms: Mapping[int, int]) -> int:
+    """Return the door, on the way to a room, that is reached and never opened."""
+    while door_rooms[room] not in entered:
+        room = door_rooms[room]
+    return room
+
+
+def _passed(room: int, key_rooms: Mapping[int, int]) -> list[int]:
+    """Return the rooms that whoever is in a room has been in for sure: itself, that of its key, and so on."""
+    passed = [room]
+    while passed[-1] >= 0:
+        passed.append(key_rooms[passed[-1]])
+    return passed

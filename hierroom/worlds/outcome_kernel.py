@@ -1,0 +1,50 @@
+"""The kernel that writes what a step did in the environments of a simple world into its outcomes."""
+
+import numpy as np
+
+from hierroom.support.compile.kernel import njit
+
+
+@njit(cache=True, nogil=True)
+def write_outcomes(
+    times, rewards, terminated, truncated, counts, lengths, has_ended, outcomes, max_steps, target, autoreset
+):
+    """Write the outcomes [N] and go on counting; where an episode had ended before, nothing counts.
+
+    Args:
+        times: [N, G] int64, how often the step achieved each goal; set to 0 where nothing counts.
+        rewards: [N] float64.
+        terminated: [N] bool, where the step ended the episode.
+        truncated: [N] bool, where something else than the limit of steps cut it off.
+        counts: [N, G] int64, how often each goal was achieved in the episode, updated.
+        lengths: [N] int64, steps of the episode, updated.
+        has_ended: [N] bool, updated without ``autoreset``.
+        outcomes: [N] records with the fields of `world.OUTCOME_FIELDS`.
+        max_steps: steps after which an episode is truncated.
+        target: the goal that ends an episode.
+        autoreset: whether the next episode begins where one ended.
+
+    Returns:
+        the numbers of goals that were achieved and of episodes that ended.
+    """
+    n_achieved, n_ended = 0, 0
+    for n in range(outcomes.shape[0]):
+        outcome = outcomes[n]
+        outcome.achieved, outcome.n_first, outcome.reward = 0, 0, 0.0
+        if has_ended[n]:
+            times[n] = 0
+            continue
+        lengths[n] += 1
+        for goal in range(times.shape[1]):
+            if times[n, goal] > 0:
+                n_achieved += 1
+                outcome.achieved |= np.int64(1) << goal
+                outcome.n_first += counts[n, goal] == 0
+                counts[n, goal] += times[n, goal]
+        outcome.reward, outcome.length = rewards[n], lengths[n]
+        outcome.terminated = terminated[n] or times[n, target] > 0
+        outcome.truncated = not outcome.terminated and (truncated[n] or lengths[n] >= max_steps)
+        if outcome.terminated or outcome.truncated:
+            n_ended += 1
+            has_ended[n] = not autoreset
+    return n_achieved, n_ended
