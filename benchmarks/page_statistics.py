@@ -2,7 +2,7 @@
 
     python -m benchmarks.page_statistics
 
-Of each `study` or `measures` table of the pages (see `benchmarks.tables`) the correlations are written beside the rows
+Of each `measures` table of the pages (see `benchmarks.tables`) the correlations are written beside the rows
 of its sweep, of as many seeds as are whole. It takes about a minute for each; `benchmarks.tables` puts the tables into
 the pages.
 """
@@ -21,7 +21,7 @@ from benchmarks.study.statistics import Options as StudyOptions
 from benchmarks.study.statistics import study
 from benchmarks.study.tables import MEASURES_PATH, known_measures, read_rows
 from benchmarks.study.trained import Milestone
-from benchmarks.tables import PAGES, PLACE
+from benchmarks.tables import PAGES, named_tables
 from hierroom.lab.sweep.table import SweepTable
 from hierroom.support.cli import run
 from hierroom.support.files import write_atomically
@@ -34,8 +34,8 @@ class Options:
 
 def shown_correlations() -> list[tuple[str, Milestone | None]]:
     """Return the sweeps whose correlations pages show, each with its milestone where it is not that of the rules."""
-    places = [found for page in PAGES for found in PLACE.finditer(page.read_text(encoding="utf-8"))]
-    words = [found[3].split() for found in places if found[2] in ("study", "measures")]
+    named = [one for page in PAGES for one in named_tables(page.read_text(encoding="utf-8"))]
+    words = [words for kind, words in named if kind == "measures"]
     return list(dict.fromkeys((name, milestone_and_words(others)[0]) for name, *others in words))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -52,6 +53,11 @@ class ResultTable:
         """
         print(self.markdown())
         if out is not None:
-            text = io.StringIO()
-            csv.writer(text, lineterminator="\n").writerows([self.headings, *self.rows])
-            write_atomically(out, text.getvalue().encode())
+            write_atomically(out, csv_of(self.headings, self.rows).encode())
+
+
+def csv_of(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table as CSV."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([headings, *rows])
+    return text.getvalue()

@@ -10,8 +10,7 @@ of a sweep, and SEEDS how many of its first seeds are taken.
 |---|---|
 | `<!-- sweep NAME -->` | what was trained; with SEEDS where it is of the first ones only |
 | `<!-- unfinished NAME -->` | the same of a sweep that is not done, with how many runs are |
-| `<!-- study NAME MEASURE ... -->` | how well measures predicted it, all measures where none is named |
-| `<!-- measures NAME MEASURE ... -->` | the same for some measures, in one table |
+| `<!-- measures NAME MEASURE ... -->` | how well measures predicted it, all measures where none is named |
 | `<!-- hierarchy NAME SEEDS -->` | when hierarchy pays; with a milestone that is not that of the rules, or `width` |
 | `<!-- factors NAME SEEDS REFERENCE -->` | what makes the difference; with a milestone before the reference, as above |
 | `<!-- comparisons NAME SEEDS -->` | the methods that benchmarks/study/NAME_comparisons.toml names beside each other |
@@ -19,15 +18,22 @@ of a sweep, and SEEDS how many of its first seeds are taken.
 | `<!-- tuning NAME ... -->` | which settings the sweeps tuned |
 | `<!-- paper SIZE SEEDS -->` | the paper's Table 3, ours on grids of one size |
 | `<!-- result NAME -->` | what a benchmark measured that is no sweep, as it wrote it to benchmarks/results/NAME.csv |
+| `<!-- cells SIZE SEEDS -->` | each number of that table as a row, for a CSV file |
+| `<!-- matrix COLUMN NAME -->` | one column of a sweep, as `steps_to_95`: variants in rows, graphs in columns |
+
+A table of many rows is a CSV file. After a link to it the same words say what is in it, as in
+`[factors](../benchmarks/results/study/factors.csv)<!-- factors study 10 hippo -->`. The site shows those of
+docs/tables.md.
 
 A file benchmarks/results/NAME/told.csv puts a column into the table of a sweep, with a text for each variant.
 
-What `study` and `measures` show was written by `benchmarks.study.statistics --out correlations.csv`, or, where a
+What `measures` shows was written by `benchmarks.study.statistics --out correlations.csv`, or, where a
 milestone stands before the measures, with `--outcome steps_to_50 --out correlations_steps_to_50.csv`.
 """
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -39,29 +45,27 @@ import pandas as pd
 import tyro
 
 from benchmarks.committed import ROOT, done_rows, plan_of
-from benchmarks.result_table import ResultTable
+from benchmarks.paper_tables import cells_table, paper_table
+from benchmarks.result_table import ResultTable, csv_of
 from benchmarks.study.page_tables import (
     comparisons_table,
     factors_table,
     hierarchy_table,
     levels_table,
     measures_table,
-    study_table,
     tuning_table,
 )
-from hierroom.lab.paper.cells import table_3
-from hierroom.lab.paper.published import METHODS
-from hierroom.lab.paper.runs import PaperRuns
-from hierroom.lab.paper.table3 import Compared, markdown
 from hierroom.lab.sweep.plan import Plan
 from hierroom.lab.sweep.summary import Summary, summarise
 from hierroom.lab.sweep.table import SweepTable
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
+from hierroom.support.tables import markdown_table
 
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
 PLACE = re.compile(r"^(<!-- (\w+) ([^>\n]+) -->\n)(?:(?!<!--).)*(<!-- end of \2 -->\n)", re.DOTALL | re.MULTILINE)
+FILE = re.compile(r"\]\(([^)\s]+\.csv)\)<!-- (\w+) ([^>\n]+) -->")
 
 
 @dataclass(frozen=True)
@@ -124,24 +128,29 @@ def with_told(summary: Summary, path: Path) -> Summary:
     return replace(summary, headings=columns[0], n_names=summary.n_names + 1, lines=tuple(columns[1:]))
 
 
-def paper_table(size: str, n_seeds: str) -> str:
-    """Return the paper's Table 3 beside ours, with the command that prints it.
+def matrix_table(column: str, name: str) -> str:
+    """Return one column of the table of a sweep in Markdown: a row for each variant, a column for each goal graph.
 
     Args:
-        size: of the grid.
-        n_seeds: how many seeds.
+        column: its heading, with `_` for a space and without a percent sign, such as `success` and `steps_to_95`.
+        name: of the sweep.
 
     Raises:
-        InputError: if a run of it is not done.
+        InputError: if the sweep has no such column or does not name its graphs, or as `sweep_table`.
     """
-    out = Path("benchmarks", "results", "paper")
-    paper = PaperRuns(ROOT / out, seeds=int(n_seeds), sizes=(int(size),))
-    sweep = paper.sweep(paper.graphs, METHODS)
-    rows = done_rows("paper", sweep.plan.runs())
-    curves = sweep.table.curves()
-    compared = Compared.of_rows(table_3(rows, curves, paper.sizes), rows, curves)
-    command = f"python -m hierroom paper table3 --sizes {size} --seeds {n_seeds} --out {out} --markdown"
-    return f"\n`{command}`:\n\n{markdown(compared, paper.steps)}\n\n"
+    runs = plan_of(name).runs()
+    summary = summarise(runs, done_rows(name, runs))
+    headings = [heading.replace(" ", "_").removesuffix("%") for heading in summary.headings]
+    if missing := [word for word in ("graph", column) if word not in headings]:
+        raise InputError(f"the table of {name} has the columns {', '.join(headings)}; there is no {missing[0]!r}")
+    cells: dict[str, dict[str, str]] = {}
+    for line in summary.lines:
+        values = dict(zip(headings, line, strict=True))
+        words = [values[word] for word in headings[: summary.n_names] if word != "graph"]
+        cells.setdefault(", ".join(words) or name, {})[values["graph"]] = values[column]
+    graphs = sorted({graph for row in cells.values() for graph in row})
+    rows = [[label, *(row.get(graph, "") for graph in graphs)] for label, row in cells.items()]
+    return f"\n{markdown_table([column.replace('_', ' '), *graphs], rows)}\n\n"
 
 
 def result_table(name: str) -> str:
@@ -170,6 +179,28 @@ def renewed(text: str) -> str:
     return after
 
 
+def named_tables(text: str) -> list[tuple[str, list[str]]]:
+    """Return the tables that a page names, each by its kind and the words after it."""
+    found = [*PLACE.finditer(text), *FILE.finditer(text)]
+    return [(place[2], place[3].split()) for place in found]
+
+
+def files_of(page: Path) -> dict[Path, str]:
+    """Return the CSV files that a page links to and says what is in, each with its text as it is now.
+
+    Raises:
+        InputError: if a table cannot be made, or is not one table.
+    """
+    found = {}
+    for link, kind, words in FILE.findall(page.read_text(encoding="utf-8")):
+        lines = [line for line in _table(kind, words.split()).splitlines() if line.startswith("|")]
+        headings, rule, *rows = ([one.replace(r"\|", "|") for one in line[2:-2].split(" | ")] for line in lines)
+        if any(len(row) != len(headings) or row == rule for row in rows):
+            raise InputError(f"{kind} {words} is not one table")
+        found[Path(os.path.normpath(page.parent / link))] = csv_of(headings, rows)
+    return found
+
+
 def _table(kind: str, words: Sequence[str]) -> str:
     if kind not in MAKERS:
         raise InputError(f"a table is one of {', '.join(MAKERS)}, not {kind}")
@@ -187,7 +218,6 @@ def _table(kind: str, words: Sequence[str]) -> str:
 MAKERS: Mapping[str, Callable[..., str]] = {
     "sweep": sweep_table,
     "unfinished": unfinished_table,
-    "study": study_table,
     "measures": measures_table,
     "hierarchy": hierarchy_table,
     "factors": factors_table,
@@ -195,7 +225,9 @@ MAKERS: Mapping[str, Callable[..., str]] = {
     "levels": levels_table,
     "tuning": tuning_table,
     "paper": paper_table,
+    "cells": cells_table,
     "result": result_table,
+    "matrix": matrix_table,
 }
 """What makes the tables, by the word that names them in a page."""
 
@@ -206,15 +238,16 @@ def main() -> int:
     for page in PAGES:
         before, name = page.read_text(encoding="utf-8"), page.relative_to(ROOT)
         try:
-            after = renewed(before)
+            texts = {page: renewed(before), **files_of(page)}
         except InputError as error:
             refusals.append(f"{name} is left as it is: {error}")
             continue
-        if before != after:
-            n_other += 1
-            print(f"{'differs' if options.check else 'renewed'}: {name}")
-            if not options.check:
-                write_atomically(page, after.encode())
+        for path, after in texts.items():
+            if not path.exists() or path.read_text(encoding="utf-8") != after:
+                n_other += 1
+                print(f"{'differs' if options.check else 'renewed'}: {path.relative_to(ROOT)}")
+                if not options.check:
+                    write_atomically(path, after.encode())
     if refusals:
         raise InputError("; ".join(refusals))
     return 1 if options.check and n_other else 0

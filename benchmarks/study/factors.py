@@ -152,7 +152,7 @@ def ratio_cells(one: Factor) -> list[str]:
     if one.ratio is None:
         return ["-"] * len(RATIO_HEADER)
     value, low, high = (f"{number:.2f}" if np.isfinite(number) else "∞" for number in one.ratio)
-    verdict = "slower" if one.ratio.low > 1 else "faster" if one.ratio.high < 1 else "not told apart"
+    verdict = "slower" if one.ratio.low > 1 else "faster" if one.ratio.high < 1 else "no significant difference"
     outcome = one.outcome.replace("_", " ") + "%"
     return [outcome, f"{value} [{low}, {high}]", verdict, f"{one.slower} of {one.compared}"]
 

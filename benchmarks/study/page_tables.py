@@ -13,30 +13,16 @@ from benchmarks.study.trained import Milestone
 from hierroom.support.errors import InputError
 
 
-def study_table(name: str, *shown: str) -> str:
-    """Return how well measures predicted what a sweep trained, a table for each method, with the command that makes it.
+def measures_table(name: str, *shown: str) -> str:
+    """Return the rank correlations of measures with what a sweep trained, the methods side by side, and the command.
 
     Args:
         name: of the sweep.
-        shown: the measures, the best first where none is named; before them a milestone that is not that of the rules.
+        shown: the measures; all, the best for the first method first, where none is named. Before them a milestone
+            that is not that of the rules.
 
     Raises:
         InputError: if the statistics were not computed, or not of such a measure, or graphs differ in their seeds.
-    """
-    outcome, measures = milestone_and_words(shown)
-    command, results = _correlated(name, outcome)
-    return f"\n`{command}`:\n\n" + "\n\n".join(result.markdown(one, measures) for one in results) + "\n\n"
-
-
-def measures_table(name: str, *shown: str) -> str:
-    """Return the rank correlations of some measures with what a sweep trained, the methods side by side.
-
-    Args:
-        name: of the sweep.
-        shown: the measures; before them a milestone that is not that of the rules.
-
-    Raises:
-        InputError: as `study_table`.
     """
     outcome, measures = milestone_and_words(shown)
     command, results = _correlated(name, outcome)

@@ -89,7 +89,7 @@ def side_by_side(results: Sequence[Result], shown: Sequence[str]) -> str:
 
     Args:
         results: of each method.
-        shown: the measures, a row each.
+        shown: the measures, a row each; all, the best of the first method first, where none is named.
 
     Raises:
         InputError: if there is no such measure.
@@ -99,7 +99,7 @@ def side_by_side(results: Sequence[Result], shown: Sequence[str]) -> str:
     header = [f"{one.method}: {told}" for one in results for told in (_outcome_text(one), "minus exit depth")]
     rows = [
         [name, *(str(one.estimates[name, told]) for one in results for told in ("spearman", "minus exit depth"))]
-        for name in shown
+        for name in shown or results[0].measures
     ]
     return markdown_table(["measure", *header], rows)
 

@@ -76,8 +76,8 @@ def test_slower_and_faster_are_told_by_the_interval():
 
     assert told("as it is", "slower")[1] == "slower"
     assert told("slower", "as it is")[1] == "faster"
-    assert told("as it is", "never") == ["∞ [1.00, ∞]", "not told apart"]
-    assert told("never", "as it is") == ["0.00 [0.00, 1.00]", "not told apart"]
+    assert told("as it is", "never") == ["∞ [1.00, ∞]", "no significant difference"]
+    assert told("never", "as it is") == ["0.00 [0.00, 1.00]", "no significant difference"]
 
 
 def test_a_graph_on_which_the_runs_are_the_same_has_no_ratio():

@@ -1,10 +1,15 @@
 """The study's text tells numbers that its tables and statistics hold, rounded."""
 
-import csv
 import re
 from pathlib import Path
 
 import pytest
+
+from benchmarks.study.correlations import ceiling
+from benchmarks.study.page_tables import hierarchy_table
+from benchmarks.study.result import HALVES, results_of
+from benchmarks.study.tables import read_rows
+from benchmarks.tables import FILE
 
 ROOT = Path(__file__).parents[2]
 NUMBER = r"-?(?:\d+(?:\.\d+)?|∞)"
@@ -31,17 +36,19 @@ def agree(told: Estimate, known: Estimate) -> bool:
 
 @pytest.fixture(scope="module")
 def known() -> list[Estimate]:
-    """What the tables of the study's pages and the statistics hold, and differences with the other sign, too."""
-    tables = [
-        table[0]
-        for page in ("study.md", "study-tables.md")
-        for table in TABLE.finditer((ROOT / "docs" / page).read_text())
-    ]
-    found = [estimate for table in tables for estimate in estimates(table)]
+    """What the tables, files and statistics of the study hold, and differences with the other sign, too."""
+    shown = [table[0] for table in TABLE.finditer((ROOT / "docs" / "study.md").read_text())]
+    links = [link for link, _, _ in FILE.findall((ROOT / "docs" / "tables.md").read_text()) if "/study" in link]
+    files = [(ROOT / "docs" / link).read_text() for link in links]
+    sentences = hierarchy_table("study_paper_features", "3")  # the command prints them below the table of the file
+    found = [estimate for text in (*shown, *files, sentences) for estimate in estimates(text)]
     for path in sorted((ROOT / "benchmarks" / "results").glob("study*/correlations*.csv")):
-        with path.open(newline="") as file:
-            rows = [row for row in csv.DictReader(file) if row["low"]]
+        rows = read_rows(path)
+        for one in results_of(rows):
+            found.append(tuple((number, 6) for number in ceiling(one.estimates[HALVES])))
         for row in rows:
+            if not row["low"]:
+                continue
             value, low, high = ((float(row[name]), 6) for name in ("value", "low", "high"))
             found.append((value, low, high))
             if row["statistic"].startswith("minus "):  # the text may say by how much the other one is ahead
@@ -57,3 +64,13 @@ def test_each_estimate_of_the_text_stands_in_a_table(known):
     assert len(told) > 30
     for estimate, paragraph in told:
         assert any(agree(estimate, one) for one in known), (estimate, paragraph)
+
+
+def test_each_range_of_seeds_of_the_text_stands_in_a_file():
+    text = TABLE.sub("", (ROOT / "docs" / "study.md").read_text())
+    ranges = re.findall(r"(\d+\.\d) to (\d+\.\d)%", text)
+    links = FILE.findall((ROOT / "docs" / "tables.md").read_text())
+    files = "".join((ROOT / "docs" / link).read_text() for link, *_ in links if "study_unseen" in link)
+    assert len(ranges) == 8
+    for low, high in ranges:
+        assert f"({low}% to {high}%)" in files, (low, high)

@@ -1,4 +1,4 @@
-"""The page on reliability names the modules that `make mutate` tries, and its numbers add up."""
+"""CONTRIBUTING.md names the modules that `make mutate` tries, and its numbers add up."""
 
 import re
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 from mutation.targets import TARGETS, files_of_tests
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "reliability.md").read_text()
+PAGE = (ROOT / "CONTRIBUTING.md").read_text()
 FOUND = re.findall(r"`([\w/]+\.py)` (\d+) of (\d+)", PAGE)
 """Modules, the mutants that are killed, and all."""
 

@@ -15,9 +15,7 @@ from hierroom.runs.config.config import OF_META
 from hierroom.runs.config.presets import PRESETS
 
 ROOT = Path(__file__).parents[2]
-OWN, CONCEPTS, ENVIRONMENTS = (
-    (ROOT / "docs" / f"{name}.md").read_text() for name in ("own", "concepts", "environments")
-)
+OWN, ENVIRONMENTS = ((ROOT / "docs" / f"{name}.md").read_text() for name in ("own", "environments"))
 PRESETS_PAGE = (ROOT / "docs" / "presets.md").read_text()
 PYTHON = re.findall(r"```python\n(.*?)```", OWN, re.DOTALL)
 
@@ -42,10 +40,10 @@ def test_the_table_of_complexity_is_computed(letter):
     report = analyze(letter)
     graph = report.graph
     row = (
-        f"| {letter} | {', '.join(map(str, graph.key_rooms))} | {graph.exit_room} | {report.exit_depth} | "
-        f"{report.width} | {report.hitting_time:.2f} | {report.expected_steps:.1f} |"
+        f"| `hierroom/EscapeRoom-{letter}-v0` | {', '.join(map(str, graph.key_rooms))} | {graph.exit_room} | "
+        f"{report.exit_depth} | {report.width} | {report.hitting_time:.2f} | {report.expected_steps:.1f} |"
     )
-    assert row in CONCEPTS
+    assert row in ENVIRONMENTS
 
 
 def test_each_run_of_the_ablation_changes_only_the_entry_in_its_name():

@@ -126,7 +126,7 @@ def test_one_seed_tells_no_order():
     assert method_orders(cells, "success")[0].ours == "HiPPO ~ PPO"
     assert pair_counts(cells, "success") == PairCounts(0, 0, 1)
     told = markdown(Compared(cells, {}), 2_000_000)
-    assert "and 1 are not told apart" in told
+    assert "and 1 show no significant difference" in told
     assert "| PPO, success | paper | 0.0 |\n|  | ours | 10.0 |\n| HiPPO, success |" in told, "no ±, and no other method"
     assert told.startswith("Table 3, ours after 2M steps on grids of 19 (")
 

@@ -5,7 +5,7 @@ some, and ``--sample 100`` a hundred of each. The module and those that import i
 Each mutant is tried in a fork of this process, which has loaded what takes long, and lives in memory only: no file is
 touched. The tests that failed last come first. A mutant with which the tests take much more CPU time than with the
 right module, such as an endless loop, counts as killed. Exit code 1 if more of a module survive than
-docs/reliability.md explains.
+CONTRIBUTING.md explains.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ _DIGITS = 9  # in which means of the same numbers in another order agree
 _FEWEST = 4  # graphs; fewer can be ranked alike by chance
 _ALL = 10_000  # more than there are orders of seven graphs, so that a test takes them all
 _DASH = 99.9  # the paper's dash means about the whole limit, as its 99.9 does
-LEGEND = "the best first; = the same number, ~ not told apart by our intervals, of which one seed has none"
+LEGEND = "the best first; = the same number, ~ no significant difference by our intervals; one seed has none"
 
 
 class MethodOrder(NamedTuple):
@@ -44,7 +44,7 @@ class PairCounts(NamedTuple):
     def __str__(self) -> str:
         return (
             f"Of {sum(self)} pairs of methods on the same graph, {self.same} come in the paper's order, "
-            f"{self.opposite} in the opposite one, and {self.open} are not told apart."
+            f"{self.opposite} in the opposite one, and {self.open} show no significant difference."
         )
 
 
