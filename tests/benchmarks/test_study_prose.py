@@ -22,7 +22,7 @@ def estimates(text: str) -> list[Estimate]:
 
 
 def agree(told: Estimate, known: Estimate) -> bool:
-    """Whether numbers are the same as far as both are told."""
+    """Check that two estimates agree to the digits that both give."""
     return all(
         one == other or (places < other_places and abs(one - other) <= 0.5 * (10**-places + 10**-other_places))
         for (one, places), (other, other_places) in zip(told, known, strict=True)
@@ -31,7 +31,7 @@ def agree(told: Estimate, known: Estimate) -> bool:
 
 @pytest.fixture(scope="module")
 def known() -> list[Estimate]:
-    """What the tables of the study's pages and the statistics hold, and differences with the other sign, too."""
+    """Return the estimates in the study's tables and statistics; differences also with the other sign."""
     tables = [
         table[0]
         for page in ("study.md", "study-tables.md")

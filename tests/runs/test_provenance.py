@@ -1,4 +1,4 @@
-"""What a run tells of where it came from: commands, versions, commits, and copies of one's own modules."""
+"""The provenance of a run: commands, versions, commits, and copies of the user's modules."""
 
 import hashlib
 import importlib
