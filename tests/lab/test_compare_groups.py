@@ -50,6 +50,7 @@ def test_runs_are_grouped_by_the_entries_that_are_given_or_that_differ(tmp_path,
 def test_returns_of_different_rewards_are_not_comparable(tmp_path, compare):
     printed = compare(make_runs(tmp_path / "r", PPO, HIPPO), metric="return")
     assert "returns of different rewards (extrinsic, intrinsic) are not comparable" in printed
+    assert "differ also in" not in printed  # meta-controller and reward follow from the method
 
 
 def test_what_a_sweep_calls_a_run_is_what_it_is_called_here(tmp_path, compare, refused):
