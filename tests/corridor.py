@@ -53,7 +53,7 @@ class Corridor(BaseWorld):
 
 
 class CorridorTask:
-    """What a config names, so that environments of it are corridors."""
+    """The task that a config names for environments that are corridors."""
 
     name, max_steps = "corridor", 1000
     goal_set, n_actions, features = Corridor.goals, Corridor.n_actions, Corridor.features

@@ -1,4 +1,4 @@
-"""What agents in EscapeRooms are made for."""
+"""The specification of agents in EscapeRooms."""
 
 from hierroom.agents.features import offered
 from hierroom.worlds.env_config import EnvConfig

@@ -1,7 +1,8 @@
-"""Folders of runs that were never trained, with curves of known shape."""
+"""Folders of runs that were never trained, with curves of known shape, and the rows of tables."""
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -42,3 +43,14 @@ def line(end: float, start: float = 0.0) -> Callable[[float], float]:
 
 def rise(middle: float, top: float = 1.0) -> Callable[[float], float]:
     return lambda steps: top * steps**3 / (steps**3 + middle**3)
+
+
+def rows(path: str | Path) -> list[dict[str, str]]:
+    with Path(path).open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def row(path: str | Path, **wanted: object) -> dict[str, str]:
+    """Return the only row of a table with these values."""
+    (found,) = [one for one in rows(path) if all(one[name] == str(value) for name, value in wanted.items())]
+    return found

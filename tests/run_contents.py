@@ -1,4 +1,4 @@
-"""What the folder of a finished run holds: each file by itself, and that they agree with each other."""
+"""Checks of the folder of a finished run: each file, and that the files agree with each other."""
 
 import json
 from collections.abc import Sequence

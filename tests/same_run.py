@@ -1,4 +1,4 @@
-"""Whether two run folders hold the same: every file, but for what tells the time and by which commands they came."""
+"""Comparison of two run folders: every file, except for times and commands."""
 
 import csv
 import json
@@ -17,7 +17,7 @@ OF_COMMANDS = ("provenance.json", ".lock")
 
 
 def differences(one: Path, other: Path) -> list[str]:
-    """What differs between two runs, a line for each file."""
+    """List the differences between two runs, a line for each file."""
     names = [_names(path) for path in (one, other)]
     lines = [f"{name} is in {'one' if name in names[0] else 'other'} only" for name in sorted(names[0] ^ names[1])]
     for name in sorted(names[0] & names[1]):
@@ -51,7 +51,7 @@ def _checkpoint(path: Path) -> dict[str, Any]:
 
 
 def scalars(path: Path) -> dict[str, list[tuple[int, str]]]:
-    """What TensorBoard shows of a run: by tag, at which steps which values, but for times."""
+    """Return the steps and values that TensorBoard shows of a run, by tag, without times."""
     logging.getLogger("tensorboard").setLevel(logging.ERROR)  # it tells at length of the events that it hides
     events = EventAccumulator(str(path), size_guidance={"scalars": 0})
     events.Reload()

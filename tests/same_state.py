@@ -1,4 +1,4 @@
-"""Whether two states, as checkpoints hold them, are the same."""
+"""Comparison of two states as checkpoints store them."""
 
 import torch
 

@@ -1,4 +1,4 @@
-"""Where the cells of a view, and what they hold, are in the level."""
+"""Positions in the level of a view's cells and of the goals in them."""
 
 import numpy as np
 

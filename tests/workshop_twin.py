@@ -92,7 +92,7 @@ class Twin:
         return frozenset((+self.bench).items())
 
     def after(self, way):
-        """How many there are of each thing once a way is applied."""
+        """Count the things of each kind after a way is applied."""
         counts = self.shelf + self.bench
         change = Counter(way.gives)
         change.subtract(way.uses)

@@ -40,8 +40,9 @@ def random_steps(recipes: Recipes) -> float:
         for after, chance in chances.items():
             moves.append((numbers[marking], numbers.setdefault(after, len(numbers)), chance))
     rows, columns, chances = zip(*moves, strict=True)
-    among = sp.csc_array((chances, (rows, columns)), shape=(len(numbers), len(numbers)))
-    return float(spsolve(sp.csc_array(sp.eye_array(len(numbers)) - among), np.array(steps))[0])
+    n = len(numbers)
+    among = sp.csc_matrix((chances, (rows, columns)), shape=(n, n))
+    return float(np.atleast_1d(spsolve(sp.identity(n, format="csc") - among, np.array(steps)))[0])
 
 
 def numbers_of(numbers: Mapping[Counts, int]):

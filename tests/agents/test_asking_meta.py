@@ -16,7 +16,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 @pytest.fixture
 def asking(monkeypatch):
-    """What makes a meta-controller that keeps its questions and gets one answer to all."""
+    """Return a function that makes a meta-controller that keeps its questions and gets the same answer to each."""
     monkeypatch.syspath_prepend(EXAMPLES)
     from asking_meta import AskingMeta
 

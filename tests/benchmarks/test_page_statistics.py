@@ -1,4 +1,4 @@
-"""Which correlations the pages show, and of how many seeds they are."""
+"""The correlations on the pages, and the number of seeds behind each."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Whether PPO is above PPO+Sketch on larger grids: the test by numbers worked by hand."""
+"""The test of PPO against PPO+Sketch on larger grids gives the numbers worked by hand."""
 
 import numpy as np
 import pytest

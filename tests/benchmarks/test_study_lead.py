@@ -1,4 +1,4 @@
-"""Which of two methods is first, on steps that are known."""
+"""Counts of the method that is ahead, on steps that are known."""
 
 import numpy as np
 

@@ -185,7 +185,7 @@ REWARDS = {
 
 
 def cell(run):
-    """Whether a run observes its goal, what it is rewarded for, and whether its returns are cut."""
+    """Return a run's cell of the table: is its goal observed, what is rewarded, and are returns cut?"""
     if run.identity["method"] == "ppo-bonus":
         return ("not observed", "any event", "not cut")
     is_observed = any(name.startswith("goal") for name in run.config.agents.features)

@@ -27,7 +27,7 @@ def estimates(text: str) -> list[Estimate]:
 
 
 def agree(told: Estimate, known: Estimate) -> bool:
-    """Whether numbers are the same as far as both are told."""
+    """Check that two estimates agree to the digits that both give."""
     return all(
         one == other or (places < other_places and abs(one - other) <= 0.5 * (10**-places + 10**-other_places))
         for (one, places), (other, other_places) in zip(told, known, strict=True)
@@ -36,7 +36,7 @@ def agree(told: Estimate, known: Estimate) -> bool:
 
 @pytest.fixture(scope="module")
 def known() -> list[Estimate]:
-    """What the tables, files and statistics of the study hold, and differences with the other sign, too."""
+    """Return the estimates in the tables, files and statistics of the study; differences also with the other sign."""
     shown = [table[0] for table in TABLE.finditer((ROOT / "docs" / "study.md").read_text())]
     links = [link for link, _, _ in FILE.findall((ROOT / "docs" / "tables.md").read_text()) if "/study" in link]
     files = [(ROOT / "docs" / link).read_text() for link in links]

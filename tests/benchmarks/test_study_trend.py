@@ -1,4 +1,4 @@
-"""Whether the lead of a method grows with a measure, on ratios that are known."""
+"""The trend of a method's lead with a measure, on ratios that are known."""
 
 import numpy as np
 import pytest

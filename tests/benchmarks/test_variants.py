@@ -1,4 +1,4 @@
-"""What the paper may have done instead: the network's sequences are its steps, and the return goes on beyond a goal."""
+"""Variants of the paper's method: single steps as the network's sequences, and returns that go on beyond a goal."""
 
 from pathlib import Path
 

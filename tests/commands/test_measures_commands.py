@@ -1,4 +1,4 @@
-"""What ``python -m hierroom complexity --measures`` prints."""
+"""The output of ``python -m hierroom complexity --measures``."""
 
 import csv
 import io

@@ -1,4 +1,4 @@
-"""What the docs show is true: their Python runs, their commands are understood, their files can be read."""
+"""The docs are correct: their Python runs, their commands parse, and their files can be read."""
 
 import argparse
 import ast

@@ -1,4 +1,4 @@
-"""What notebooks show: goal graphs as drawings, reports as tables, both well-formed whatever the names."""
+"""Notebooks show goal graphs as drawings and reports as tables, well-formed whatever the names."""
 
 from xml.etree import ElementTree
 

@@ -44,7 +44,7 @@ def test_an_unknown_keyword_raises_input_error_that_names_the_known_ones(api):
 
 
 def first(env):
-    """What an API made, without wrappers; the first environment, where Gymnasium made several."""
+    """Return the environment without wrappers; the first one where Gymnasium made several."""
     return (env.envs[0] if isinstance(env, gymnasium.vector.SyncVectorEnv) else env).unwrapped
 
 

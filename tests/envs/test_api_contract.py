@@ -1,4 +1,4 @@
-"""What the checkers of PettingZoo and Gymnasium do not look at."""
+"""Parts of the API contract that the checkers of PettingZoo and Gymnasium leave out."""
 
 import copy
 import itertools

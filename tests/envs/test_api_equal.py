@@ -131,7 +131,7 @@ def test_the_gymnasium_environment_equals_the_batch_of_turns(case):
 @pytest.mark.parametrize("flat", [False, True], ids=["", "flat"])
 @pytest.mark.parametrize("mode", AutoresetMode)
 def test_vector_as_gymnasium_makes_one_of_single_environments(case, mode, flat):
-    """Where it resets by itself with the episodes as they were recorded; else with the other one's choices."""
+    """Replay the recorded episodes in same-step mode; in other modes use the choices of Gymnasium's environment."""
     config, plays = case
     n = len(plays)
     metas = [Script(plays) for _ in range(n + 1)] if mode == AutoresetMode.SAME_STEP else ["fixed-dfs"] * (n + 1)

@@ -1,4 +1,4 @@
-"""What other libraries ask of environments beside observations and steps: masks, keys, state, specs, render modes."""
+"""Other things that libraries ask environments for: masks, keys, state, specs, render modes."""
 
 import gymnasium
 import numpy as np

@@ -1,4 +1,4 @@
-"""What cannot be used is refused in one clear line."""
+"""Invalid arguments and calls raise a clear one-line error."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""What the Gymnasium vector environment does beside what `test_api_equal` compares with Gymnasium's own."""
+"""The Gymnasium vector environment, except for the parts that `test_api_equal` compares with Gymnasium's."""
 
 import gymnasium
 import numpy as np

@@ -85,7 +85,7 @@ def problems(name: str, count: int, seed: int) -> Iterator[tuple[str, str | None
 
 
 def _is_ours(error: Exception) -> bool:
-    """Whether it went through our code, or is about what that gave: what the library refuses before is its own affair.
+    """Check that an error went through our code or is about its results, not only about the library's own checks.
 
     What a wrapper refuses without asking the environment, such as an action outside of its space, goes through no code
     of ours; Gymnasium's checkers raise in their own code, too, but after the environment's.

@@ -163,7 +163,7 @@ def _changed_tensor(tensor: torch.Tensor, rng: random.Random) -> torch.Tensor:
 
 
 def trained_state(config: TrainConfig, updates: int = 6) -> dict[str, Any]:
-    """What a run saves after some updates."""
+    """Return the state that a run saves after some updates."""
     trainer = Trainer(config)
     for _ in range(updates):
         trainer.advance()

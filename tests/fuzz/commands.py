@@ -129,7 +129,7 @@ def end_of(name: str, argv: Sequence[str]) -> tuple[object, str]:
 
 
 def wrong_end(code: object, told: str) -> str | None:
-    """What is wrong with an exit code and what was written on standard error, or None.
+    """Describe the fault in an exit code and the text on standard error; None if there is none.
 
     Right are 0, or 2 and one line, or 2 and what tyro says of a word that is no option or no value of one.
     """

@@ -97,7 +97,7 @@ def silent_change(before: TrainConfig) -> str | None:
 
 
 def _at(table: Any, path: tuple[str, ...]) -> Any:
-    """What stands at a place of a config; None for a part of it, whose entries have places of their own."""
+    """Return the value at a place of a config; None for a table, as each of its entries has its own place."""
     for name in path:
         table = table.get(name, "nothing") if isinstance(table, dict) else "nothing"
     return None if isinstance(table, dict) else table

@@ -51,7 +51,7 @@ RUNS: Mapping[str, str] = {
 
 @dataclass
 class Left:
-    """What the same training left alone leaves, in how many file operations and seconds."""
+    """The result of the same training without a kill, with its number of file operations and seconds."""
 
     options: list[str]
     folder: Path
@@ -102,7 +102,7 @@ def leave_alone(name: str, folder: Path) -> Left:
 
 @dataclass(frozen=True)
 class Kill:
-    """When a training is killed: before a file operation, or in it if it is torn, or else after some seconds."""
+    """The moment of a kill: before a file operation, within it if torn, or after some seconds."""
 
     at: int | None
     is_torn: bool = False
@@ -160,7 +160,7 @@ class Case:
         return differences(self.left.folder, self.run) if code == 0 else [f"exit code {code}: {self.log.read_text()}"]
 
     def _begin(self, places: Places | None) -> tuple[str, int]:
-        """Whether it was begun or resumed, and the process's number."""
+        """Begin or resume the run; return the word for it and the process's number."""
         if (self.run / "config.json").exists():
             return "resumed", begin(["--resume", str(self.run)], places, self.log)
         return "begun", begin([*self.left.options, "--out", str(self.run)], places, self.log)

@@ -55,7 +55,7 @@ def browser(tmp_path_factory):
 
 
 class Reader:
-    """Who reads the page: clicks, presses keys and looks."""
+    """A reader of the page, who clicks, presses keys and looks."""
 
     def __init__(self, browser, path, width=1280, scheme="light"):
         self.browser = browser

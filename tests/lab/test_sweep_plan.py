@@ -1,4 +1,4 @@
-"""What a sweep plans to train, and by what a run is recognised."""
+"""The plan of a sweep, and the digest that identifies each run."""
 
 import hashlib
 import json

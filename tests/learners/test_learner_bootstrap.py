@@ -1,4 +1,4 @@
-"""What a sequence counts of the time after its last turn: the value of what the agent observes next."""
+"""A sequence ends with the bootstrap value of the agent's next observation."""
 
 import io
 

@@ -58,7 +58,7 @@ def mutants(source: str) -> Iterator[Mutant]:
 
 
 def _meaning(source: str) -> str | None:
-    """What a module does: its syntax without annotations, which nobody evaluates; None where it is no Python."""
+    """Return a module's syntax tree without annotations, which nobody evaluates; None for text that is not Python."""
     try:
         tree = ast.parse(source)
     except SyntaxError:

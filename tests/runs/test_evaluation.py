@@ -1,4 +1,4 @@
-"""What an evaluation counts."""
+"""Evaluations count the right levels, goals and episodes."""
 
 import json
 from dataclasses import replace

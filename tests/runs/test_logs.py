@@ -29,7 +29,7 @@ OPTIONS = "--graph a --size 11 --max-steps 60 --num-envs 16 --minibatches 2 --ev
 
 
 class Wandb(ModuleType):
-    """What of ``wandb`` is used."""
+    """A stand-in with the parts of ``wandb`` that are used."""
 
     def __init__(self):
         super().__init__("wandb")
@@ -56,7 +56,7 @@ class Wandb(ModuleType):
 
 
 class Mlflow(ModuleType):
-    """What of ``mlflow`` is used."""
+    """A stand-in with the parts of ``mlflow`` that are used."""
 
     def __init__(self):
         super().__init__("mlflow")
@@ -102,7 +102,7 @@ def libraries(monkeypatch):
 
 
 def expected_of(folder):
-    """What a run's tables say that a logger was told: (tag, steps) to value, but for what is not finite."""
+    """Return the finite values that a logger should get from a run's tables, by (tag, steps)."""
     told = {}
     for row in RunFolder(folder).metrics.numbers():
         told |= {(tag(name), int(row["steps"])): value for name, value in row.items() if name != "steps"}
@@ -229,7 +229,7 @@ def test_a_package_that_is_not_there_is_one_line(name, tmp_path, monkeypatch):
 
 
 def test_a_folder_of_that_name_is_no_package(tmp_path):
-    """Where Weights & Biases has kept its files there is a folder ``wandb``, which Python would import."""
+    """Weights & Biases keeps its files in a folder ``wandb``, which Python would import."""
     (tmp_path / "mlflow").mkdir()
     code = "from hierroom.runs.logs.logs import logger_names; logger_names('mlflow')"
     done = run_python("-c", code, cwd=tmp_path)

@@ -1,4 +1,4 @@
-"""What a config takes, and what the presets hold."""
+"""Entries that a config takes, and the contents of the presets."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What a run is called: what it trains and what differs from its preset, as the name of a folder anywhere."""
+"""A run's name says what it trains and how it differs from its preset, and any system takes it as a folder."""
 
 import re
 from dataclasses import replace

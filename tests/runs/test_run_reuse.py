@@ -1,4 +1,4 @@
-"""What was trained, used again: elsewhere, under another meta-controller or graph; nothing of it is harmed."""
+"""Trained runs are used again, with another environment, meta-controller or graph, and stay as they were."""
 
 import numpy as np
 import pytest
@@ -139,7 +139,7 @@ def test_the_folder_of_a_run_on_many_graphs_has_a_short_name():
 
 
 def test_an_interrupt_at_any_moment_is_saved(tmp_path, monkeypatch, capsys):
-    """Whether the interrupt was requested is read once an update: the last update is always saved."""
+    """An update reads once whether an interrupt was requested, so the last update is always saved."""
     from hierroom.runs import session
 
     for moment in range(1, 8):

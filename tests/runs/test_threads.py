@@ -47,7 +47,7 @@ class Own(RecurrentActorCritic):
 
 
 def at_once(*functions):
-    """What functions return that as many threads begin at the same time."""
+    """Start each function in its own thread at the same moment and return their results."""
     start = Barrier(len(functions))
 
     def begun(function):

@@ -1,4 +1,4 @@
-"""Where options and returns end, and what was achieved instead of the goal."""
+"""The ends of options and returns, and the goal achieved instead of the one pursued."""
 
 import numpy as np
 import pytest

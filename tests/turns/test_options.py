@@ -110,7 +110,7 @@ def test_there_is_one_bonus_for_each_key():
 @pytest.mark.parametrize("reward_name", REWARDS)
 @pytest.mark.parametrize("horizon", [None, 9])
 def test_rewards_are_conserved(reward_name, horizon):
-    """What ``last`` gives each agent over an episode is what the parallel environment and a hand count give it."""
+    """Over an episode ``last`` gives each agent the rewards of the parallel environment and of a count by hand."""
     settings = {"graph": "b", "size": 11, "max_steps": 150, "subgoal_horizon": horizon, "drop_key": True}
     settings["reward"] = reward_name
     aec, parallel = hierroom.env(**settings), hierroom.parallel_env(**settings)

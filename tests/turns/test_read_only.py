@@ -1,4 +1,4 @@
-"""What users' code is given cannot be written to: neither in silence nor so that compiled code reads elsewhere."""
+"""User code cannot write to the arrays it gets: not silently, and not so that compiled code reads elsewhere."""
 
 import copy
 import pickle

@@ -98,7 +98,7 @@ def test_goals_are_legal_and_chosen_as_the_twins_say(mask):
 @pytest.mark.parametrize("mask", GOAL_MASKS)
 @pytest.mark.parametrize("graph", ["a", "c", "g"])
 def test_on_the_way_to_the_exit_goals_are_legal_as_the_twin_says(mask, graph):
-    """Where no random walk gets: doors deeper in are opened, and the exit's."""
+    """Follow the shortest way, as no random walk gets so deep: it opens inner doors and the exit's."""
     turns, seen = make(graph, n=1, goal_mask=mask), []
     for action in shortest_actions(turns.world.get_state([0])):
         turns.ledger.write_fields({"is_meta_turn": True})

@@ -1,4 +1,4 @@
-"""What either agent observes and may do."""
+"""Observations and legal actions of both agents."""
 
 import numpy as np
 import pytest

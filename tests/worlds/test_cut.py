@@ -1,4 +1,4 @@
-"""What stands on a world knows no EscapeRoom, and runs in a world that is none."""
+"""Code above the worlds does not import EscapeRoom and runs in another world."""
 
 import ast
 
@@ -38,7 +38,7 @@ def test_only_what_draws_or_plays_a_level_imports_the_escape_room():
 
 @pytest.fixture
 def make():
-    """What makes turns in corridors: stone and lamp stand in cell 2, the end in cell 5."""
+    """Return a function that makes turns in corridors: stone and lamp are in cell 2, the end is in cell 5."""
 
     def make(n=1, **settings):
         return Turns(EnvConfig(task=CorridorTask(), **settings), n, seed=0)

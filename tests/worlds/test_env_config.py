@@ -1,4 +1,4 @@
-"""What an environment is made of, and the public names."""
+"""Settings of an environment, and the public names of the package."""
 
 import inspect
 

@@ -98,7 +98,7 @@ def rest():
 
 @pytest.mark.parametrize("mode", AutoresetMode)
 def test_gymnasium_vector(mode):
-    """What is observed last in an episode has the goal pursued last, here as in a single environment."""
+    """The last observation of an episode has the goal pursued last, as in a single environment."""
     env = add(EscapeRooms(3, meta="fixed-dfs", autoreset_mode=mode, **SETTINGS), NAMES)
     alone = [gymnasium.make("hierroom/EscapeRoom-d-v0", meta="fixed-dfs", env_index=n, **rest()) for n in range(3)]
     theirs = SyncVectorEnv([lambda one=one: add(one, NAMES) for one in alone], autoreset_mode=mode)

@@ -38,7 +38,7 @@ def object_and_colour(goal):
 
 
 def played():
-    """What controllers observe in random play, with each environment's last action and the goals seen and achieved."""
+    """Yield turns, observations and last actions of controllers in random play."""
     turns = make([NAMED_GRAPHS["b"], NAMED_GRAPHS["f"]], N_ENVS, seed=5, size=13, max_steps=300, drop_key=True)
     meta, rng, last = make_meta("random"), np.random.default_rng(2), np.full(N_ENVS, N_ACTIONS)
     for _ in range(1500):

@@ -1,4 +1,4 @@
-"""Where goals and doorways are said to be: what was seen or walked through this episode, and nothing else."""
+"""Features give positions of goals and doorways only from views and walks of the current episode."""
 
 import numpy as np
 import pytest

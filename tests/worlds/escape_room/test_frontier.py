@@ -1,4 +1,4 @@
-"""What was explored, and where that ends, against sets of cells kept by hand."""
+"""Explored cells and their frontier, against sets of cells kept by hand."""
 
 import numpy as np
 import pytest

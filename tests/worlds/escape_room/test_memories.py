@@ -1,4 +1,4 @@
-"""What levels remember of their episode: only what was asked for, and it changes nothing else."""
+"""Levels remember of their episode only the memories that were asked for, and nothing else changes."""
 
 from itertools import chain, combinations
 

@@ -38,7 +38,7 @@ def assert_uniform(values, n_values):
 
 
 def assert_uniform_ranks(ranks, counts):
-    """Whether each rank is uniform on 0..count - 1: spread within its share of [0, 1), they fill ten bins evenly."""
+    """Assert that each rank is uniform on 0..count - 1: spread over [0, 1), the ranks fill ten bins evenly."""
     assert (ranks >= 0).all()
     assert (ranks < counts).all()
     positions = (ranks + np.random.default_rng(0).random(len(ranks))) / counts

@@ -21,7 +21,7 @@ KERNELS = (
 
 @pytest.mark.parametrize("module", [world_trace, turns_trace], ids=lambda module: module.__name__)
 def test_compiled_kernels_equal_ordinary_python(module, tmp_path):
-    """Where numpy would raise for an index outside of an array."""
+    """Run the kernels as plain Python, in which numpy raises an error for an index outside of an array."""
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "NUMBA_CACHE_DIR": str(tmp_path)}
     done = run_python(module.__file__, env=environment)
     assert (done.returncode, done.stderr) == (0, "")

@@ -1,4 +1,4 @@
-"""What happens in a workshop, against the same rules in plain Python, step by step."""
+"""Workshops follow the same rules in plain Python, step by step."""
 
 import numpy as np
 import pytest

@@ -1,0 +1,48 @@
+"""The command ``compare`` in an empty folder, and runs for it."""
+
+import pytest
+from evaluated_runs import line, make_run
+
+from hierroom.commands import compare as command
+from hierroom.lab.compare import figure
+from hierroom.support.errors import InputError
+
+
+@pytest.fixture
+def runs(tmp_path):
+    """Eight runs on graph c; their success rates rise in straight lines from 0 to these, after a million steps."""
+    for meta, ends in {"fixed-dfs": (0.7, 0.8, 0.9, 1.0), "random": (0.2, 0.4, 0.6, 0.8)}.items():
+        for seed, end in enumerate(ends):
+            make_run(tmp_path / "runs" / f"{meta}-{seed}", {"c": line(end)}, meta=meta, seed=seed)
+    return tmp_path / "runs"
+
+
+@pytest.fixture
+def compare(tmp_path, monkeypatch, capsys):
+    """Run the command in an empty folder; returns the text it prints. The figure, which takes its time, is left out."""
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    monkeypatch.setenv("COLUMNS", "120")
+
+    def run(*arguments, draws=False, **options):
+        options = {"out": "compare", "resamples": 200, **options}
+        flags = [text for name, value in options.items() if value is not None for text in (f"--{name}", str(value))]
+        with monkeypatch.context() as patch:
+            if not draws:
+                patch.setattr(figure, "draw_comparison", lambda comparison, folder: [])
+            assert command.main([*map(str, arguments), *flags]) == 0
+        return capsys.readouterr().out
+
+    return run
+
+
+@pytest.fixture
+def refused(compare):
+    """Check that the command raises an `InputError` of one line that matches a pattern."""
+
+    def check(match, *arguments, **options):
+        with pytest.raises(InputError, match=match) as caught:
+            compare(*arguments, **options)
+        assert "\n" not in str(caught.value)
+
+    return check

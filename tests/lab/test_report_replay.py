@@ -1,0 +1,92 @@
+"""The replays of a report: every state of an episode, and the numbers that its agents computed."""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import hierroom
+from hierroom.agents.decision_tape import DecisionTape
+from hierroom.agents.recorder import record
+from hierroom.lab.report.replay import LETTERS, _chosen, replay
+from hierroom.learners.policy import Decision
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.session import begin
+from hierroom.turns.records import CONTROLLER, META
+from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.escape_room.constants import MARGIN
+from hierroom.worlds.escape_room.render import view_of
+
+
+def tiles_of(letters):
+    return np.array([LETTERS.index(letter) for letter in letters])
+
+
+def assert_same(told, episode):
+    tiles = tiles_of(told["tiles"])
+    for step, state in enumerate(episode.states()):
+        if step:
+            for cell, tile in told["changes"][step - 1]:
+                tiles[cell] = tile
+        np.testing.assert_array_equal(tiles, state.grids[0, MARGIN:-MARGIN, MARGIN:-MARGIN].ravel())
+        np.testing.assert_array_equal(tiles_of(told["views"][step]), view_of(state).ravel())
+        level = state.levels[0]
+        assert (told["rows"][step], told["cols"][step]) == (level.row - MARGIN, level.col - MARGIN)
+        assert told["directions"][step] == level.direction
+        assert (told["keys"][step], told["doors"][step]) == (level.keys, level.doors)
+        if told["rooms"][step] >= 0:
+            top, left, bottom, right = level.rectangles[told["rooms"][step]]
+            assert top <= level.row <= bottom
+            assert left <= level.col <= right
+        else:
+            assert (level.row, level.col) in set(map(tuple, level.doors_at.tolist()))
+    assert len(told["views"]) == len(episode) + 1
+    assert told["goals"] == episode.goals.tolist()
+
+
+@pytest.mark.parametrize("entries", [{"graph": "f"}, {"graph": "c", "drop_key": True}, {"graph": "b", "size": 11}])
+def test_a_replay_has_every_state(entries):
+    for player in ("oracle", "random"):
+        episode = next(hierroom.rollout(player, EnvConfig(**{"max_steps": 300, **entries}), 1))
+        told = json.loads(json.dumps(replay(episode)))
+        assert_same(told, episode)
+        assert told["controller"] is None
+        assert told["success"] is episode.success
+        assert {told["names"][str(goal)] for goal in told["achieved"] if goal >= 0} == {e.name for e in episode.events}
+
+
+@pytest.mark.parametrize("greedy", [False, True])
+def test_a_replay_has_what_the_agents_computed(tmp_path, greedy):
+    entries = {"meta": "learned", "meta_start_success": 0.0, "num_envs": 8, "minibatches": 2, "steps": 512}
+    begin(TrainConfig(EnvConfig("a", size=11, max_steps=60)).changed(**entries), tmp_path / "run")
+    agent = hierroom.load(tmp_path / "run", greedy=greedy)
+    tape = DecisionTape(agent.pair(4, seed=5))
+    for env, episode in enumerate(record(agent.turns(4, seed=5), tape, 4)):
+        decisions = tape.of_first_episode(CONTROLLER, env, len(episode))
+        assert decisions.steps.tolist() == list(range(len(episode)))
+        np.testing.assert_allclose(decisions.probabilities.sum(axis=1), 1, rtol=1e-5)
+        taken = decisions.probabilities[np.arange(len(episode)), episode.actions]
+        assert (taken > 0).all()
+        if greedy:
+            np.testing.assert_array_equal(taken, decisions.probabilities.max(axis=1))
+        told = tape.of_first_episode(META, env, len(episode))
+        starts = [subgoal.first_step - 1 for subgoal in episode.subgoals]
+        assert told.steps.tolist() == starts
+        assert told.probabilities.shape == (len(starts), 14)
+        goals = [subgoal.goal for subgoal in episode.subgoals]
+        assert (told.probabilities[np.arange(len(goals)), goals] > 0).all()  # 13, the last, is no goal, as is -1
+        assert_same(replay(episode, decisions, told), episode)
+
+
+def test_an_escape_and_a_failure_of_each_graph_are_shown_first():
+    played = [SimpleNamespace(success=letter.isupper(), variant=letter.lower()) for letter in "aaAbABBa"]
+    assert _chosen(played, 8) == [2, 0, 5, 3, 1, 4, 6, 7]
+    assert _chosen(played, 3) == [2, 0, 5]
+    assert _chosen(played[:2], 3) == [0, 1]
+
+
+def test_probabilities_are_over_legal_actions():
+    logits, masks = np.log([[1.0, 2.0, 5.0], [3.0, 1.0, 1.0]]), np.array([[True, True, False], [True, True, True]])
+    decision = Decision(np.arange(2), logits, masks, np.zeros(2))
+    np.testing.assert_allclose(decision.probabilities, [[1 / 3, 2 / 3, 0], [0.6, 0.2, 0.2]])
