@@ -23,7 +23,7 @@ def config_of(name: str) -> TrainConfig:
         name: in `SHIPPED`.
     """
     preset = "learned" if name.startswith("learned") else "default"
-    return hierroom.find_preset(preset).changed(graph=name[-1], threads=1)
+    return hierroom.find_preset(preset).changed(graph=name[-1], threads=1, evaluation_episodes=100)
 
 
 def main() -> int:

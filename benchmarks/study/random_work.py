@@ -14,6 +14,7 @@ recipes.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -42,7 +43,8 @@ def random_steps(recipes: Recipes) -> float:
     rows, columns, chances = zip(*moves, strict=True)
     n = len(numbers)
     among = sp.csc_matrix((chances, (rows, columns)), shape=(n, n))
-    return float(np.atleast_1d(spsolve(sp.identity(n, format="csc") - among, np.array(steps)))[0])
+    mean: Any = spsolve(sp.identity(n, format="csc") - among, np.array(steps))  # the stub has matrices only
+    return float(mean[0])
 
 
 def numbers_of(numbers: Mapping[Counts, int]):

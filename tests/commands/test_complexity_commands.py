@@ -115,7 +115,7 @@ def test_the_longest_names_fit_into_80_columns(printed, monkeypatch):
     ("arguments", "message"),
     [
         (["--graph", "z"], "a graph must be a letter from a to g"),
-        (["--graph", "a", "--all"], "by only one of --graph and --all"),
+        (["--graph", "a", "--all"], "by only one of --graph, --layout and --all"),
         (["--graph", "rooms:40"], "rooms:N takes a number of rooms from 2 to 8, not 40"),
         (["--json", "--csv"], "choose one of --json, --csv, --latex, --markdown, not 2"),
         (["--draw", "x.png"], "--draw draws one graph"),

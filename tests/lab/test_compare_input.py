@@ -56,7 +56,7 @@ def test_two_graphs_of_the_same_name(tmp_path, refused):
     for keys in ("[0, 1, 0]", "[0, 0, 0]"):
         (tmp_path / "mine.toml").write_text(f"key_rooms = {keys}\nexit_room = 3\n")
         make_run(tmp_path / "r" / keys, {"mine": line(0.5)}, graph=str(tmp_path / "mine.toml"))
-    refused("two different goal graphs are called mine", tmp_path / "r")
+    refused("two different goal graphs or layouts are called mine", tmp_path / "r")
 
 
 def test_groups_without_a_graph_in_common(tmp_path, refused):

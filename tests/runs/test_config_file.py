@@ -119,7 +119,7 @@ def test_a_file_and_the_command_line_mean_the_same(numbers):
     [
         ("gama = 1", "there is no entry 'gama'; is it gamma?"),
         ("num-envs = 8", "there is no entry 'num-envs'; is it num_envs?"),
-        ('out = "x"', "there is no entry 'out'; there are adam_epsilon, clip, "),
+        ('folder = "x"', "there is no entry 'folder'; there are adam_epsilon, clip, "),
         ("[meta_ppo]\ngam = 1", "there is no entry 'meta_ppo.gam'; is it meta_ppo.gamma?"),
         ("[ppo]\ngamma = 1", "entries stand alone, as on the command line; leave out the table [ppo]"),
         ("meta_ppo = 1", "meta_ppo must be a table of entries, [meta_ppo], not 1"),

@@ -127,7 +127,7 @@ def test_a_tree_is_named_by_its_size_seed_and_shape():
         ("-8", "such as workshop:8:3:deep, not"),
         ("1", "the number of goals of a workshop must be at least 2, not 1"),
         ("64", "the number of goals of a workshop must be at most 63, not 64"),
-        ("8:3:tall", "the shape of a workshop must be one of mixed, deep, wide, not 'tall'"),
+        ("8:3:tall", "the shape of a workshop must be one of mixed, deep, wide, either, not 'tall'"),
     ],
 )
 def test_what_names_no_tree_is_refused(text, said):
