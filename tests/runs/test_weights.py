@@ -41,7 +41,7 @@ def test_an_agent_that_ships_escapes(name):
     agent = hierroom.load(name)
     assert agent.config.env.graph == name[-1]
     assert agent.config == hierroom.find_preset("learned" if "learned" in name else "default").changed(
-        graph=name[-1], threads=1, device="cpu"
+        graph=name[-1], threads=1, evaluation_episodes=100, device="cpu"
     )
     assert agent.steps >= agent.config.steps
     found = evaluate(agent.pair(50, seed=1), agent.turns(50, seed=1), 100)
