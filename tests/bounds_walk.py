@@ -1,12 +1,10 @@
 """Uses every kernel that is compiled ahead; under ``NUMBA_BOUNDSCHECK=1`` an index outside of an array raises."""
 
-import io
 
 import numpy as np
 import turns_trace
 import world_trace
 from escape_room import FEATURES, WORLD
-from rich.console import Console
 from turns_helpers import well_or_wildly
 
 import hierroom
@@ -64,7 +62,7 @@ def main() -> None:
     learn(features=tuple(OF_BOTH), drop_key=True)
     learn(meta="learned")
     learn(features=("view-ids", "goal"), method="ppo-rnd")
-    compile_all(Console(file=io.StringIO()))  # each kernel is used once, those of the measures with it
+    compile_all()  # each kernel is used once, those of the measures with it
 
 
 if __name__ == "__main__":
