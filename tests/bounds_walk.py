@@ -1,6 +1,5 @@
 """Uses every kernel that is compiled ahead; under ``NUMBA_BOUNDSCHECK=1`` an index outside of an array raises."""
 
-
 import numpy as np
 import turns_trace
 import world_trace

@@ -48,6 +48,11 @@ def test_an_agent_that_ships_escapes(name):
     assert found.success_rate >= 0.95
 
 
+def test_their_card_has_all_of_them():
+    rows = [line.split("|")[1].strip() for line in (FOLDER / "README.md").read_text().splitlines() if "%" in line]
+    assert [row for row in rows if row in SHIPPED] == [*SHIPPED]
+
+
 def test_they_are_small():
     assert sorted(path.stem for path in FOLDER.glob(f"*{SUFFIX}")) == sorted(SHIPPED)
     assert all(path.stat().st_size < 700_000 for path in FOLDER.glob(f"*{SUFFIX}"))
