@@ -49,7 +49,7 @@ def test_an_agent_that_ships_escapes(name):
 
 
 def test_their_card_has_all_of_them():
-    rows = [line.split("|")[1].strip() for line in (FOLDER / "README.md").read_text().splitlines() if "%" in line]
+    rows = [line.split("|")[1].strip() for line in (FOLDER / "README.md").read_text().splitlines() if line[:1] == "|"]
     assert [row for row in rows if row in SHIPPED] == [*SHIPPED]
 
 
