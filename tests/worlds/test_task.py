@@ -173,6 +173,7 @@ def test_recorded_episodes_are_played_again_and_drawn():
         ({"rules": {"chest": {}}}, "they lack 'coin', 'key'"),
         ({"rules": {**chest_task.RULES, "key": {"wants": "coin"}}}, "rule 'key' takes needs, uses, gives"),
         ({"rules": {**chest_task.RULES, "chest": {"needs": "ky"}}}, "goal 'chest' asks for 'ky', which no rule gives"),
+        ({"rules": {"coin": {"needs": "key"}, "key": {"needs": "coin"}, "chest": {"needs": "key"}}}, "need each other"),
         ({"max_steps": 0}, "max_steps must be at least 1, not 0"),
         ({"vectors": {"coin": [1.0]}}, "vectors of a task are equally many finite numbers for each goal"),
         ({"vectors": {"coin": [1.0], "key": [1.0, 2.0], "chest": [0.0]}}, "no common length"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -11,6 +12,7 @@ from typing import Any, cast
 import gymnasium
 import numpy as np
 
+from hierroom.complexity.requirements import goal_depths
 from hierroom.goals.goal_set import GoalSet
 from hierroom.goals.rules import Rules
 from hierroom.support.errors import InputError, own_code, require_number, shown
@@ -128,6 +130,9 @@ class Task:
             for fact in (fact for way in ways for fact in (*way.needs, *way.uses)):
                 if fact not in there:
                     raise InputError(f"the rule of goal {name!r} asks for {fact!r}, which no rule gives")
+        if math.isinf(goal_depths(rules)[self.target]):
+            why = "goals on the way need each other, or more of a fact than its capacity"
+            raise InputError(f"no order of the rules of a task achieves the target {self.target!r}: {why}")
         return rules
 
     @cached_property
