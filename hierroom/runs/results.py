@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console
@@ -21,6 +22,7 @@ from hierroom.runs.time_spent import TimeSpent
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.runs.trainer import Trainer
 from hierroom.support.cli import shell_words
+from hierroom.support.errors import InputError
 from hierroom.support.files import delete
 from hierroom.support.tables import print_table
 from hierroom.turns.records import META
@@ -51,14 +53,14 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: 
     with spent.on("pictures"):
         episode = telling_episode(agent, (trainer.config.seed + 1) % 2**63)
         name, other = ("escape", "failure") if episode.success else ("failure", "escape")
-        save_episodes([episode], folder.path / f"{name}.gif")
+        film = _film(episode, folder.path / f"{name}.gif")
     delete(folder.path / f"{other}.gif")  # of a run that has gone on since
     folder.save_summary(summary | {"session_seconds": spent.seconds()})
     none, failures = ("", ()) if episode.success else (f" (no escape in {N_PICTURED} episodes)", ("--failures",))
     for what, text in {
         "time": str(spent),
         "learning curve": picture,
-        f"one {name}": f"{folder.path / f'{name}.gif'}{none}",
+        f"one {name}": f"{film}{none}",
         "watch it": shell_words("python", "-m", "hierroom", "watch", *run, *failures),
         "evaluate it": shell_words("python", "-m", "hierroom", "evaluate", *run),
     }.items():
@@ -69,6 +71,16 @@ def telling_episode(agent: TrainedAgent, seed: int, episodes: int = N_PICTURED) 
     """Return the first of some episodes in which an agent escapes, or the first of all if it never does."""
     played = list(rollout(agent, None, episodes, num_envs=episodes, seed=seed))
     return next((episode for episode in played if episode.success), played[0])
+
+
+def _film(episode: Episode, path: Path) -> Path | str:
+    """Write the film of an episode; a user's environment that cannot draw itself does not cost the results."""
+    try:
+        save_episodes([episode], path)
+    except InputError as error:
+        warn(f"there is no film of an episode: {error}")
+        return "none"
+    return path
 
 
 def _table(config: TrainConfig, curve: LearningCurve | None, summary: dict[str, Any]) -> Table:

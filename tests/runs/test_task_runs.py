@@ -96,6 +96,13 @@ def test_a_trained_agent_is_evaluated_watched_and_reported_on(name, runs, tmp_pa
     assert (f'<th scope="row">chest_task:{name}</th>' in page) == (getattr(chest_task, name).rules is not None)
 
 
+def test_an_environment_that_cannot_be_drawn_costs_no_results(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(chest_task.Chest, "render", lambda self: 1 / 0)
+    assert train(["--task", "chest_task:chest", *SMALL, "--out", str(tmp_path / "run")]) == 0
+    assert "there is no film of an episode: the environment cannot be drawn" in capsys.readouterr().err
+    assert (tmp_path / "run" / "summary.json").is_file()
+
+
 def test_runs_of_tasks_are_compared(runs, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert compare.main([str(runs / "chest"), str(runs / "lake"), "--by", "task"]) == 0
