@@ -1,11 +1,14 @@
 """Runs of a task: each method trains on it, and what is done with a run works as for EscapeRooms."""
 
 import json
+import os
 import signal
+from pathlib import Path
 
 import chest_task
 import numpy as np
 import pytest
+from children import run_python
 from same_run import differences
 from stopped_run import stop_at_update
 
@@ -23,6 +26,7 @@ from hierroom.support.errors import InputError
 from hierroom.train import main as train
 from hierroom.worlds.make import world_spec
 
+TESTS = Path(__file__).parents[1]
 SMALL = ["--num-envs", "4", "--sequence-length", "8", "--minibatches", "2", "--epochs", "1", "--hidden-size", "8"]
 SMALL += ["--steps", "256", "--evaluations", "2", "--evaluation-episodes", "4", "--threads", "1", "--log", "none"]
 LEARNED = ["--meta", "learned", "--meta-start-success", "0", "--meta-ppo.sequence-length", "2"]
@@ -94,6 +98,14 @@ def test_a_trained_agent_is_evaluated_watched_and_reported_on(name, runs, tmp_pa
     assert page.count("data:image/gif;base64,R0lG") == 1
     assert f"task chest_task:{name}, seed 0" in page
     assert (f'<th scope="row">chest_task:{name}</th>' in page) == (getattr(chest_task, name).rules is not None)
+
+
+@pytest.mark.slow
+def test_a_run_in_several_processes_ends_and_so_do_they(tmp_path):
+    """They are made while the run handles signals, which a fork inherits."""
+    words = ["-m", "hierroom", "train", "--task", "chest_task:split", *SMALL, "--out", tmp_path / "run"]
+    done = run_python(*words, env={**os.environ, "PYTHONPATH": os.pathsep.join([str(TESTS.parent), str(TESTS)])})
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_an_environment_that_cannot_be_drawn_costs_no_results(tmp_path, monkeypatch, capsys):
