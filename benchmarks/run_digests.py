@@ -56,7 +56,7 @@ def digest(name: str) -> str:
     settings = {"num_envs": 16, "size": 13, "evaluations": 2, "evaluation_episodes": 10, "seed": 7, "max_steps": 200}
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "run"
-        hierroom.train(out=out, log="none", steps=STEPS, **{**settings, **RUNS[name]})
+        hierroom.train(out=out, log="none", quiet=True, steps=STEPS, **{**settings, **RUNS[name]})
         newest = max((out / "checkpoints").glob("*.pt"))
         tables = (_rows(out / f"{table}.csv") for table in ("metrics", "evaluations", "episodes"))
         return "  ".join(_hash(content) for content in (_weights(newest), *tables))
