@@ -1,4 +1,4 @@
-"""Where the time goes when all kernels compile: kernel by kernel, in one process, into an empty folder.
+"""Time of compiling all kernels: kernel by kernel, in one process, into an empty folder.
 
     python -m benchmarks.compile_time --out before.csv
     python -m benchmarks.compile_time --before before.csv --out benchmarks/results/compile_time.csv

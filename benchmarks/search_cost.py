@@ -39,7 +39,7 @@ class Options:
     episodes: int = 1000
     """Episodes of each."""
     meta: str = "fixed-dfs"
-    """Who gives the goals; not a learned one."""
+    """The meta-controller; not a learned one."""
     size: int = 19
     """Cells of the grid's side."""
     seed: int = 0

@@ -32,7 +32,7 @@ from hierroom.worlds.escape_room.constants import (
 # What an unseen cell may turn out to be, as tile codes that `view_kernels.look` tells apart and lets light pass.
 IDLE, FAINT, HOPEFUL = EMPTY, EXIT, KEY
 FAINT_WORTH = 0.25
-"""What seeing a faint cell is worth, where a hopeful one is worth 1; if they were worth the same, episodes on all seven
+"""Worth of seeing a faint cell, where a hopeful one is worth 1; if they were worth the same, episodes on all seven
 graphs would be 4% longer. 0.1 and 0.5 do as well."""
 PATIENCE = 6
 """Steps added to every way before the worth of what is to be seen at its end is divided by its length: without them
@@ -41,7 +41,7 @@ worth, makes them 11% longer."""
 WANTED = KEY, LOCKED_DOOR, EXIT
 """The first tile code of each kind of goal: a key, a door, the exit."""
 LAST_ACTION = constants.PICKUP, constants.OPEN, constants.FORWARD
-"""What achieves it, in front of it."""
+"""The action that achieves it, in front of it."""
 
 # The kernels are not cached on disk: Numba would not notice a change of the constants they take from the world's.
 

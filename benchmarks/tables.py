@@ -229,7 +229,7 @@ MAKERS: Mapping[str, Callable[..., str]] = {
     "result": result_table,
     "matrix": matrix_table,
 }
-"""What makes the tables, by the word that names them in a page."""
+"""Makers of the tables, by the word that names them in a page."""
 
 
 def main() -> int:

@@ -159,7 +159,7 @@ META_CONTROLLERS: Mapping[str, type] = {
 
 
 MetaSpec = str | MetaController | Callable[[Any], Any]
-"""Who picks the goals, as `make_meta` takes it."""
+"""A meta-controller as `make_meta` takes it."""
 
 
 def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:

@@ -35,7 +35,7 @@ from benchmarks.study.trained import FEWEST_GRAPHS, Trained, medians
 Table = dict[tuple[str, str], float]
 """A number for each measure and statistic: a correlation, -1 to 1, or the difference of two, -2 to 2."""
 LEAST_SHARE = 0.9
-"""Where fewer of the resamples have a value, there is no interval: in the others the graphs are all alike."""
+"""Least share of resamples with a value for an interval; in the others the graphs are all alike."""
 
 
 class Estimate(NamedTuple):

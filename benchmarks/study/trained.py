@@ -16,7 +16,7 @@ Milestone = Literal["steps_to_50", "steps_to_90", "steps_to_95", "steps_to_99"]
 Outcome = Milestone | Literal["success_rate"]
 
 MAX_UNREACHED_SHARE = 1 / 3
-"""Where a larger share of the graphs never reached 95%, these cannot be ranked, and the steps to 50% are taken."""
+"""Largest share of graphs that never reach 95%; with more the steps to 50% are ranked."""
 FEWEST_GRAPHS = 4
 """Fewer can be ranked alike by chance."""
 SETTINGS = ("variant", "preset", "meta", "size")

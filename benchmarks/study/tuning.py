@@ -21,7 +21,7 @@ from hierroom.support.errors import InputError
 from hierroom.support.tables import markdown_table
 
 TUNED = ("learning_rate", "novelty_bonus", "curiosity_weight", "gamma")
-"""What may be tuned, columns of the tables."""
+"""Columns of the tables that may be tuned."""
 NEEDED = ("method", "graph", "seed", "area_under_curve")
 HEADER = ("method", "settings", "largest area with", "area", "of each run", "area of the other settings")
 Setting = tuple[tuple[str, float], ...]

@@ -31,7 +31,7 @@ ESCAPE_ROOM_FEATURES = (
     "goal-status",
     "goal-outcome",
 )
-"""What `agents.features.offered` has in EscapeRooms; of other worlds their spec says."""
+"""Names that `agents.features.offered` has in EscapeRooms; other worlds name theirs in their spec."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def require_features(name: str, given: object, known: Collection[str] | None = N
 
 
 FEATURES = tyro.conf.arg(metavar="FEATURE [FEATURE ...]")
-"""How features are shown on the command line."""
+"""Features as the command line shows them."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from hierroom.turns.records import CONTROLLER, Step
 from hierroom.turns.turns import Turns
 
 _PARTS = {"actions": "i4", "rewards": "f8", "extrinsic": "f8", "goals": "i1", "achieved": "i1", "outcomes": "i1"}
-"""What is recorded of each step, by the names that it has in `Episode`."""
+"""Values recorded of each step, by their names in `Episode`."""
 
 
 def record(
@@ -44,7 +44,7 @@ def record(
 
 
 class _Observed:
-    """What the controller observes in the episodes under way, but for the goal, which is not chosen yet."""
+    """Observations of the controller in the episodes under way, without the goal, which is not chosen yet."""
 
     def __init__(self, turns: Turns) -> None:
         self._so_far: list[list[tuple[dict[str, NDArray], int]]] = [[] for _ in range(len(turns))]

@@ -26,7 +26,7 @@ from hierroom.support.errors import InputError
 
 _INTERVAL = re.compile(r"(hitting_time|expected_steps):(\d+(?:\.\d+)?)\.\.(\d+(?:\.\d+)?)", re.ASCII)
 _Assumed: TypeAlias = tuple[bool, Walk, Reading]
-"""What `analyze` assumes: whether keys can be dropped, the walk, and the reading of the augmented graph."""
+"""Assumptions of `analyze`: whether keys can be dropped, the walk, and the reading of the augmented graph."""
 _ROOMS = re.compile(r"rooms:(\d{1,4})", re.ASCII)
 
 

@@ -32,7 +32,7 @@ _reported = itemgetter(
         ),
     )
 )
-"""What users learn of a step, of the values of its record."""
+"""Values of a step's record that users get."""
 
 
 class SingleEnv:

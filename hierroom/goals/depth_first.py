@@ -28,7 +28,7 @@ class DepthFirst:
         self._required, self._given = rules.required[rows], rules.given[rows] > 0  # [W, F]
         self._target = rules.facts.index(rules.target)
         self.n_random = len(self._ways) + len(rules.facts)
-        """How many random numbers an episode takes."""
+        """The number of random numbers that an episode takes."""
 
     def next_rule(self, marking: ArrayLike, random: NDArray[np.floating]) -> int | None:
         """Return the rule that is to be applied next, or None where no way leads to the target.

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import networkx as nx
 
 SET_KINDS = ("rooms", "hitting_time", "expected_steps")
-"""What stands before the colon where a text means a set of graphs, see `hierroom.complexity.GraphSet`."""
+"""The word before the colon of a text that means a set of graphs, see `hierroom.complexity.GraphSet`."""
 
 _ROOM = r"(?:0|[1-9][0-9]{0,3})"
 _DESCRIBED = re.compile(rf"keys-({_ROOM}(?:-{_ROOM})*)-exit-({_ROOM})")

@@ -35,7 +35,7 @@ from hierroom.support.files import to_json
 from hierroom.turns.records import META
 
 ROWS, CHECKPOINTS = 500, 10
-"""How often a run writes a row of ``metrics.csv``, besides that after the first update, and a checkpoint."""
+"""Rows of ``metrics.csv`` that a run writes, besides that after the first update, and checkpoints."""
 
 Callback = Callable[[Trainer], object]
 """Called after each update; a true value stops the run."""

@@ -10,10 +10,10 @@ from hierroom.support.compile.kernel import njit
 
 NO_GOAL = -1
 NO_OUTCOME, REACHED, TIMED_OUT, OTHER = range(4)
-"""How an option ended: there was none; its goal was reached; its horizon ran out; the episode ended."""
+"""Ends of an option: there was none; its goal was reached; its horizon ran out; the episode ended."""
 OWN_REWARD, EXTRINSIC, BONUS, INTRINSIC, NOVELTY = range(-1, 4)
 KERNEL_REWARDS = {"extrinsic": EXTRINSIC, "bonus": BONUS, "intrinsic": INTRINSIC, "novelty": NOVELTY}
-"""Which reward the kernel writes: none, as a user's own code does, or one of those that ship."""
+"""Rewards that the kernel writes: none, as a user's own code does, or one of those that ship."""
 
 
 @njit(cache=True)

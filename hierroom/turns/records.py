@@ -35,7 +35,7 @@ LEDGER = record_type(
     ("illegal_actions", "i8"),  # illegal actions of the controller this episode
     ("shortest", "i8"),  # the shortest possible length of the episode, or -1 if it is not measured
 )
-"""Where the turns in one environment stand."""
+"""State of the turns in one environment."""
 
 STEP = record_type(
     ("actions", "i8"),
@@ -63,7 +63,7 @@ STEP = record_type(
     ("return_terminated", "?"),
     ("return_truncated", "?"),
 )
-"""What a step did in one environment: see the attributes of `Step`."""
+"""Record of a step in one environment: see the attributes of `Step`."""
 _STEP_NAMES = frozenset(STEP.names or ())
 
 

@@ -87,7 +87,7 @@ class BaseWorld(ABC):
         self.has_begun = False
         self._start = start
         self._ended: tuple[NDArray[np.integer], Any] = self.everywhere[:0], None
-        """Where the last step ended an episode, and what was shown there."""
+        """Episodes that the last step ended, and what they showed at their end."""
         self.remember(memories)
         if seed is not None:
             self.reset(seed)

@@ -27,7 +27,7 @@ class Dependencies:
         self._goal_of_rule = [goals.names.index(name) for name in rules.names]
         self._search = DepthFirst(rules)
         self.n_random = self._search.n_random
-        """How many random numbers `next_goal` takes."""
+        """The number of random numbers that `next_goal` takes."""
 
     @classmethod
     def of(cls, rules: Any, goals: GoalSet) -> Dependencies | None:

@@ -31,7 +31,7 @@ GRAPHS = tyro.constructors.PrimitiveConstructorSpec(
     is_instance=lambda _: True,
     str_from_instance=lambda specs: list(spec_names(specs)) or ["none"],  # for help texts only
 )
-"""How graphs are given on the command line: as texts, which `hierroom.complexity.GraphSet` reads."""
+"""Graphs on the command line: texts, which `hierroom.complexity.GraphSet` reads."""
 LAYOUTS = tyro.constructors.PrimitiveConstructorSpec(
     nargs="*",
     metavar="FILE [FILE ...]",
@@ -39,7 +39,7 @@ LAYOUTS = tyro.constructors.PrimitiveConstructorSpec(
     is_instance=lambda _: True,
     str_from_instance=lambda maps: [*map(str, maps)] or ["none"],  # for help texts only
 )
-"""How layouts are given on the command line: as paths."""
+"""Layouts on the command line: paths."""
 
 
 def _named(metavar: str) -> tyro.constructors.PrimitiveConstructorSpec:
@@ -190,7 +190,7 @@ class EnvConfig:
 
     @property
     def kind(self) -> str:
-        """What the names are of: ``task``, ``layout`` or ``graph``."""
+        """Kind of the names: ``task``, ``layout`` or ``graph``."""
         return "task" if self.task is not None else "layout" if self.layout else "graph"
 
 

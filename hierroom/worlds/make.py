@@ -17,7 +17,7 @@ from hierroom.worlds.world import Feature, World
 
 ENTRY_POINT_GROUP = "hierroom.tasks"
 SHIPPED: Mapping[str, str] = {"workshop": "hierroom.worlds.workshop.task:workshop_of"}
-"""Where the worlds that ship are made, by the word before the colon of their name.
+"""Makers of the worlds that ship, by the word before the colon of their name.
 
 ``workshop:8`` is what the function ``hierroom.worlds.workshop.X:f`` in this table returns for the text ``8``.
 """

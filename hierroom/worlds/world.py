@@ -28,7 +28,7 @@ OUTCOME_FIELDS = (
     ("truncated", "?"),
     ("length", "i4"),  # number of steps of the episode so far, this one included
 )
-"""What a step did in one environment; the records of a world may have further fields."""
+"""Outcome of a step in one environment; the records of a world may have further fields."""
 
 RENDER_MODES = ("ansi", "rgb_array", "human")
 Seeds = int | Sequence[int | None] | None

@@ -25,7 +25,7 @@ COMMANDS = sorted(
 SET = "runs/hippo-fixed-dfs-rooms-4-no-g-seed0"
 OF_TASK = "runs/hippo-fixed-dfs-taxi-seed0-steps300k"
 NAMES = {"RUNS": "runs", "[RUN": "runs/hippo-fixed-dfs-c-seed0", "...]": None, "runs/ppo-taxi-seed0-steps300k": None}
-"""What stands for names of one's own, and what it is here."""
+"""Stand-ins for user-chosen names, and their values here."""
 
 
 @pytest.fixture(scope="module")

@@ -40,7 +40,7 @@ NATIVE = {
 APIS = {**NATIVE, "gymnasium.make": partial(gymnasium.make, ID), "gymnasium.make_vec": partial(gymnasium.make_vec, ID)}
 """Likewise, and by what Gymnasium makes."""
 SIGNATURES = {"gymnasium.make": EscapeRoom, "gymnasium.make_vec": EscapeRooms}
-"""Whose arguments Gymnasium passes on."""
+"""Functions that get their arguments by way of Gymnasium."""
 OF_RESULTS = ("env_reset_passive_checker", "env_step_passive_checker", "env_render_passive_checker")
 """Gymnasium's functions that look at what an environment gave."""
 
@@ -54,7 +54,7 @@ THINGS = (
     *({"key_rooms": [0], "exit_room": 1}, {"key_rooms": [5], "exit_room": 1}, "training", "extrinsic", "none", "seen"),
     *("ansi", "rgb_array", "oracle", "random", "fixed-dfs", "nowhere:X", "c.toml", "/", ".", 11, 19, 63),
 )
-"""What is given where something else may be meant."""
+"""Values given in the place of what is meant."""
 N_ENVS = 2
 
 

@@ -47,9 +47,9 @@ OPTIONS: Mapping[str, Sequence[str]] = {
     **{name: [*arguments.__dataclass_fields__] for name, arguments in _ARGUMENTS.items()},
 }
 ENTRIES: Mapping[str, Sequence[str]] = {"sweep": _FLAT}
-"""What a command takes as entry=value, without dashes."""
+"""Words of a command as entry=value, without dashes."""
 WEIGHTS = {"train": 6, "complexity": 3, "sweep": 3, "evaluate": 2, "compare": 2, "play": 2}
-"""How often a command is tried; 1: the others."""
+"""Number of tries of a command; 1: the others."""
 
 
 def command_lines(seed: int) -> Iterator[tuple[str, list[str]]]:

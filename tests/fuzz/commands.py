@@ -71,7 +71,7 @@ TEXTS = (
     ),
     *("xla", "mps", "\u2028", "own.toml:x", "random", "oracle", "recurrent", "extrinsic", "view", "symbol"),
 )
-"""What may be given where something else is meant."""
+"""Values that may be given in the place of what is meant."""
 
 
 @contextlib.contextmanager

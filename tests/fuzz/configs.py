@@ -30,7 +30,7 @@ VALUES: tuple[Any, ...] = (
 )
 
 MAY_CHANGE = ("steps", "threads", "device", "warm_start")
-"""What a resumed run may have otherwise."""
+"""Entries that a resumed run may change."""
 
 
 def paths(table: dict[str, Any], above: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:

@@ -46,7 +46,7 @@ RUNS: Mapping[str, str] = {
     "--meta-ppo.sequences-per-update 4 --meta-ppo.minibatches 2",
     "curriculum": "--graph rooms:3 --curriculum-stages 2",
 }
-"""What is trained, and the options that say so."""
+"""Trainings, and the options that name them."""
 
 
 @dataclass

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 AUDITED = ("open", "os.rename", "os.remove", "os.mkdir", "os.truncate", "shutil.copyfile")
-"""What Python says of itself before it changes a file; writing and syncing are told of by `Places.install`."""
+"""Audit events of Python before it changes a file; writing and syncing are told of by `Places.install`."""
 
 
 class Places:

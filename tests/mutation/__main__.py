@@ -33,7 +33,7 @@ NOT_TRIED = (
     "if TYPE_CHECKING:",  # for type checkers
     "if config.DISABLE_JIT:",  # decides whether NumPy warns that numbers overflow
 )
-"""How lines of any module begin whose mutants are not tried."""
+"""Beginnings of lines whose mutants are not tried, in any module."""
 LEFT_OUT = (
     "test_the_kernel_is_its_own_source",  # of compiled kernels
     "test_ten_thousand_levels_are_solvable",  # takes minutes; the next in its file asks the same of fewer levels

@@ -22,7 +22,7 @@ OPERATORS = (
     *("ReplaceAndWithOr", "ReplaceOrWithAnd", "ReplaceTrueWithFalse", "ReplaceFalseWithTrue", "AddNot"),
     *("NumberReplacer", "ReplaceBreakWithContinue", "ReplaceContinueWithBreak", "ZeroIterationForLoop"),
 )
-"""What is replaced by what; of another number there are two, of which the greater is taken."""
+"""Replacements; of another number there are two, of which the greater is taken."""
 
 
 @dataclass(frozen=True)

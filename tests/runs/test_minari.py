@@ -1,4 +1,4 @@
-"""What the controller observed in episodes, and episodes as a Minari data set."""
+"""Observations of the controller in episodes, and episodes as a Minari data set."""
 
 import sys
 from dataclasses import replace

@@ -45,7 +45,7 @@ CHECK_EVERY = 64
 PATIENCE = 16_384
 """Least number of steps before a walk whose decay is still not geometric (it mixes very slowly) is squared instead."""
 STEP_COST, DENSE_GAIN = 16_000, 32
-"""What a step costs beyond its multiplications, in multiplications, and how many dense ones cost as much as one."""
+"""Cost of a step beyond its multiplications, in multiplications, and the dense ones that cost as much as one."""
 LONG = 10**9
 """So many multiplications may take longer than a second."""
 TINY = 1e-200

@@ -11,7 +11,7 @@ from hierroom.goals.rules import Rules
 from hierroom.support.errors import InputError
 
 Needs = dict[str, int]
-"""How many of each goal must have been achieved."""
+"""The number of times that each goal must have been achieved."""
 MAX_ALTERNATIVES = 4
 
 

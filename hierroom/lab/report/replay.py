@@ -38,7 +38,7 @@ TILES = {
     "colours": list(COLOURS),
     "actions": list(ACTION_NAMES.values()),
 }
-"""What the page must know of tiles and actions."""
+"""Facts of tiles and actions that the page needs."""
 N_TRIED = 20  # episodes that are played, to show some of them
 
 

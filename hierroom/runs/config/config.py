@@ -21,7 +21,7 @@ from hierroom.support.errors import InputError, require_name, require_number, sh
 from hierroom.worlds.env_config import EnvConfig
 
 PresetName = Literal["default", "long", "large", "learned", "paper", "algorithm1"]
-"""What `presets.PRESETS` has."""
+"""Names in `presets.PRESETS`."""
 OF_WORLD = ("features", "meta_features", "max_steps")
 """Entries that a task says itself where they are None; for EscapeRooms the defaults say them."""
 
@@ -202,7 +202,7 @@ class TrainConfig:
 META_PART = "meta_ppo"
 PARTS: Mapping[str, type] = {"env": EnvConfig, "agents": AgentsConfig, "ppo": PPOConfig, META_PART: PPOConfig}
 OF_META = f"{META_PART}."
-"""How the flat names of the entries of ``meta_ppo`` begin: they are those of ``ppo`` again."""
+"""The beginning of the flat names of entries of ``meta_ppo``, which repeat those of ``ppo``."""
 LATER_ENTRIES: Mapping[str, Any] = {"task": None, "layout": ()}
 """Entries that files of earlier versions lack, and what they meant."""
 CHANGED_WHEN_RESUMED = frozenset({"steps", "threads", "device", "warm_start"})

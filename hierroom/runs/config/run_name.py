@@ -15,7 +15,7 @@ from hierroom.worlds.make import ships
 MAX_LENGTH = 97
 """Characters of a name: with -2, -3, ... added it stays within 100."""
 MAX_NAMED_GRAPHS = 4
-"""How many graphs or sets of them a name lists; it counts the rest."""
+"""The number of graphs or sets of them that a name lists; it counts the rest."""
 _META_LENGTH, _GRAPH_LENGTH, _SEED_LENGTH = 20, 24, 18
 _SEPARATE = frozenset({"method", "meta", "graph", "exclude", "task", "layout", "seed", "preset"})
 _NEVER_NAMED = frozenset({"threads", "device"})

@@ -10,7 +10,7 @@ import msgspec
 from hierroom.support.errors import InputError, shown
 
 _GRAPHS = str | dict | tuple[str | dict, ...]
-"""What a file may hold for goal graphs and layouts: how they are named, or what they are in a table."""
+"""Forms of goal graphs and layouts in a file: names, or tables."""
 
 
 def entry_types(part: type) -> dict[str, Any]:

@@ -42,7 +42,7 @@ _OUTLINE = _record(
         "compile_seconds": _Seconds,
     }
 )
-"""What is checked whenever a checkpoint is read; what its parts hold is checked where they are used."""
+"""The outline that is checked whenever a checkpoint is read; parts are checked where they are used."""
 
 
 def to_bytes(state: Mapping[str, Any]) -> bytes:

@@ -76,7 +76,7 @@ OUTCOME = record_type(
 
 
 MEMORIES: Mapping[str, int] = {"visited": VISITED, "explored": EXPLORED, "doorways": DOORWAYS}
-"""What a level can remember of its episode, in the fields of `LEVEL` of the same names; kept only on request."""
+"""Memories of a level of its episode, in the fields of `LEVEL` of the same names; kept only on request."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,7 +35,7 @@ _PAIRS: Mapping[str, str] = {
     **{f"k{one}": one for one in KEY_CHARACTERS},
     **{f"D{one}": one.upper() for one in KEY_CHARACTERS},
 }
-"""What each cell of the text of `render.text` is in a map."""
+"""Cells of a map by the characters of `render.text`."""
 
 MapSpec = str | Path | Mapping[str, Any]
 """The text of a map, the path of its file, or what `LevelMap.to_dict` gives."""
@@ -65,7 +65,7 @@ class LevelMap:
 
     @cached_property
     def drawn(self) -> Drawn:
-        """Where everything stands in the map."""
+        """The places of everything in the map."""
         self._check_form()
         places: dict[str, Cell] = {}
         for row, line in enumerate(self.rows):

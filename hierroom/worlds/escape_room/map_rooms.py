@@ -15,7 +15,7 @@ Cell = tuple[int, int]
 
 @dataclass(frozen=True)
 class Drawn:
-    """Where everything stands in a map; keys and doors by colour. Keys lie on ``floor``; doors and the exit do not."""
+    """Places of everything in a map; keys and doors by colour. Keys lie on ``floor``; doors and the exit do not."""
 
     floor: frozenset[Cell]
     start: Cell

@@ -44,7 +44,7 @@ RULES = (
     "an episode has ended at the exit or after its last step, and nowhere else",
     "all doors of a level that is drawn are opened from its first room",
 )
-"""What must be so of a level and its grid besides the bounds, in the order in which `_broken_rule` looks at it."""
+"""Rules of a level and its grid besides the bounds, in the order in which `_broken_rule` looks at them."""
 
 
 def level_bounds(size: int, n_maps: int = 0) -> Mapping[str, tuple[Any, Any]]:

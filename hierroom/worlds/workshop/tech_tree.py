@@ -14,7 +14,7 @@ from hierroom.support.errors import InputError, require_name, require_number, sh
 
 Name = TypeVar("Name", str, tuple[str, str])
 Shape = Literal["mixed", "deep", "wide", "either"]
-"""What a thing is made of: things at random, the newest thing and another, the oldest things that nothing uses yet, or
+"""Ingredients of a thing: things at random, the newest thing and another, the oldest things that nothing uses yet, or
 things at random in either of two ways."""
 MIN_GOALS = 2
 MATERIALS = (
@@ -25,7 +25,7 @@ PARTS = ("plank", "brick", "ingot", "rope", "cloth", "nail", "glass", "gear", "p
 TOOLS = ("axe", "hammer", "saw", "kiln", "loom", "forge", "mill", "drill", "press", "lathe", "crane", "engine")
 MASTERPIECE = "masterpiece"
 CAPACITY = 3
-"""How many there can be of each material; of everything else there can be one."""
+"""Capacity of each material; everything else has capacity 1."""
 
 
 def tech_tree_of(spec: str) -> Rules:
