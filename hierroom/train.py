@@ -74,6 +74,8 @@ def parse(argv: Sequence[str]) -> TrainArguments:
         default = read_config(known.config, trust=trust, **named)
     else:
         default = find_preset(known.preset or implied_preset(known.meta)).changed(task=known.task)
+    if known.graph and known.layout:
+        raise InputError("--graph and --layout are both given; a layout has a goal graph of its own, so leave one out")
     for name in () if known.resume else _LEVELS:  # one replaces the other, whatever the preset or the file says
         if words := getattr(known, name):
             default = default.changed(**{name: words})

@@ -16,6 +16,7 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
+from hierroom.train import parse
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.engine import Engine
@@ -116,6 +117,12 @@ REFUSED = [
 def test_a_map_that_cannot_be_played_is_refused_with_the_cell(drawn, said):
     with pytest.raises(InputError, match=f"^layout maze: {said}"):
         LevelMap.of({"name": "maze", "map": drawn})
+
+
+@pytest.mark.parametrize("graph", ["c", "d"])
+def test_a_graph_and_a_layout_on_one_command_line_are_refused(graph, tmp_path):
+    with pytest.raises(InputError, match="--graph and --layout are both given"):
+        parse(["--graph", graph, "--layout", str(tmp_path / "maze.txt")])
 
 
 def test_a_file_that_is_no_map_is_refused(tmp_path):
