@@ -47,6 +47,7 @@ def named(arguments: str) -> str:
         ("--features view goal", "hippo-fixed-dfs-c-seed0-features-view-goal"),
         ("--method ppo --graph rooms:3", "ppo-rooms-3-seed0"),
         ("--task workshop:8:3:deep --seed 2", "hippo-fixed-dfs-workshop-8-3-deep-seed2"),
+        ("--task workshop:4 --features symbol shelf", "hippo-fixed-dfs-workshop-4-seed0-features-symbol-shelf"),
     ],
 )
 def test_the_name_shows_what_differs_from_the_preset(arguments, name, tmp_path, monkeypatch):

@@ -69,7 +69,7 @@ def _text(name: str, value: Any, usual: Any) -> str:
     if name == "steps":
         return name + _steps(value)
     if isinstance(value, tuple):
-        return f"{name}-{'-'.join(_names(value, usual)) or 'none'}"
+        return f"{name}-{'-'.join(_names(value, usual or ())) or 'none'}"  # None: a task's own features
     if value is None or isinstance(value, str):
         return f"{name}-{Path(value).name if name == 'warm_start' and value else _name_of(str(value))}"
     return name + str(value).removesuffix(".0").replace("e+", "e")
