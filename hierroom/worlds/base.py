@@ -77,23 +77,27 @@ class BaseWorld(ABC):
         self.variants: tuple[str, ...] = config.names
         self.everywhere: NDArray[np.integer] = freeze(np.arange(num_envs))
         self._outcomes = np.zeros(num_envs, OUTCOME)
-        self._seeds, self._numbers, self._lengths = (np.zeros(num_envs, np.int64) for _ in range(3))
-        self._indices = config.env_index + np.arange(num_envs)
-        self._counts = np.zeros((num_envs, len(self.goals)), np.int64)
-        self.dependencies = Dependencies.of(self.rules, self.goals)
-        start = np.zeros(0, np.int64) if self.dependencies is None else self.dependencies.rules.start_marking
-        self._markings = np.tile(start, (num_envs, 1))
-        self._has_ended = np.zeros(num_envs, bool)
         self.has_begun = False
-        self._start = start
-        self._ended: tuple[NDArray[np.integer], Any] = self.everywhere[:0], None
-        """Episodes that the last step ended, and what they showed at their end."""
+        self.allocate()
         self.remember(memories)
         if seed is not None:
             self.reset(seed)
 
     def __len__(self) -> int:
         return len(self.everywhere)
+
+    def allocate(self) -> None:
+        """Make the arrays that change in an episode; a subclass that overrides all methods with them makes its own."""
+        num_envs = len(self)
+        self._seeds, self._numbers, self._lengths = (np.zeros(num_envs, np.int64) for _ in range(3))
+        self._indices = self.config.env_index + np.arange(num_envs)
+        self._counts = np.zeros((num_envs, len(self.goals)), np.int64)
+        self.dependencies = Dependencies.of(self.rules, self.goals)
+        self._start = np.zeros(0, np.int64) if self.dependencies is None else self.dependencies.rules.start_marking
+        self._markings = np.tile(self._start, (num_envs, 1))
+        self._has_ended = np.zeros(num_envs, bool)
+        self._ended: tuple[NDArray[np.integer], Any] = self.everywhere[:0], None
+        """Episodes that the last step ended, and what they showed at their end."""
 
     @abstractmethod
     def begin(self, envs: NDArray[np.integer]) -> None:

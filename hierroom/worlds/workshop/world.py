@@ -74,41 +74,27 @@ class WorkshopWorld(BaseWorld):
     The first argument is the `WorkshopTask`, the others are those of `make_world`.
     """
 
-    def __init__(
-        self,
-        task: Any,
-        config: EnvConfig,
-        num_envs: int,
-        *,
-        seed: int | None = None,
-        autoreset: bool = True,
-        threads: int = 1,
-        memories: Iterable[str] = (),
-    ) -> None:
-        Whole(1, 2**31 - 1).check(num_envs, "num_envs")
-        self._shares = Shares(num_envs, threads)
-        self.task, self.config, self._autoreset = task, config, autoreset
-        self.book, self.rules, self.replayer = task.book, task.rules, task.replayer
+    can_split = True
+
+    def __init__(self, task: Any, config: EnvConfig, num_envs: int, *, threads: int = 1, **settings: Any) -> None:
+        self.task, self.book, self.rules, self.replayer = task, task.book, task.rules, task.replayer
         self.goals, self.n_actions = task.goal_set, task.n_actions
-        self.observation_spaces = task.observation_spaces
-        self.max_steps = config.max_steps or task.max_steps
-        Whole(1, 2**31 - 1).check(self.max_steps, "max_steps")
-        self.variants = (task.name,)
-        self.can_split, self.has_begun = True, False
-        self.everywhere = np.arange(num_envs)
-        self.everywhere.setflags(write=False)
-        self._outcomes, shops = np.zeros(num_envs, OUTCOME), np.zeros(num_envs, SHOP)
-        shops["index"] = config.env_index + np.arange(num_envs)
-        shops["max_steps"], shops["split"] = self.max_steps, SPLITS[config.levels]
-        things = np.zeros((num_envs, 3, len(self.book.things)), np.uint8)
-        self._state = WorkshopState(shops, things, np.zeros((num_envs, 0), np.uint64))
-        self._last_shops, self._last_things = shops.copy(), things.copy()
+        self.observation_spaces, self.default_max_steps = task.observation_spaces, task.max_steps
         n_places = self.n_actions - 2
         places = dict(zip(_KEYS, range(n_places), strict=False))
         self.keys_to_action: Mapping[str, int] = {**places, "K_SPACE": n_places, "K_BACKSPACE": n_places + 1}
-        self.remember(memories)
-        if seed is not None:
-            self.reset(seed)
+        super().__init__(config, num_envs, **settings)
+        self._shares = Shares(num_envs, threads)
+
+    def allocate(self) -> None:
+        """Make the arrays that change in an episode."""
+        num_envs, shops = len(self), np.zeros(len(self), SHOP)
+        shops["index"] = self.config.env_index + np.arange(num_envs)
+        Whole(1, 2**31 - 1).check(self.max_steps, "max_steps")
+        shops["max_steps"], shops["split"] = self.max_steps, SPLITS[self.config.levels]
+        things = np.zeros((num_envs, 3, len(self.book.things)), np.uint8)
+        self._state = WorkshopState(shops, things, np.zeros((num_envs, 0), np.uint64))
+        self._last_shops, self._last_things = shops.copy(), things.copy()
 
     @property
     def state(self) -> WorkshopState:
@@ -147,12 +133,12 @@ class WorkshopWorld(BaseWorld):
         state, last = self._state, (self._last_shops, self._last_things)
         recipes, arrays, step = self.book.recipes, (state.shops, state.things, state.visited), _compiled_step()
         if self._shares.is_one:
-            step(*arrays, recipes, actions, self._outcomes, *last, self._autoreset)
+            step(*arrays, recipes, actions, self._outcomes, *last, self.autoreset)
         else:
 
             def step_share(p: slice) -> None:
                 ours, theirs = (one[p] for one in arrays), (one[p] for one in (actions, self._outcomes, *last))
-                step(*ours, recipes, *theirs, self._autoreset)
+                step(*ours, recipes, *theirs, self.autoreset)
 
             self._shares.each(step_share)
         return self._outcomes
@@ -173,7 +159,7 @@ class WorkshopWorld(BaseWorld):
     def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> WorkshopView:
         """Return what environments [M] show after the last step, those that ``ended`` [M] before they were reset."""
         shops, things = self._state.shops[envs], self._state.things[envs]
-        if self._autoreset:
+        if self.autoreset:
             shops[ended], things[ended] = self._last_shops[envs[ended]], self._last_things[envs[ended]]
         return freeze(self._view(shops, things))
 
@@ -212,7 +198,7 @@ class WorkshopWorld(BaseWorld):
         """Return the state to which the last step led: where it ended an episode, take it again without a reset."""
         state, outcomes = self.get_state(), self._outcomes
         ended = np.flatnonzero(outcomes["terminated"] | outcomes["truncated"])
-        if self._autoreset and len(ended):
+        if self.autoreset and len(ended):
             last, taken = before[ended], np.asarray(actions, np.int64)[ended]
             within = np.zeros(len(ended), OUTCOME)
             arrays = last.shops, last.things, last.visited, self.book.recipes, taken, within
