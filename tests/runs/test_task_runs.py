@@ -146,7 +146,7 @@ def test_train_takes_the_task_itself_and_stores_its_name(tmp_path):
     agent = hierroom.train(task=chest_task.chest, out=tmp_path / "run", log="none", evaluations=0, **entries)
     assert agent.config.env.task == "chest_task:chest"
     assert agent.config.env.max_steps is None
-    assert repr(agent).startswith("<TrainedAgent hippo-fixed-dfs-chest-seed0-")
+    assert repr(agent).startswith("<TrainedAgent hippo-fixed-dfs-chest_task-chest-seed0-")
 
 
 @pytest.mark.parametrize(("name", "backend"), [("chest", TorchBackend), ("lake", FusedBackend)])
