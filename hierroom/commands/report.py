@@ -33,7 +33,7 @@ class ReportArguments:
         out: the file to write or replace; by default a new one, report.html, report-2.html, ...
         by: entries of the config that make a group: meta, or method,gamma; the default is that of compare.
         replays: how many runs' trained agents play, the first of each group and graph; 0: none.
-        episodes: episodes of each that the page replays; an escape and a failure come first, where there are.
+        episodes: episodes of each that the page replays; a success and a failure come first, where there are.
         played: episodes of each that measure success and steps to each goal.
         seed: fixes the levels and the actions; training never sees the levels, whatever its seed.
         greedy: let the controllers take their most probable actions instead of drawing them.

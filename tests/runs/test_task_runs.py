@@ -101,7 +101,7 @@ def test_a_trained_agent_is_evaluated_watched_and_reported_on(name, runs, tmp_pa
     said += (tmp_path / "one.txt").read_text()
     of_rooms = re.findall(r"\b(?:escap\w*|rooms?|keys?|doors?|graphs?|exit(?! depth))\b", said, re.IGNORECASE)
     assert {*of_rooms} <= {*getattr(chest_task, name).goals}
-    with pytest.raises(InputError, match="^the oracle needs a world that knows its shortest ways"):
+    with pytest.raises(InputError, match=r"^the oracle needs a world that knows its shortest ways"):
         evaluate.main([*run, "--meta", "oracle"])
     assert page.count("data:image/gif;base64,R0lG") == 1
     assert f"task chest_task:{name}, seed 0" in page
