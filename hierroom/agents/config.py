@@ -86,8 +86,8 @@ class AgentsConfig:
     Args:
         method: a pair of agents; the other entries replace what they have.
         meta: who picks the goals: fixed-dfs, random, oracle, learned, none, an entry point, package.module:Class or
-            package.module:function. None: the method's own. In a task fixed-dfs can go in circles where rules take
-            away what others gave; random does not.
+            package.module:function. None: the method's own. In a task fixed-dfs can go in circles where each of two
+            rules takes away what the other gave; random does not.
         network: the controller's network: recurrent (an encoder, which for a task is chosen from its observation
             space: convolutions for images, layers for vectors, embeddings for discrete numbers, side by side for dicts;
             then an LSTM), an entry point or package.module:Class.
