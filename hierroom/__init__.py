@@ -32,6 +32,7 @@ if _run and re.match(r"hierroom(\.|$)", os.path.basename(_run[0])):  # the comma
     sys.excepthook = _leave_quietly
 
 import gymnasium  # noqa: E402 - it takes its time, in which Ctrl-C may come
+import pettingzoo  # noqa: E402
 
 if TYPE_CHECKING:
     from hierroom import complexity
@@ -139,10 +140,10 @@ sys.modules[__name__].__class__ = _Package
 
 
 def register(name: str, graph: GraphSpecs, exclude: GraphSpecs = ()) -> str:
-    """Register a Gymnasium id for a user's goal graphs: ``hierroom/EscapeRoom-NAME-v0``.
+    """Register an id for a user's goal graphs with Gymnasium and PettingZoo: ``hierroom/EscapeRoom-NAME-v0``.
 
     Save this as ``my_rooms.py``; then ``gymnasium.make("my_rooms:hierroom/EscapeRoom-fork-v0")`` finds the graph in
-    every process, and so does `gymnasium.make_vec`::
+    every process, and so does `gymnasium.make_vec`. `pettingzoo.make` finds it once the module is imported::
 
         import hierroom
 
@@ -154,7 +155,7 @@ def register(name: str, graph: GraphSpecs, exclude: GraphSpecs = ()) -> str:
         exclude: graphs to leave out of them.
 
     Returns:
-        the id. It takes all other arguments of the environments at `gymnasium.make`.
+        the id. It takes all other arguments of the environments where it is made.
     """
     from hierroom.goals import plain_specs
     from hierroom.support.errors import InputError
@@ -179,6 +180,9 @@ def _register(env_id: str, kwargs: dict[str, Any]) -> None:
         vector_entry_point="hierroom.vector_env:EscapeRooms",
         kwargs=kwargs,
     )
+    if hasattr(pettingzoo, "EnvSpec"):  # since 1.27; its `register` would warn as Gymnasium's did already
+        pettingzoo.aec_registry[env_id] = pettingzoo.EnvSpec(env_id, "hierroom.aec_env:env", kwargs)
+        pettingzoo.parallel_registry[env_id] = pettingzoo.EnvSpec(env_id, "hierroom.parallel_env:parallel_env", kwargs)
 
 
 _register("hierroom/EscapeRoom-v0", {})

@@ -1,4 +1,4 @@
-"""Write what `docs/environments.md` and `docs/concepts.md` show of the package: the table of ids, and pictures.
+"""Write what README, `docs/environments.md` and `docs/concepts.md` show of the package: the table of ids, and pictures.
 
 ``python docs/scripts/environments.py`` from the root of the repository;
 `tests/docs/test_docs_environments.py` compares.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 from pathlib import Path
 
 import matplotlib
@@ -26,6 +27,12 @@ from hierroom.worlds.make import make_world
 DOCS = Path(__file__).parents[1]
 PICTURES = DOCS / "pictures"
 TILE_SIZE, N_COLOURS, SEED, WORKSHOP_STEPS = 12, 32, 0, 10
+BADGE = """<svg xmlns="http://www.w3.org/2000/svg" width="134" height="20" font-family="sans-serif" font-size="11">
+<rect width="134" height="20" rx="3" fill="#555"/>
+<path d="M76 0h55a3 3 0 0 1 3 3v14a3 3 0 0 1-3 3H76z" fill="#007ec6"/>
+<g fill="#fff" text-anchor="middle"><text x="38" y="14">PettingZoo</text><text x="105" y="14">v{version}</text></g>
+</svg>
+"""
 MARKS = ("<!-- table: python docs/scripts/environments.py -->\n", "<!-- end of table -->")
 
 
@@ -64,6 +71,12 @@ def workshop() -> NDArray[np.uint8]:
     return world.replayer.picture(state, int(goal), world.replayer.tile_size(state), "")
 
 
+def badge() -> bytes:
+    """Return the SVG that says with which version of PettingZoo the tests run."""
+    (version,) = re.findall(r"^pettingzoo==(\S+)", (DOCS.parent / "constraints.txt").read_text(), re.MULTILINE)
+    return BADGE.format(version=version).encode()
+
+
 def as_png(picture: NDArray[np.uint8]) -> bytes:
     """Return a picture as a PNG of few colours."""
     stream = io.BytesIO()
@@ -77,6 +90,7 @@ def main() -> None:
     for letter in NAMED_GRAPHS:
         write_atomically(PICTURES / f"level-{letter}.png", as_png(level(letter)))
     write_atomically(PICTURES / "workshop.png", as_png(workshop()))
+    write_atomically(PICTURES / "pettingzoo.svg", badge())
     os.environ["SOURCE_DATE_EPOCH"] = "0"  # the same file whenever it is drawn
     with matplotlib.rc_context({"svg.hashsalt": "hierroom"}):
         draw_graph(analyze("f").augmented, PICTURES / "graph-f.svg")

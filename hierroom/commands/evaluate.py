@@ -94,7 +94,7 @@ def _table(results: Mapping[str, Evaluation]) -> Table:
         "success": lambda r: f"{r.success_rate:.1%}",
         "  95% interval": lambda r: "{:.1%} to {:.1%}".format(*r.success_interval),
         "length": lambda r: f"{r.length:.1f}",
-        "length / shortest, escapes": lambda r: _number(r.length_over_shortest, ".2f"),
+        "length / shortest, successes": lambda r: _number(r.length_over_shortest, ".2f"),
         "return of the controller": lambda r: f"{r.mean_return:.2f}",
     }
     for goal in results["sampled"].steps_to_goals:

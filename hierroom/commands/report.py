@@ -33,7 +33,7 @@ class ReportArguments:
         out: the file to write or replace; by default a new one, report.html, report-2.html, ...
         by: entries of the config that make a group: meta, or method,gamma; the default is that of compare.
         replays: how many runs' trained agents play, the first of each group and graph; 0: none.
-        episodes: episodes of each that the page replays; an escape and a failure come first, where there are.
+        episodes: episodes of each that the page replays; a success and a failure come first, where there are.
         played: episodes of each that measure success and steps to each goal.
         seed: fixes the levels and the actions; training never sees the levels, whatever its seed.
         greedy: let the controllers take their most probable actions instead of drawing them.
@@ -86,8 +86,9 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
     from hierroom import Rules, __version__
     from hierroom.lab.compare.curve import METRICS
     from hierroom.lab.compare.style import line_style
+    from hierroom.lab.compare.tasks import common_kind
     from hierroom.lab.report.curves import compare_runs, curve_rows, run_rows
-    from hierroom.lab.report.difficulty import MEASURES, complexities, learning_points
+    from hierroom.lab.report.difficulty import complexities, known_measures, learning_points
     from hierroom.lab.report.page import page_texts, render_page
     from hierroom.lab.report.replay import TILES
     from hierroom.lab.report.runs import read_runs
@@ -126,7 +127,8 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
         "metrics": [{"name": name, "label": one.label, "is_rate": one.is_rate} for name, one in METRICS.items()],
         "curves": curve_rows(curves),
         "runs": run_rows(runs, curves),
-        "measures": dict(MEASURES),
+        "kind": common_kind(one.config.env.kind for one in runs),
+        "measures": known_measures(complexity),
         "complexity": complexity,
         "points": points,
         "goals": goals,
@@ -149,7 +151,7 @@ def _in_turn(runs: Sequence[ReportedRun], curves: Curves) -> list[ReportedRun]:
     """Return the first run of each group on each graph, the groups in turn."""
     firsts: dict[int, dict[tuple[str, ...], ReportedRun]] = {}
     for one in runs:
-        firsts.setdefault(curves.group_of[str(one.path)], {}).setdefault(tuple(one.graphs), one)
+        firsts.setdefault(curves.group_of[str(one.path)], {}).setdefault(tuple(one.graphs or one.config.env.names), one)
     in_turn = zip_longest(*(of_group.values() for of_group in firsts.values()))
     return [one for group in in_turn for one in group if one is not None]
 

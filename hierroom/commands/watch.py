@@ -31,7 +31,7 @@ class WatchArguments(AgentArguments):
 
     Args:
         episodes: how many episodes to show.
-        failures: show only episodes that did not reach the exit; see --most.
+        failures: show only episodes that did not reach their target, such as the exit; see --most.
         most: the most episodes to play in search of failures.
         greedy: let the controller take its most probable action instead of drawing one.
         out: write a file instead: an animation, .gif or .mp4 (which needs PyAV), text, .txt, or labelled data, .json.

@@ -18,10 +18,11 @@ from hierroom.complexity.chains.weights import as_targets, can_reach
 from hierroom.complexity.requirements import relevant_rules
 from hierroom.complexity.walk import PAPER_WALK, Walk
 from hierroom.goals import Rules
+from hierroom.goals.rules import Moves
 from hierroom.support.errors import InputError
 
-AT_ONCE = 4_000_000
-"""Number of comparisons of facts that are made together."""
+AT_ONCE = 1_000_000
+"""Number of alternatives, and of the changes of facts in them, that are looked at together at some markings."""
 
 
 class _Unrolled(NamedTuple):
@@ -124,27 +125,31 @@ class MarkingGraph:
         if self.relevant is None:
             return _Unrolled(np.zeros((1, 1), np.int64), np.zeros((0, 2), np.int64), np.zeros(0, np.int64), math.inf)
         rules, target, multipliers = self.relevant, self.facts.index(self.rules.target), self._multipliers
-        layers, edges, goals, fewest, distance = [rules.start_marking[None]], [], [], math.inf, 0
+        counts = rules.start_marking.astype(np.min_scalar_type(-int(rules.limits.max()) - 1))
+        layers, edges, goals, fewest, distance = [counts[None]], [], [], math.inf, 0
         known = defaultdict(count().__next__)  # the node of each marking, by its code
         _ = known[int(layers[0][0] @ multipliers)]
+        at_once = max(1, AT_ONCE // max(rules.n_changes, rules.required[..., 0].size))
         while len(layers[-1]):
             first, distance, found = len(known) - len(layers[-1]), distance + 1, []
-            for begin in range(0, len(layers[-1]), max(1, AT_ONCE // rules.required.size)):
-                batch = layers[-1][begin : begin + max(1, AT_ONCE // rules.required.size)]
-                self._refuse_many(batch)
-                sources, applied, after = rules.moves(batch)
-                is_done = after[:, target] > 0
-                codes, at, inverse = np.unique(after[~is_done] @ multipliers, return_index=True, return_inverse=True)
+            for begin in range(0, len(layers[-1]), at_once):
+                batch = layers[-1][begin : begin + at_once]
+                moves = rules.moves(batch)
+                self._refuse_many(batch, moves)
+                is_done = np.logical_or.reduceat((moves.facts == target) & (moves.added > 0), moves.starts)
+                after = np.add.reduceat(moves.added * multipliers[moves.facts], moves.starts)
+                after += (batch @ multipliers)[moves.sources]
+                codes, at, inverse = np.unique(after[~is_done], return_index=True, return_inverse=True)
                 n_before = len(known)
                 nodes = np.fromiter(map(known.__getitem__, codes.tolist()), np.int64, len(codes))
-                found.append(after[~is_done][at[nodes >= n_before]])
                 if len(known) >= MAX_NODES:
                     raise self._too_large()
+                found.append(_after(batch, moves, np.flatnonzero(~is_done)[at[nodes >= n_before]]))
                 ends = np.full(len(after), -1)
                 ends[~is_done] = nodes[inverse]
                 fewest = min(fewest, distance if is_done.any() else math.inf)
-                edges.append(np.stack([first + begin + sources, ends], axis=1))
-                goals.append(applied)
+                edges.append(np.stack([first + begin + moves.sources, ends], axis=1))
+                goals.append(moves.rules)
             layers.append(np.concatenate(found))
         pairs = np.concatenate(edges)
         pairs[pairs < 0] = len(known)
@@ -163,26 +168,26 @@ class MarkingGraph:
         return np.random.default_rng(0).integers(1, 2**63, len(sizes))
 
     @cached_property
-    def _adders(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-        """Return, of each rule that only adds to one fact, what it requires [S, F], that fact [S] and its count [S].
+    def _adders(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return, of each rule that only adds to one fact, that fact and how many it adds [R]; 0 for other rules.
 
         Such rules do not get in each other's way, so from where some apply all combinations of their facts are reached.
+        Of those that add to the same fact only the first counts.
         """
-        rules, found = self.relevant or self.rules, {}
-        for n in np.flatnonzero(rules.n_alternatives == 1):
-            given, fact = rules.given[n, 0], int(rules.given[n, 0].argmax())
-            if np.count_nonzero(given) == 1 and not rules.used[n].any() and self.facts[fact] != self.rules.target:
-                found.setdefault(fact, (rules.required[n, 0], given[fact]))
-        required = np.array([needed for needed, _ in found.values()], np.int64).reshape(len(found), len(self.facts))
-        return required, np.array([*found], np.int64), np.array([given for _, given in found.values()], np.int64)
+        rules, known = self.relevant or self.rules, {self.rules.target}
+        facts, given = rules.given[:, 0].argmax(axis=1), np.zeros(len(rules.names), np.int64)
+        for n in np.flatnonzero((rules.n_alternatives == 1) & ~rules.used[:, 0].any(axis=1)):
+            if np.count_nonzero(rules.given[n, 0]) == 1 and rules.facts[facts[n]] not in known:
+                known.add(rules.facts[facts[n]])
+                given[n] = rules.given[n, 0].max()
+        return facts, given
 
-    def _refuse_many(self, batch: NDArray[np.int64]) -> None:
+    def _refuse_many(self, batch: NDArray[np.integer], moves: Moves) -> None:
         """Refuse early where rules that only add lead to too many markings."""
-        required, facts, given = self._adders
-        capacity = np.array([self.rules.capacity[self.facts[fact]] for fact in facts])
-        applies = np.all(batch[:, None, :] >= required, axis=-1)  # [M, S]
-        steps = np.where(applies, (capacity - batch[:, facts]) // given, 0)
-        if np.log1p(steps).sum(axis=1).max(initial=0.0) > math.log(MAX_NODES):
+        facts, given = (of_rules[moves.rules] for of_rules in self._adders)
+        left = (self.relevant or self.rules).limits[facts] - batch[moves.sources, facts]
+        steps = np.where(given > 0, left // np.maximum(given, 1), 0)
+        if np.bincount(moves.sources, np.log1p(steps)).max(initial=0.0) > math.log(MAX_NODES):
             raise self._too_large()
 
     def _too_large(self) -> InputError:
@@ -193,3 +198,13 @@ class MarkingGraph:
             f"the marking chain may have at most {MAX_NODES:,} markings, and these {len(self.goals)} rules over "
             f"{len(self.facts)} facts give more; {lower} rules that matter least"
         )
+
+
+def _after(batch: NDArray[np.integer], moves: Moves, chosen: NDArray[np.int64]) -> NDArray[np.integer]:
+    """Return the markings after some of the moves from a batch of them."""
+    after = batch[moves.sources[chosen]]
+    rows = np.full(len(moves.sources), -1)
+    rows[chosen] = np.arange(len(chosen))
+    rows = rows[moves.of_move]
+    after[rows[rows >= 0], moves.facts[rows >= 0]] += moves.added[rows >= 0].astype(batch.dtype)
+    return after

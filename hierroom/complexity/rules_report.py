@@ -144,6 +144,8 @@ class RulesReport(WalkReport):
     def _start(self) -> dict[str, int]:
         return {fact: self.rules.start[fact] for fact in self.unrolled.facts if self.rules.start[fact]}
 
+    _reached_by = "target there by"
+
     @property
     def _head(self) -> str:
         return f"{self.name}: {len(self.rules.names)} rules, target {self.rules.target}"
@@ -155,7 +157,7 @@ class RulesReport(WalkReport):
         lines = [
             ("capacity", _counts(several) + ("; 1 of every other fact" if several else "1 of every fact")),
             ("start", _counts(self._start) or "nothing"),
-            ("exit depth", f"{self.exit_depth:.0f}"),
+            ("exit depth", f"{self.exit_depth:.0f}   (goals one after the other before {self.rules.target})"),
             ("width", f"{self.width}"),
             ("fewest", f"{self.fewest:.0f}   (goals to achieve, the last gives {self.rules.target})"),
             ("marking chain", f"{self.nodes} nodes, {self.edges} edges"),

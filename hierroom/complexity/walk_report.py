@@ -65,6 +65,8 @@ class WalkReport(ABC):
     def edges(self) -> int:
         """Number of moves, without restarts."""
 
+    _reached_by = "exit reached by"
+
     @property
     @abstractmethod
     def _head(self) -> str: ...
@@ -154,7 +156,7 @@ class WalkReport(ABC):
             *self._first_lines(),
             ("hitting time", f"{self.hitting_time:.2f}   ({source})"),
             ("expected steps", f"{steps}   (mean first passage of the same walk)"),
-            ("exit reached by", reached),
+            (self._reached_by, reached),
         ]
         hardest = [f"{goal} {change:+.2f}%" for goal, change in self.goal_sensitivity().items()][:3]
         if hardest:

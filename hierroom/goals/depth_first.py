@@ -14,7 +14,8 @@ class DepthFirst:
     Random numbers order the alternatives and the facts. With the same numbers throughout an episode the way is the
     same one, as far as what happens allows: of the alternatives only those are kept without which, in this order, the
     target could not be reached; then the first requirement that is not there yet is pursued, and its own first, and so
-    on down to a rule that applies. What rules take away is not foreseen: where it is missing later it is fetched again.
+    on down to a rule that applies. Of two requirements that one comes later whose way takes away what the other's asks
+    for, or which the other's takes away. Where each does so, the way can go in circles.
 
     Args:
         rules: the rules.
@@ -26,6 +27,7 @@ class DepthFirst:
         self._ways = [(rule, way) for rule, n in enumerate(counts) for way in range(n)]
         rows = tuple(np.array(self._ways).T)
         self._required, self._given = rules.required[rows], rules.given[rows] > 0  # [W, F]
+        self._used = rules.used[rows] > 0
         self._target = rules.facts.index(rules.target)
         self.n_random = len(self._ways) + len(rules.facts)
         """The number of random numbers that an episode takes."""
@@ -50,7 +52,27 @@ class DepthFirst:
             missing = have < self._required[way]
             if not missing.any():
                 return self._ways[way][0]
-            fact = next(one for one in order if missing[one])
+            fact = self._first([one for one in order if missing[one]], makers, have)
+
+    def _first(self, facts: list[int], makers: NDArray[np.integer], have: NDArray[np.integer]) -> int:
+        """Return the first of some missing facts that does not have to come after another one of them."""
+        if len(facts) == 1 or not self._used.any():
+            return facts[0]
+        ways = [self._way_to(fact, makers, have) for fact in facts]
+
+        def comes_later(n: int) -> bool:
+            others = [way for m, way in enumerate(ways) if m != n]
+            return any((ways[n][1] & asked).any() or taken[facts[n]] for asked, taken in others)
+
+        return next((fact for n, fact in enumerate(facts) if not comes_later(n)), facts[0])
+
+    def _way_to(self, fact: int, makers: NDArray[np.integer], have: NDArray[np.integer]) -> NDArray[np.bool_]:
+        """Return what the way to a fact asks for and what it takes away: [2, F]."""
+        way = int(makers[fact])
+        found = np.stack([self._required[way] > 0, self._used[way]])
+        for one in np.flatnonzero(have < self._required[way]).tolist():
+            found |= self._way_to(one, makers, have)
+        return found
 
     def _makers(self, kept: NDArray[np.bool_], have: NDArray[np.integer]) -> NDArray[np.integer]:
         """Return [F] the kept way that first gives each fact, or -1, were nothing taken away and all repeatable."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +24,17 @@ from hierroom.support.errors import InputError, shown
 from hierroom.support.files import write_atomically
 from hierroom.support.read_only import freeze
 from hierroom.support.reading import read_toml
+
+
+class Moves(NamedTuple):
+    """E moves from markings, each a rule that changes one, and one after the other the C changes that they make."""
+
+    sources: NDArray[np.int64]  # [E], the number of the marking from which each leads
+    rules: NDArray[np.int64]  # [E]
+    starts: NDArray[np.int64]  # [E], the first change of each
+    of_move: NDArray[np.int64]  # [C], the move of each change
+    facts: NDArray[np.int64]  # [C], the fact that each changes
+    added: NDArray[np.integer]  # [C], how many it adds, or takes away
 
 
 @dataclass(frozen=True)
@@ -113,17 +124,17 @@ class Rules:
     @cached_property
     def required(self) -> NDArray[np.int64]:
         """Counts that each alternative requires, needed or used [R, A, F]; the last alternative fills up the rest."""
-        return self._array(lambda way, fact: max(way.needs.get(fact, 0), way.uses.get(fact, 0)))
+        return self._array("needs", "uses")
 
     @cached_property
     def used(self) -> NDArray[np.int64]:
         """Counts that each alternative takes away [R, A, F]."""
-        return self._array(lambda way, fact: way.uses.get(fact, 0))
+        return self._array("uses")
 
     @cached_property
     def given(self) -> NDArray[np.int64]:
         """Counts that each alternative gives [R, A, F]."""
-        return self._array(lambda way, fact: way.gives.get(fact, 0))
+        return self._array("gives")
 
     @cached_property
     def n_alternatives(self) -> NDArray[np.int64]:
@@ -151,50 +162,61 @@ class Rules:
         after = np.minimum(before - self.used[rules, ways] + self.given[rules, ways], self.limits)
         return np.where(applies[..., None], after, before), applies
 
-    def moves(self, markings: ArrayLike) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.integer]]:
-        """Find the E moves from markings [M, F]: every rule that applies and changes a marking.
-
-        Returns:
-            for each move the index of its marking [E], its rule [E] and the marking after it [E, F], all of these in
-            the smallest dtype that holds every marking.
-        """
-        change, limits = self._compact
-        counts = np.asarray(markings).astype(limits.dtype)
-        applies, ways = self._choose(counts)
+    def moves(self, markings: NDArray[np.integer]) -> Moves:
+        """Find all moves from markings [M, F]: each rule that applies and changes a marking."""
+        n_changes, facts, counts = self._changes
+        applies, ways = self._choose(markings)
         sources, rules = np.nonzero(applies)
-        before = counts[sources]
-        after = np.minimum(before + change[rules, ways[sources, rules]], limits)
-        changes = np.any(after != before, axis=1)
-        return sources[changes], rules[changes], after[changes]
+        used = rules * n_changes.shape[1] + ways[sources, rules]
+        lengths = n_changes.ravel()[used]
+        of_move = np.repeat(np.arange(len(used)), lengths)
+        at = np.arange(len(of_move)) + np.repeat(
+            (n_changes.ravel().cumsum() - n_changes.ravel())[used] - (lengths.cumsum() - lengths), lengths
+        )
+        before = markings[sources[of_move], facts[at]]
+        added = np.minimum(before + counts[at], self.limits[facts[at]]) - before
+        kept = np.flatnonzero(added)
+        moves, starts, of_move = np.unique(of_move[kept], return_index=True, return_inverse=True)
+        return Moves(sources[moves], rules[moves], starts, of_move, facts[at[kept]], added[kept])
+
+    @property
+    def n_changes(self) -> int:
+        """The number of changes of facts in all alternatives together."""
+        return len(self._changes[1])
 
     @cached_property
-    def _compact(self) -> tuple[NDArray[np.integer], NDArray[np.integer]]:
-        """The changes and the limits, in a dtype in which sums do not overflow."""
-        dtype = np.min_scalar_type(-int(max(self.limits.max() + self.given.max(), self.used.max())) - 1)
-        return (self.given - self.used).astype(dtype), self.limits.astype(dtype)
+    def _changes(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+        """The number of facts that each alternative changes [R, A]; one after the other which [C], and by how many."""
+        change = self.given - self.used
+        return np.count_nonzero(change, axis=-1), np.nonzero(change)[-1], change[np.nonzero(change)]
 
     @cached_property
-    def _thresholds(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.uint64]]:
-        """The T facts and counts that alternatives ask for, and which each one asks for, as bits: [T / 64, R, A].
+    def _thresholds(self) -> tuple[NDArray[np.int64], NDArray[np.int64], list[tuple[Any, NDArray[np.uint64]]]]:
+        """The T facts and counts that alternatives ask for, and for each 64 of them who asks for which, as bits.
 
-        T is a multiple of 64: those at the end are always there.
+        Those who ask are the numbers of alternatives, or all of them, in which most do. T is a multiple of 64: those at
+        the end are always there.
         """
         entries = np.nonzero(self.required)
         asked, inverse = np.unique(np.stack([entries[2], self.required[entries]], axis=1), axis=0, return_inverse=True)
         asked = np.concatenate([asked, np.zeros((64 - len(asked) % 64, 2), np.int64)])
         asks = np.zeros((*self.required.shape[:2], len(asked)), bool)
         asks[entries[0], entries[1], inverse.ravel()] = True
-        return asked[:, 0], asked[:, 1], np.moveaxis(_bits(asks), -1, 0)
+        words = _bits(asks).reshape(-1, len(asked) // 64).T
+        askers = [slice(None) if np.count_nonzero(word) > word.size / 4 else np.flatnonzero(word) for word in words]
+        return asked[:, 0], asked[:, 1], [(asker, word[asker]) for asker, word in zip(askers, words, strict=True)]
 
     def _choose(self, markings: NDArray[np.integer]) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
         """Find whether each rule applies to markings [..., F], and by which of its alternatives: [..., R] both."""
         facts, counts, asks = self._thresholds
         lacks = _bits(np.take(markings, facts, axis=-1) < counts)
-        enough = np.ones((*lacks.shape[:-1], *asks.shape[1:]), bool)
-        for word, asked in enumerate(asks):
-            enough &= (lacks[..., word, None, None] & asked) == 0
-        if asks.shape[-1] == 1:
-            return enough[..., 0], np.broadcast_to(np.int64(0), enough.shape[:-1])
+        most = self.required.shape[1]
+        enough = np.ones((*lacks.shape[:-1], len(self.rules) * most), bool)
+        for word, (askers, asked) in enumerate(asks):
+            enough[..., askers] &= (lacks[..., word, None] & asked) == 0
+        if most == 1:
+            return enough, np.broadcast_to(np.int64(0), enough.shape)
+        enough = enough.reshape(*lacks.shape[:-1], len(self.rules), most)
         return np.any(enough, axis=-1), enough.argmax(axis=-1)
 
     def apply(self, goal: str, marking: ArrayLike) -> NDArray[np.int64] | None:
@@ -259,10 +281,17 @@ class Rules:
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
 
-    def _array(self, count: Any) -> NDArray[np.int64]:
-        most = max(map(len, self.rules.values()))
-        ways = [(*ways, *ways[-1:] * (most - len(ways))) for ways in self.rules.values()]
-        return freeze(np.array([[[count(way, fact) for fact in self.facts] for way in row] for row in ways], np.int64))
+    def _array(self, *kinds: str) -> NDArray[np.int64]:
+        """Return the largest count of these kinds, such as ``"uses"``, of each fact [R, A, F]."""
+        numbers = {fact: number for number, fact in enumerate(self.facts)}
+        counts = np.zeros((len(self.rules), max(map(len, self.rules.values())), len(numbers)), np.int64)
+        for rule, ways in zip(counts, self.rules.values(), strict=True):
+            for row, way in zip(rule, ways, strict=False):
+                for kind in kinds:
+                    for fact, count in getattr(way, kind).items():
+                        row[numbers[fact]] = max(row[numbers[fact]], count)
+            rule[len(ways) :] = rule[len(ways) - 1]
+        return freeze(counts)
 
 
 def _bits(flags: NDArray[np.bool_]) -> NDArray[np.uint64]:

@@ -52,11 +52,12 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: 
     agent = TrainedAgent(trainer.config, trainer.agents[META], trainer.controller, trainer.steps, path=folder.path)
     with spent.on("pictures"):
         episode = telling_episode(agent, (trainer.config.seed + 1) % 2**63)
-        name, other = ("escape", "failure") if episode.success else ("failure", "escape")
+        good = "escape" if trainer.config.env.task is None else "success"
+        name, other = (good, "failure") if episode.success else ("failure", good)
         film = _film(episode, folder.path / f"{name}.gif")
     delete(folder.path / f"{other}.gif")  # of a run that has gone on since
     folder.save_summary(summary | {"session_seconds": spent.seconds()})
-    none, failures = ("", ()) if episode.success else (f" (no escape in {N_PICTURED} episodes)", ("--failures",))
+    none, failures = ("", ()) if episode.success else (f" (no {good} in {N_PICTURED} episodes)", ("--failures",))
     for what, text in {
         "time": str(spent),
         "learning curve": picture,
@@ -68,7 +69,7 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: 
 
 
 def telling_episode(agent: TrainedAgent, seed: int, episodes: int = N_PICTURED) -> Episode:
-    """Return the first of some episodes in which an agent escapes, or the first of all if it never does."""
+    """Return the first of some episodes in which an agent succeeds, or the first of all if it never does."""
     played = list(rollout(agent, None, episodes, num_envs=episodes, seed=seed))
     return next((episode for episode in played if episode.success), played[0])
 

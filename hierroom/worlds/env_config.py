@@ -75,11 +75,11 @@ class EnvConfig:
         size: cells of the grid's side, 11 to 63, outer walls included.
         max_steps: primitive steps after which an episode is truncated. None: 1000, or as the task says.
         drop_key: give the controller a sixth action that drops a key.
-        reward: the controller's reward: extrinsic (1 at the exit), bonus (1 for each key, door and the exit),
-            intrinsic (1 where its goal is reached), novelty (1 at the exit, and the novelty bonus), an entry point,
-            package.module:Class or package.module:function. None: that of the method in training, else intrinsic.
-        novelty_bonus: the reward novelty gives for each state entered for the first time in an episode; the exit
-            gives 1.
+        reward: the controller's reward: extrinsic (the environment's own: 1 at the target, such as the exit), bonus (1
+            for each goal at its first time, such as each key and door), intrinsic (1 where its goal is reached),
+            novelty (extrinsic, and the novelty bonus), an entry point, package.module:Class or
+            package.module:function. None: that of the method in training, else intrinsic.
+        novelty_bonus: the reward novelty gives for each state entered for the first time in an episode.
         subgoal_horizon: primitive steps after which an option ends without its goal; None: never.
         goal_mask: goals the meta-controller may choose: reachable (by the goal graph or rules), existing (those left
             to achieve), seen (in EscapeRooms; or no goal: find something new) or none (no mask: all goals of the

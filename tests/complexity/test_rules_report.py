@@ -175,6 +175,13 @@ def pipeline(n):
     return Rules({"f0": {"gives": "f0"}, **rules, "t": {"needs": facts, "gives": "t"}}, "t")
 
 
+def trades(n):
+    rules = {f"trade{i}": {"uses": f"old{i}", "gives": f"new{i}"} for i in range(n)}
+    new = [f"new{i}" for i in range(n)]
+    start = {f"old{i}": 1 for i in range(n)}
+    return Rules({**rules, "t": {"uses": dict.fromkeys(new, 2), "gives": "t"}}, "t", dict.fromkeys(new, 2), start)
+
+
 @pytest.mark.parametrize(
     ("rules", "advice"),
     [
@@ -189,6 +196,7 @@ def pipeline(n):
         (many(20), "these 21 rules over 21 facts give more; leave out rules"),
         (many(90), "these 91 rules over 91 facts give more; leave out rules"),
         (pipeline(61), "these 62 rules over 62 facts give more; leave out rules"),
+        (trades(800), r"these 801 rules over 1601 facts give more; lower the capacity of new99 \(2\)"),
     ],
 )
 def test_too_many_markings_are_refused_within_a_second_with_what_to_lower(rules, advice):

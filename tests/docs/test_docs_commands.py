@@ -23,8 +23,13 @@ COMMANDS = sorted(
     }
 )
 SET = "runs/hippo-fixed-dfs-rooms-4-no-g-seed0"
-OF_TASK = "runs/hippo-fixed-dfs-taxi-seed0-steps300k"
-NAMES = {"RUNS": "runs", "[RUN": "runs/hippo-fixed-dfs-c-seed0", "...]": None, "runs/ppo-taxi-seed0-steps300k": None}
+OF_TASK = "runs/hippo-fixed-dfs-my_tasks-taxi-seed0-steps300k"
+NAMES = {
+    "RUNS": "runs",
+    "[RUN": "runs/hippo-fixed-dfs-c-seed0",
+    "...]": None,
+    "runs/ppo-my_tasks-taxi-seed0-steps300k": None,
+}
 """Stand-ins for user-chosen names, and their values here."""
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import gymnasium
 import numpy as np
+import pettingzoo
 import pytest
 from PIL import Image
 
@@ -59,6 +60,34 @@ def test_spaces_equal_the_page_s_table():
     for name in set(meta) - {"action_mask"}:
         shape = meta[name].shape
         assert told[name][1] == (" x ".join(map(str, shape)) if shape else "a number")
+
+
+@pytest.mark.skipif(not hasattr(pettingzoo, "make"), reason="PettingZoo has make from 1.27 on")
+@pytest.mark.parametrize(("column", "env_id"), [(1, "hierroom/EscapeRoom-c-v0"), (2, "hierroom/Workshop-v0")])
+def test_the_facts_in_petting_zoo_s_form_are_those_of_the_environments(column, env_id):
+    rows = re.findall(r"^\| (.*) \| (.*) \| (.*) \|$", PAGE.split("## Facts")[1].split("\n\n")[1], re.MULTILINE)
+    facts = {row[0]: row[column].replace(" x ", ", ") for row in rows}
+    assert f'`make("aec", "{env_id}")`' in facts["Creation"]
+    make = pettingzoo.make
+    aec, parallel = make("aec", env_id), make("parallel", env_id)
+    assert aec.possible_agents == parallel.possible_agents == ["meta_0", "controller_0"]
+    assert facts["Number of agents"] == str(len(aec.possible_agents))
+    for env in (aec, parallel):
+        for agent in env.possible_agents:
+            assert f"{agent}: `{env.action_space(agent)}`" in facts["Action values"]
+            seen = env.observation_space(agent)["observation"]
+            assert f"`observation` is {', '.join(map(str, seen.shape))}" in facts["Observation shape"]
+            assert f"whole numbers of {seen.low.min()} to {seen.high.max()}" in facts["Observation values"]
+        shape, state = ", ".join(map(str, env.state_space.shape)), env.state_space
+        assert re.search(rf"(^|, ){shape}\b", facts["State shape"])
+        assert facts["State values"] == f"whole numbers of {state.low.min():.0f} to {state.high.max():.0f}"
+
+
+def test_the_badge_says_the_version_that_tests_run_with():
+    assert (DOCS / "pictures" / "pettingzoo.svg").read_bytes() == script.badge()
+    checks = (DOCS.parent / "tests" / "envs" / "test_api_checkers.py").read_text()
+    told = set(re.findall(r"`(\w+_test|check_env)`", PAGE.split("## Facts")[1].split("\n## ")[0]))
+    assert told == set(re.findall(r"(?<= |\n)(\w+_test|check_env)\(", checks))
 
 
 def test_arguments_and_their_defaults():

@@ -2,6 +2,7 @@
 
 import argparse
 import ast
+import importlib.util
 import json
 import re
 import runpy
@@ -150,17 +151,31 @@ def test_the_output_shown_after_a_command_equals_its_output(before, block, capsy
     assert capsys.readouterr().out == block.text
 
 
+NOTEBOOK = json.loads((ROOT / "examples" / "first_steps.ipynb").read_text())
+CELLS = ["".join(cell["source"]) for cell in NOTEBOOK["cells"] if cell["cell_type"] == "code"]
+CELLS = [re.sub(r"%pip install --quiet {(\w+)}", r"installed.append(\1)", cell) for cell in CELLS]
+
+
+def test_the_notebook_is_in_colab_s_form_and_installs_only_what_is_missing(monkeypatch):
+    assert "colab" in NOTEBOOK["metadata"]
+    [install] = [cell for cell in NOTEBOOK["cells"] if "%pip" in "".join(cell["source"])]
+    assert install["metadata"] == {"cellView": "form"}
+    assert not any(cell.get("outputs") or cell.get("execution_count") for cell in NOTEBOOK["cells"])
+    assert CELLS[0].startswith("# @title ")
+    for is_there, expected in ((True, []), (False, ["hierroom"])):
+        monkeypatch.setattr(importlib.util, "find_spec", lambda name, found=is_there: found or None)
+        names = {"installed": []}
+        exec(CELLS[0], names)
+        assert names["installed"] == expected
+
+
 @pytest.mark.slow
 def test_the_notebook_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    notebook = json.loads((ROOT / "examples" / "first_steps.ipynb").read_text())
     names: dict[str, object] = {}
-    for cell in notebook["cells"]:
-        assert not cell.get("outputs")
-        if cell["cell_type"] != "code":
-            continue
-        *body, last = ast.parse("".join(cell["source"])).body
+    for cell in CELLS:
+        *body, last = ast.parse(cell).body
         if not isinstance(last, ast.Expr):
             body, last = [*body, last], None
         exec(compile(ast.Module(body, []), "first_steps.ipynb", "exec"), names)

@@ -5,6 +5,7 @@ import warnings
 
 import gymnasium
 import numpy as np
+import pettingzoo
 import pytest
 from gymnasium.envs.registration import EnvSpec
 
@@ -18,12 +19,25 @@ hierroom.register("fork", hierroom.GoalGraph((0, 1, 1), 3, label="fork"))
 """
 
 
+REGISTRIES = [gymnasium.registry, *(vars(pettingzoo).get(f"{kind}_registry", {}) for kind in ("aec", "parallel"))]
+
+
 @pytest.fixture(autouse=True)
 def unregistered():
-    before = dict(gymnasium.registry)
+    before = [dict(registry) for registry in REGISTRIES]
     yield
-    gymnasium.registry.clear()
-    gymnasium.registry.update(before)
+    for registry, entries in zip(REGISTRIES, before, strict=True):
+        registry.clear()
+        registry.update(entries)
+
+
+@pytest.mark.skipif(not hasattr(pettingzoo, "make"), reason="PettingZoo has make from 1.27 on")
+@pytest.mark.parametrize("kind", ["aec", "parallel"])
+def test_petting_zoo_makes_the_same_ids(kind):
+    env_id = hierroom.register("fork", FORK)
+    assert pettingzoo.make(kind, env_id, max_steps=7).unwrapped.complexity.graph == FORK
+    ours = {name for name in gymnasium.registry if name.startswith("hierroom/")}
+    assert ours == {name for name in vars(pettingzoo)[f"{kind}_registry"] if name.startswith("hierroom/")}
 
 
 def test_a_graph_of_a_file_has_an_id(tmp_path):
@@ -94,8 +108,9 @@ def test_registering_the_same_again_is_silent_and_another_graph_warns():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         hierroom.register("fork", FORK)
-    with pytest.warns(UserWarning, match="Overriding environment hierroom/EscapeRoom-fork-v0"):
+    with pytest.warns(UserWarning, match="Overriding environment hierroom/EscapeRoom-fork-v0") as warned:
         hierroom.register("fork", "a")
+    assert len(warned) == 1
 
 
 @pytest.mark.parametrize("name", ["", "a", "g", "my rooms", "my/rooms", "my:rooms", "-x", "ü", 3, None])

@@ -48,6 +48,8 @@ def named(arguments: str) -> str:
         ("--method ppo --graph rooms:3", "ppo-rooms-3-seed0"),
         ("--task workshop:8:3:deep --seed 2", "hippo-fixed-dfs-workshop-8-3-deep-seed2"),
         ("--task workshop:4 --features symbol shelf", "hippo-fixed-dfs-workshop-4-seed0-features-symbol-shelf"),
+        ("--task chest_task:chest", "hippo-fixed-dfs-chest_task-chest-seed0"),
+        ("--task examples.tasks.minigrid_levels:unlock_pickup", "hippo-fixed-dfs-unlock_pickup-353d-seed0"),
     ],
 )
 def test_the_name_shows_what_differs_from_the_preset(arguments, name, tmp_path, monkeypatch):

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 from pathlib import Path
 
@@ -93,8 +94,15 @@ def test_a_trained_agent_is_evaluated_watched_and_reported_on(name, runs, tmp_pa
     (episode,) = json.loads((tmp_path / "one.json").read_text())
     assert episode["graph"] == f"chest_task:{name}"
     assert (tmp_path / "one.txt").read_text().startswith(f"task chest_task:{name}, seed 0, ")
+    assert evaluate.main([*run, "--episodes", "4"]) == 0
     assert report.main([*run, "--episodes", "1", "--played", "4"]) == 0
     page = (tmp_path / "report.html").read_text()
+    said = capsys.readouterr().out + re.sub(r"<(script|style).*?</\1>|<[^>]*>", " ", page, flags=re.DOTALL)
+    said += (tmp_path / "one.txt").read_text()
+    of_rooms = re.findall(r"\b(?:escap\w*|rooms?|keys?|doors?|graphs?|exit(?! depth))\b", said, re.IGNORECASE)
+    assert {*of_rooms} <= {*getattr(chest_task, name).goals}
+    with pytest.raises(InputError, match=r"^the oracle needs a world that knows its shortest ways"):
+        evaluate.main([*run, "--meta", "oracle"])
     assert page.count("data:image/gif;base64,R0lG") == 1
     assert f"task chest_task:{name}, seed 0" in page
     assert (f'<th scope="row">chest_task:{name}</th>' in page) == (getattr(chest_task, name).rules is not None)
@@ -146,7 +154,7 @@ def test_train_takes_the_task_itself_and_stores_its_name(tmp_path):
     agent = hierroom.train(task=chest_task.chest, out=tmp_path / "run", log="none", evaluations=0, **entries)
     assert agent.config.env.task == "chest_task:chest"
     assert agent.config.env.max_steps is None
-    assert repr(agent).startswith("<TrainedAgent hippo-fixed-dfs-chest-seed0-")
+    assert repr(agent).startswith("<TrainedAgent hippo-fixed-dfs-chest_task-chest-seed0-")
 
 
 @pytest.mark.parametrize(("name", "backend"), [("chest", TorchBackend), ("lake", FusedBackend)])

@@ -64,9 +64,10 @@ def _on_unknown(comparison: Comparison) -> Iterable[str]:
 
 def _on_graphs(groups: Sequence[Group], tasks: Tasks) -> Iterable[str]:
     if tasks.graphs == (OWN,):
-        yield "the groups have no goal graph in common: each run is compared on its own, as --by graph wants it"
+        why = f"each run is compared on its own, as --by {tasks.kind} wants it"
+        yield f"the groups have no {tasks.called} in common: {why}"
     elif left_out := sorted(set.union(*graphs_of(groups)) - set(tasks.graphs)):
-        yield f"left out, as not every group has it: graph {shortened(left_out, _SHOWN)}"
+        yield f"left out, as not every group has it: {tasks.kind} {shortened(left_out, _SHOWN)}"
 
 
 def _on_seeds(groups: Sequence[Group], tasks: Tasks) -> Iterable[str]:
@@ -75,12 +76,13 @@ def _on_seeds(groups: Sequence[Group], tasks: Tasks) -> Iterable[str]:
         counts = {graph: sum(graph in tasks.on(run) for run in group.runs) for graph in tasks.graphs}
         single = [graph for graph, count in counts.items() if count == 1]
         if single:
-            where = "" if len(counts) == 1 else f" on graph {shortened(single, _SHOWN)}"
+            where = "" if len(counts) == 1 else f" on {tasks.kind} {shortened(single, _SHOWN)}"
             yield f"{group.label} has a single run{where}: no interval, as nothing tells how much seeds differ"
         elif min(counts.values()) < _FEW_RUNS:
             few.append(f"{group.label} ({min(counts.values())})")
         if len(set(counts.values())) > 1:
             numbers = shortened([f"{count} on {graph}" for graph, count in counts.items()], _SHOWN)
-            yield f"{group.label} has unequal numbers of runs ({numbers}); graphs with more runs weigh more over all"
+            weigh = f"{tasks.kind}s with more runs weigh more over all"
+            yield f"{group.label} has unequal numbers of runs ({numbers}); {weigh}"
     if few:
-        yield f"intervals from fewer than {_FEW_RUNS} runs on a graph are too narrow: {shortened(few, _SHOWN)}"
+        yield f"intervals from fewer than {_FEW_RUNS} runs on a {tasks.kind} are too narrow: {shortened(few, _SHOWN)}"

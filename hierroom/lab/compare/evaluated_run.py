@@ -40,6 +40,11 @@ class EvaluatedRun:
     code: Mapping[str, frozenset[str]]  # see `provenance.code_of`
 
     @property
+    def kind(self) -> str:
+        """What its curves are of: ``task``, ``layout`` or ``graph``."""
+        return next((kind for kind in ("task", "layout") if self.entries.get(kind)), "graph")
+
+    @property
     def first_steps(self) -> float:
         """Steps trained at the first evaluation that all its graphs have."""
         return max(curve.steps[0] for metrics in self.curves.values() for curve in metrics.values())

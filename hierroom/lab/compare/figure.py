@@ -60,11 +60,11 @@ def _figure(comparison: Comparison) -> Figure:
 
 
 def _panels(comparison: Comparison) -> dict[str, str]:
-    graphs = comparison.tasks.graphs
+    graphs, kind = comparison.tasks.graphs, comparison.tasks.kind
     if graphs == (OWN,):
         return {ALL: ""}
-    own = {graph: f"graph {graph}" for graph in graphs}
-    both = {ALL: f"all {len(graphs)} graphs", **own}
+    own = {graph: f"{kind} {graph}" for graph in graphs}
+    both = {ALL: f"all {len(graphs)} {kind}s", **own}
     return own if len(graphs) == 1 else both if len(graphs) < MAX_PANELS else {ALL: both[ALL]}
 
 

@@ -67,10 +67,10 @@ def improvement_rows(comparison: Comparison) -> list[Row]:
 
 def summary_table(comparison: Comparison) -> Table:
     """Return the estimates of each group over all graphs."""
-    metric, graphs = METRICS[comparison.metric], comparison.tasks.graphs
+    metric, graphs, kind = METRICS[comparison.metric], comparison.tasks.graphs, comparison.tasks.kind
     end = comparison.summaries[0].steps[-1]
-    where = f"graph {graphs[0]}" if len(graphs) == 1 else f"{len(graphs)} graphs"
-    where = "graphs of their own" if graphs == (OWN,) else where
+    where = f"{kind} {graphs[0]}" if len(graphs) == 1 else f"{len(graphs)} {kind}s"
+    where = f"{kind}s of their own" if graphs == (OWN,) else where
     title = escape(f"{metric.label} on {where}, by {', '.join(comparison.by)}")
     caption = f"interquartile means with 95% intervals{'' if metric.is_higher_better else ', less is better'}"
     caption += "; steps until the success rate is that high, medians of the runs"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,17 +21,24 @@ class Tasks:
     """The names of the goal graphs that all groups have, or `OWN` alone."""
 
     graphs: tuple[str, ...]
+    kind: str = "graph"  # what they are called: see `EnvConfig.kind`
 
     @classmethod
     def common(cls, groups: Sequence[Group]) -> Tasks:
         """Return the graphs of all groups; `OWN` if there is none and graphs make the groups."""
-        by_group = graphs_of(groups)
+        by_group, kind = graphs_of(groups), common_kind(run.kind for group in groups for run in group.runs)
         if shared := set.intersection(*by_group):
-            return cls(tuple(sorted(shared)))
+            return cls(tuple(sorted(shared)), kind)
         if not groups[0].choices.keys().isdisjoint({"graph", "layout", "task"}):
-            return cls((OWN,))
+            return cls((OWN,), kind)
         names = "; ".join(f"{g.label}: {', '.join(sorted(graphs))}" for g, graphs in zip(groups, by_group, strict=True))
-        raise InputError(f"the groups have no goal graph in common ({names}); add graph to --by, or leave some out")
+        what = cls((), kind).called
+        raise InputError(f"the groups have no {what} in common ({names}); add {kind} to --by, or leave some out")
+
+    @property
+    def called(self) -> str:
+        """The kind in words."""
+        return "goal graph" if self.kind == "graph" else self.kind
 
     def on(self, run: EvaluatedRun) -> tuple[str, ...]:
         """Return those of the graphs that a run was evaluated on."""
@@ -62,6 +69,12 @@ class Tasks:
             if own := tuple(graph for graph in self.on(run) if graph in wanted):
                 strata.setdefault(own, []).append([scores(self.curve(run, graph, metric)) for graph in own])
         return {own: np.array(runs, float) for own, runs in strata.items()}
+
+
+def common_kind(kinds: Iterable[str]) -> str:
+    """Return what the subjects of several runs are called: task, layout or graph; graph where they differ."""
+    different = {*kinds}
+    return different.pop() if len(different) == 1 else "graph"
 
 
 def graphs_of(groups: Sequence[Group]) -> list[set[str]]:

@@ -16,7 +16,7 @@ from hierroom.lab.compare.comparison import ALL, Comparison, GroupSummary, compa
 from hierroom.lab.compare.curve import METRICS
 from hierroom.lab.compare.evaluated_run import EvaluatedRun, refuse_without_overlap
 from hierroom.lab.compare.grouping import Group, choose_groups
-from hierroom.lab.compare.tasks import Tasks, graphs_of
+from hierroom.lab.compare.tasks import Tasks, common_kind, graphs_of
 from hierroom.lab.report.runs import ReportedRun
 from hierroom.runs.evaluation import Evaluation
 from hierroom.runs.folder.run_folder import RunFolder
@@ -71,9 +71,11 @@ def _parts(groups: Sequence[Group]) -> list[tuple[Sequence[Group], Tasks]]:
     """Return the comparisons: all groups on the shared graphs, and on each other graph those that have it."""
     by_group = graphs_of(groups)
     shared = set.intersection(*by_group)
+    kind = common_kind(run.kind for group in groups for run in group.runs)
     parts: list[tuple[Sequence[Group], Tasks]] = [(groups, Tasks.common(groups))] if shared else []
     for graph in sorted(set.union(*by_group) - shared):
-        parts.append(([group for group, own in zip(groups, by_group, strict=True) if graph in own], Tasks((graph,))))
+        members = [group for group, own in zip(groups, by_group, strict=True) if graph in own]
+        parts.append((members, Tasks((graph,), kind)))
     return parts
 
 

@@ -40,6 +40,11 @@ def complexities(runs: Sequence[ReportedRun], rules: Mapping[str, Rules]) -> tup
     return rows, notes
 
 
+def known_measures(rows: Sequence[Mapping[str, Any]]) -> dict[str, str]:
+    """Return the labels of the measures that some of the `complexities` have, by their names."""
+    return {name: label for name, label in MEASURES.items() if any(row["measures"][name] is not None for row in rows)}
+
+
 def learning_points(curves: Curves) -> list[dict[str, Any]]:
     """Return the median steps of each group to levels of success on each graph, unless only some runs can drop keys."""
     return [

@@ -14,13 +14,14 @@ from hierroom.lab.compare.evaluated_run import flat_entries
 from hierroom.lab.compare.grouping import shortened
 from hierroom.lab.compare.style import line_style
 from hierroom.lab.report.curves import Curves
-from hierroom.lab.report.difficulty import MEASURES
+from hierroom.lab.report.difficulty import known_measures
 from hierroom.lab.report.runs import ReportedRun
 from hierroom.meta import LEARNED
 from hierroom.runs.config.config import OF_META, TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.logs.learning_curve import LearningCurve
 from hierroom.support.files import to_json
+from hierroom.worlds.env_config import OF_ESCAPE_ROOMS
 
 _ORIGIN = ("started", "command", "python", "cpu", "platform")
 
@@ -60,6 +61,9 @@ def page_texts(
     has_variant = any(run.entries["variant"] for run in runs)
     names = [name for name in runs[0].entries if has_meta or not name.startswith(OF_META)]
     names = [name for name in names if has_variant or name != "variant"]
+    if all(run.config.env.task is not None for run in runs):
+        names = [name for name in names if name not in OF_ESCAPE_ROOMS]
+    measures = known_measures(complexity)
     differing = [name for name in names if len({_text(run.entries.get(name)) for run in runs}) > 1]
     shown = [*(name for name in curves.by if name in differing and name != "graph"), "seed"]
     default = flat_entries(TrainConfig())
@@ -73,12 +77,12 @@ def page_texts(
             for name, value in runs[0].entries.items()
             if name in names and name not in differing
         ],
-        "measure_names": [*MEASURES.values()],
+        "measure_names": [*measures.values()],
         "steps_labels": [curves.labels[group] for group in groups],
         "complexity": [
             {
                 "name": row["label"],
-                "cells": [*(_number(row["measures"][name]) for name in MEASURES)]
+                "cells": [*(_number(row["measures"][name]) for name in measures)]
                 + [_number(steps_of.get((row["label"], group))) for group in groups],
             }
             for row in complexity

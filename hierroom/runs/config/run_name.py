@@ -29,7 +29,7 @@ def run_name(config: TrainConfig) -> str:
     """
     method, meta = config.agents.method, config.resolved_method.meta
     task = config.env.task
-    played = config.env.names if task is None or ships(task) else map(_name_of, config.env.names)
+    played = config.env.names if task is None or ships(task) else map(_task_name, config.env.names)
     graphs = [*_few(played), *(f"no-{name}" for name in _few(spec_names(config.env.exclude)))]
     parts = (
         method,
@@ -86,6 +86,13 @@ def _names(value: tuple[str, ...], usual: tuple[str, ...]) -> list[str]:
 def _name_of(spec: str) -> str:
     """Return the class of ``package.module:Class``, and any other name whole."""
     return spec.rpartition(":")[2]
+
+
+def _task_name(spec: str) -> str:
+    """Return ``module-name`` of ``module:name``; where that is long or of a package, the name and a digest of all."""
+    if "." not in spec and len(spec) <= _GRAPH_LENGTH:
+        return spec
+    return f"{_name_of(spec)[: _GRAPH_LENGTH - 5]}-{hashlib.sha256(spec.encode()).hexdigest()[:4]}"
 
 
 def _steps(steps: int) -> str:

@@ -75,7 +75,7 @@
         for (const name of names) {
           const own = run.graphs[name], x = over === "seconds" ? own.seconds : own.steps, key = `${run.name} ${name}`;
           if (metric.name === "success_rate" && (isLonely || !n && DATA.runs.length <= 6)) band(x, own.success_low, own.success_high, run.group, key, single);
-          const title = names.length > 1 ? `${run.name}, graph ${name}` : run.name;
+          const title = names.length > 1 ? `${run.name}, ${DATA.kind} ${name}` : run.name;
           const isFew = DATA.runs.length <= 8;
           single.push({ x, y: scaled(own[metric.name]), name: plain(title), legendgroup: key, mode: isFew ? "lines+markers" : "lines", marker: { size: 4 }, line: { color: faded(group(run.group).colour, isLonely || !n ? 1 : isFew ? .45 : .25), width: n ? 1 : 2 }, showlegend: n ? isFew && (!isLonely || names.length > 1) : true });
         }
@@ -129,7 +129,7 @@
           x: points.map((point) => at[point.label]), y: points.map((point) => isFirst(point) ? foot : steps(point)),
           text: points.map((point) => hasRoom ? plain(point.graph) : ""), textposition: "top center", mode: "markers+text", name: plain(label),
           marker: { color: colour, size: 11, symbol: points.map((point) => isOpen(point) ? "triangle-up-open" : isFirst(point) ? "triangle-down-open" : "circle"), line: { width: 1.5, color: colour } },
-          hovertext: points.map((point) => `${plain(label)}, graph ${plain(point.label)}, ${point.n} runs<br>${isOpen(point) ? "not reached in " + count(point.last) : count(point.steps_to[level])} steps`), hoverinfo: "text",
+          hovertext: points.map((point) => `${plain(label)}, ${DATA.kind} ${plain(point.label)}, ${point.n} runs<br>${isOpen(point) ? "not reached in " + count(point.last) : count(point.steps_to[level])} steps`), hoverinfo: "text",
         }];
       });
       const heights = traces.flatMap((trace) => trace.y);
