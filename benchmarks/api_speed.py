@@ -192,10 +192,10 @@ def main() -> None:
                 shares = [a / b for a, b in zip(taken[f"engine, {n}"], taken[name], strict=True)]
                 low, share, high = statistics.quantiles(shares, n=4)
                 fastest = min(taken[f"engine, {n}"]) / min(taken[name])  # other processes only ever add to it
-                told = "met" if share >= MIN_SHARE else "MISSED"
+                verdict = "met" if share >= MIN_SHARE else "MISSED"
                 print(
                     f"{name}: {share:.0%} of the engine's speed ({low:.0%} to {high:.0%}; of the fastest repeats "
-                    f"{fastest:.0%}), wanted {MIN_SHARE:.0%} or more: {told}"
+                    f"{fastest:.0%}), wanted {MIN_SHARE:.0%} or more: {verdict}"
                 )
 
 

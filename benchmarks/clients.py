@@ -112,8 +112,8 @@ def row(client: Client, pythons: tuple[Path, ...]) -> str:
             if done.returncode:
                 print(done.stderr[-2000:], file=sys.stderr)
             said = f"ran in {time.perf_counter() - started:.0f} s" if done.returncode == 0 else "**failed**"
-            told = ", ".join(f"{name} {version}" for name, version in found.items())
-            return f"| {client.name} | {told} | {client.view} | {example} | {said} |"
+            named = ", ".join(f"{name} {version}" for name, version in found.items())
+            return f"| {client.name} | {named} | {client.view} | {example} | {said} |"
     return f"| {client.name} | not installed | {client.view} | {example} | not run |"
 
 

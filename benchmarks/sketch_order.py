@@ -107,8 +107,8 @@ def table() -> ResultTable:
         lead = PAPER_TABLE_3["ppo", graph].success - PAPER_TABLE_3["ppo-sketch", graph].success
         leads.append(lead)
         chances.append(leads_by_chance(100 * np.concatenate(values), rng))
-        told = (*map(_spread, values), *found[-1].cells(), _lead(*values), f"{lead:.1f}")
-        lines.append((graph, f"{at / 1e6:.2f}M", *told, _share(chances[-1] >= lead)))
+        shown = (*map(_spread, values), *found[-1].cells(), _lead(*values), f"{lead:.1f}")
+        lines.append((graph, f"{at / 1e6:.2f}M", *shown, _share(chances[-1] >= lead)))
     together, in_all = reduce(PairsAhead.__add__, found), sum(leads)
     by_chance = _share(np.sum(chances, axis=0) >= in_all)
     return ResultTable(HEADINGS, (*lines, ("all", "", "", "", *together.cells(), "", f"{in_all:.1f}", by_chance)))

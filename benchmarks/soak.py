@@ -9,7 +9,7 @@ every tenth round takes a short run of two threads from `hierroom.train` to its 
 of the time is a row: mean memory, the largest number of threads and of open files, and medians of speed. On a machine
 that others use too, seconds tell who else was busy, and so does CPU time where a core changes its clock; so the same
 piece of work is timed before and after each part of a round, and speed is judged by the steps that are taken in the CPU
-time of one such piece. Steps a second and a CPU second are told beside it. Exit code 1 if from the second tenth to the
+time of one such piece. Steps a second and a CPU second are printed too. Exit code 1 if from the second tenth to the
 last memory grew by more than 5%, a thread or a file was added, or a speed fell by more than a tenth.
 """
 

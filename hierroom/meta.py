@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import NO_GOAL
-from hierroom.support.errors import InputError, own_code, shown
+from hierroom.support.errors import InputError, shown, user_code
 from hierroom.support.plugins import load_plugin
 from hierroom.support.read_only import read_only
 from hierroom.turns.records import META, Step
@@ -181,7 +181,7 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
     )
     if _is_function(make):
         return LevelMeta(make)
-    with own_code(f"the meta-controller {spec!r}", "cannot be made"):
+    with user_code(f"the meta-controller {spec!r}", "cannot be made"):
         if not isinstance(make, type) and hasattr(make, "choose"):
             raise InputError(f"{spec!r} is an object with a method choose; name its class, to be made by a run")
         if not hasattr(make, "for_training"):
@@ -192,7 +192,7 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
             meta = make.for_training(num_envs)
             if meta is None:
                 raise InputError(f"for_training of the meta-controller {spec!r} must return one, not None")
-    with own_code(f"the meta-controller {spec!r}"):  # to look at an attribute may run code
+    with user_code(f"the meta-controller {spec!r}"):  # to look at an attribute may run code
         return checked_meta(meta, repr(spec))
 
 
@@ -242,7 +242,7 @@ def running(meta: MetaController) -> AbstractContextManager[None]:
     if type(meta) in META_CONTROLLERS.values():
         return nullcontext()
     named = meta.function if isinstance(meta, LevelMeta) else type(meta)
-    return own_code(f"the meta-controller {getattr(named, '__name__', shown(named))}")
+    return user_code(f"the meta-controller {getattr(named, '__name__', shown(named))}")
 
 
 def random_choice(choices: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> NDArray[np.integer]:

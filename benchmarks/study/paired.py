@@ -157,8 +157,8 @@ def graphs_of_equal_runs(rows: Sequence[Row], methods: tuple[str, str]) -> froze
     for row, name in zip(rows, method_names(rows), strict=True):
         for n, method in enumerate(methods):
             if name == method:
-                told = (row["seed"], row.get("area_under_curve", ""), *_results(row))
-                ends.setdefault(row["graph"], [set(), set()])[n].add(told)
+                given = (row["seed"], row.get("area_under_curve", ""), *_results(row))
+                ends.setdefault(row["graph"], [set(), set()])[n].add(given)
     return frozenset(
         graph for graph, (first, second) in ends.items() if any(float(area or 0) for _, area, *_ in first & second)
     )

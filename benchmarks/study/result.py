@@ -96,9 +96,12 @@ def side_by_side(results: Sequence[Result], shown: Sequence[str]) -> str:
     """
     for one in results:
         _check_known(one, shown)
-    header = [f"{one.method}: {told}" for one in results for told in (_outcome_text(one), "minus exit depth")]
+    header = [f"{one.method}: {quantity}" for one in results for quantity in (_outcome_text(one), "minus exit depth")]
     rows = [
-        [name, *(str(one.estimates[name, told]) for one in results for told in ("spearman", "minus exit depth"))]
+        [
+            name,
+            *(str(one.estimates[name, quantity]) for one in results for quantity in ("spearman", "minus exit depth")),
+        ]
         for name in shown or results[0].measures
     ]
     return markdown_table(["measure", *header], rows)

@@ -145,7 +145,7 @@ def read_trained(rows: Sequence[Row], measured: Sequence[Row], outcome: Outcome)
     """Return the rows of a table of training runs, method by method.
 
     Args:
-        rows: a row for each run: ``graph``, ``method``, ``seed``, the outcome, and ``steps`` if they are told.
+        rows: a row for each run: ``graph``, ``method``, ``seed``, the outcome, and ``steps`` if known.
         measured: rows of the table of measures, which know each graph and of which it is a twin.
         outcome: the column that says how hard a graph was. An empty number of steps: never reached.
 

@@ -14,7 +14,7 @@ from torch import Tensor, nn
 from hierroom.agents.config import DEFAULT_NETWORK
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
 from hierroom.learners.networks.array_network import ArrayActorCritic
-from hierroom.support.errors import InputError, own_code, shown
+from hierroom.support.errors import InputError, shown, user_code
 from hierroom.support.plugins import load_plugin
 
 ENTRY_POINT_GROUP = "hierroom.networks"
@@ -48,7 +48,7 @@ def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vector
     if spec in NETWORKS:
         return NETWORKS[spec](space, hidden_size, vectors)
     make = load_plugin(spec, "network", NETWORKS, ENTRY_POINT_GROUP)
-    with own_code(f"the network {spec!r}", "cannot be made"):
+    with user_code(f"the network {spec!r}", "cannot be made"):
         network = make(space, hidden_size)
     if not isinstance(network, nn.Module) or not isinstance(network, PolicyNetwork):
         raise InputError(f"the network {spec!r} must be a torch.nn.Module with initial_state, step and sequence")
@@ -66,7 +66,7 @@ def try_network(name: str, network: nn.Module, space: AgentSpace) -> None:
         raise InputError(f"{name} has no weights to learn: no parameter requires a gradient")
     policy = cast(PolicyNetwork, network)
     modes = {module: module.training for module in network.modules()}
-    with own_code(f"{name}, in its first turns,"), _one_tries, torch.random.fork_rng([]):
+    with user_code(f"{name}, in its first turns,"), _one_tries, torch.random.fork_rng([]):
         before = deepcopy(network.state_dict())
         buffers = {path: (buffer, buffer.clone()) for path, buffer in network.named_buffers()}  # in no state, some
         for n_envs in (2, 1):

@@ -12,7 +12,7 @@ from hierroom.agents.episode import Episode
 from hierroom.agents.player import Pair, Player, make_player
 from hierroom.agents.recorder import record
 from hierroom.runs.trained_agent import TrainedAgent
-from hierroom.support.errors import InputError, own_code, require_number
+from hierroom.support.errors import InputError, require_number, user_code
 from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
@@ -78,7 +78,7 @@ class _Given:
 
     def step(self, turns: Turns) -> Step:
         name = f"the player {type(self._player).__name__}"
-        with own_code(name):
+        with user_code(name):
             step = self._player.step(turns)
         if isinstance(step, Step) and step is not turns.last_step:
             raise InputError(f"{name} must return what its last call of turns.step gave, not another Step")

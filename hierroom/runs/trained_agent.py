@@ -30,7 +30,7 @@ from hierroom.runs.environments import make_turns
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.trust import require_trust
 from hierroom.runs.folder.weights import SHIPPED, SUFFIX, SavedAgent, weights_file
-from hierroom.support.errors import InputError, own_code, shown
+from hierroom.support.errors import InputError, shown, user_code
 from hierroom.support.files import usable_path
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
@@ -70,7 +70,7 @@ class TrainedAgent:
         observations: numbers from 0 to ``controller.features.cardinalities[k] - 1``. The agent does not act by the
         copy: move it, change it or train it.
         """
-        with own_code("the network", "cannot be copied"):
+        with user_code("the network", "cannot be copied"):
             return OneTurn(deepcopy(self.controller.learner.network)).eval()
 
     def export(self, path: str | Path) -> None:

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.errors import InputError, own_code, shown
+from hierroom.support.errors import InputError, shown, user_code
 from hierroom.support.plugins import load_plugin
 from hierroom.turns.records import Step
 from hierroom.worlds.env_config import NOVELTY_BONUS, RewardName
@@ -120,7 +120,7 @@ class ControllerReward:
     def of(self, step: Step) -> NDArray[np.float64]:
         """Return the rewards [N] for a step."""
         shown = step if "visited" in self.memories else step.without_visits()
-        with own_code(self.name):
+        with user_code(self.name):
             given = np.array(self.rewards(shown))
         if given.shape != (len(step.records),) or given.dtype.kind not in "fiub":
             raise InputError(
@@ -153,14 +153,14 @@ def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> Contr
             else load_plugin(spec, "reward", REWARDS, ENTRY_POINT_GROUP, "Class or :function")
         )
     if isinstance(reward, type):
-        with own_code(name, "cannot be made"):
+        with user_code(name, "cannot be made"):
             reward = reward()
     rewards = getattr(reward, "rewards", None)
     if not callable(rewards):
         if not callable(reward):
             raise InputError(f"a reward is a function of a step or has a method rewards(step); {name} is neither")
         rewards = reward
-    with own_code(name):  # to look at an attribute may run code
+    with user_code(name):  # to look at an attribute may run code
         memories = getattr(reward, "memories", ())
         usual = {"ends_with_option": False, "needs_states": True}
         flags = {flag: getattr(reward, flag, value) for flag, value in usual.items()}

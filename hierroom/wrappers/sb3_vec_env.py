@@ -40,12 +40,12 @@ class BatchVecEnv(VecEnv):
 
     def step_wait(self) -> Any:
         """Act once in every environment: (observations, rewards [N] float32, dones [N] bool, N infos)."""
-        observations, rewards, terminated, truncated, told = self.envs.step(self._actions)
-        dones, infos = terminated | truncated, _by_environment(told)
+        observations, rewards, terminated, truncated, given = self.envs.step(self._actions)
+        dones, infos = terminated | truncated, _by_environment(given)
         if dones.any():
             ended = np.flatnonzero(dones)
-            if "final_obs" in told:  # the next episodes have begun in the same step
-                finals, last = _by_environment(told["final_info"], ended), told["final_obs"][ended]
+            if "final_obs" in given:  # the next episodes have begun in the same step
+                finals, last = _by_environment(given["final_info"], ended), given["final_obs"][ended]
             else:
                 finals, last = [{} for _ in ended], _split(observations, ended)
                 observations, _ = self.envs.reset(options={"reset_mask": dones.copy()})
@@ -114,7 +114,7 @@ def _by_environment(infos: Mapping[str, Any], envs: Any = slice(None)) -> list[d
     columns = [infos[name][envs].tolist() for name in names]
     rows = [dict(zip(names, row)) for row in zip(*columns)]  # noqa: B905 - all as long as the others, and it is faster
     for name in tables:
-        for row, is_told, entry in zip(rows, infos[f"_{name}"][envs], _by_environment(infos[name], envs), strict=True):
-            if is_told:
+        for row, is_given, entry in zip(rows, infos[f"_{name}"][envs], _by_environment(infos[name], envs), strict=True):
+            if is_given:
                 row[name] = entry
     return rows

@@ -127,7 +127,7 @@ def test_an_invalid_spec_raises_input_error(outside, spec, said):
 
 
 @pytest.mark.parametrize("at", ["import", "choose"])
-def test_a_working_folder_that_own_code_leaves_is_gone_back_to(outside, at, tmp_path):
+def test_a_working_folder_that_user_code_leaves_is_restored(outside, at, tmp_path):
     name = f"{outside}_{at}"
     leaves = f"import os\nos.chdir({str(tmp_path.parent)!r})"
     code = {"import": leaves, "choose": ""}[at] + "\ndef choose(level):\n" + textwrap.indent(leaves, "    ")

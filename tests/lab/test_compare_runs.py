@@ -105,7 +105,7 @@ def test_an_unfinished_run_ends_the_comparison(runs, compare):
     assert (found["steps_to_50"], found["reached_50"]) == ("", "0.0")  # 0.8 is there after 625,000
 
 
-def test_unequal_lengths_and_episodes_are_told(runs, compare):
+def test_unequal_lengths_and_episodes_are_reported(runs, compare):
     path = make_run(runs / "random-9", {"c": line(0.8)}, (0, 10**6), episodes=50, meta="random", seed=9)
     text = (path / "config.json").read_text()
     (path / "config.json").write_text(text.replace('"steps": 1000000', '"steps": 900000'))

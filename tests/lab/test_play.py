@@ -95,7 +95,7 @@ def test_the_limit_of_steps():
 
 def test_space_picks_up_and_opens_and_says_why_not():
     game = new_game(graph=("a",), seed=0)
-    told = set()
+    messages = set()
     for n_steps, action in enumerate(plan_of(game)):
         level = game.state.levels[0]
         if action in (PICKUP, OPEN):
@@ -103,12 +103,12 @@ def test_space_picks_up_and_opens_and_says_why_not():
         else:
             if not int(level.keys):
                 game.use()  # no key yet: whatever is in front, nothing happens
-                told.add(game.message)
+                messages.add(game.message)
                 assert int(game.state.levels[0].steps) == n_steps
             game.step(action)
         assert int(game.state.levels[0].steps) == n_steps + 1
     assert game.has_escaped
-    assert told == {"there is neither a key nor a locked door in front"}
+    assert messages == {"there is neither a key nor a locked door in front"}
     game.restart()
     stand_before_door(game)
     game.use()

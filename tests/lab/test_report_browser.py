@@ -94,9 +94,9 @@ class Reader:
 
     @property
     def step(self):
-        told = int(self.ask("byId('now-step').textContent").split()[0])
-        assert self.ask("Number(byId('scrub').value)") == told
-        return told
+        moment = int(self.ask("byId('now-step').textContent").split()[0])
+        assert self.ask("Number(byId('scrub').value)") == moment
+        return moment
 
     def picture(self, identity):
         data = self.ask(f"byId('{identity}').toDataURL()")

@@ -41,12 +41,12 @@ def edit(run: RunFolder, part: str | None, name: str, value: object) -> None:
     ("part", "name", "value"),
     [(None, "seed", 1), ("ppo", "gamma", 0.5), ("env", "graph", ["b"]), ("meta_ppo", "gamma", 0.5)],
 )
-def test_what_has_changed_since_training_is_told_and_refused(run, part, name, value):
+def test_what_has_changed_since_training_is_reported_and_refused(run, part, name, value):
     edit(run, part, name, value)
-    told = f"meta_ppo.{name}" if part == "meta_ppo" else name
+    shown_name = f"meta_ppo.{name}" if part == "meta_ppo" else name
     for use in (lambda: session.resume(run.config(), run.path), lambda: load(run.path)):
         with pytest.raises(
-            InputError, match=rf"config.json has changed since the run was trained: {told} is .* and was"
+            InputError, match=rf"config.json has changed since the run was trained: {shown_name} is .* and was"
         ):
             use()
 

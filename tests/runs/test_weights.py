@@ -154,8 +154,8 @@ def test_damage_is_seen(tmp_path, trained):
 
 def changed(path: Path, **metadata: str) -> None:
     with safe_open(path, "pt") as file:
-        told, tensors = file.metadata(), {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
-    save_file(tensors, path, {**told, **metadata})
+        header, tensors = file.metadata(), {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+    save_file(tensors, path, {**header, **metadata})
 
 
 def test_other_metadata_is_no_agent(tmp_path, trained):

@@ -36,7 +36,7 @@ class EvaluatedRun:
     reward: str  # the controller's
     curves: Mapping[str, Mapping[str, Curve]]  # by goal graph and metric
     episodes: frozenset[int]  # of each evaluation, over all graphs; several where these differ
-    own_graphs: Mapping[str, object]  # what distinguishes the user-defined goal graphs and layouts, by their names
+    user_graphs: Mapping[str, object]  # what distinguishes the user-defined goal graphs and layouts, by their names
     code: Mapping[str, frozenset[str]]  # see `provenance.code_of`
 
     @property

@@ -124,7 +124,7 @@ def _refuse_copies(runs: Iterable[EvaluatedRun]) -> None:
     for run in runs:
         names = [name for name in run.entries if _is_treatment(name) or name in ("seed", "graph")]
         key = tuple(str(run.entries[name]) for name in names if name not in ("preset", "variant"))
-        key += (str(sorted(run.own_graphs.items())),)  # other graphs of the same name are for `Tasks.common` to refuse
+        key += (str(sorted(run.user_graphs.items())),)  # other graphs of the same name are for `Tasks.common` to refuse
         if key in seen:
             both = f"{seen[key].path} and {run.path} have the same seed, {run.entries['seed']}"
             raise InputError(

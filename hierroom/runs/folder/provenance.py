@@ -17,8 +17,8 @@ import torch
 
 import hierroom
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.folder.own_modules import ModuleFile, find_module_files
 from hierroom.runs.folder.trust import COPIES, named_code
+from hierroom.runs.folder.user_modules import ModuleFile, find_module_files
 from hierroom.runs.logs.output import warn
 from hierroom.support.cli import shell_words
 from hierroom.support.errors import InputError

@@ -87,10 +87,10 @@ def survey(level, rooms, side, kind, colour):
     # The chain of doors, the last one to be opened first, and the rooms that must be entered.
     is_needed = np.zeros(level.n_rooms, np.bool_)
     is_needed[0] = True
-    own_room = room_at(level, rooms, level.row, level.col)
-    need(level, is_needed, max(own_room, 0))
+    agent_room = room_at(level, rooms, level.row, level.col)
+    need(level, is_needed, max(agent_room, 0))
     for other in range(level.n_rooms - 1):
-        if own_room < 0 and level.doors_at[other, 0] == level.row and level.doors_at[other, 1] == level.col:
+        if agent_room < 0 and level.doors_at[other, 0] == level.row and level.doors_at[other, 1] == level.col:
             need(level, is_needed, level.door_rooms[other])
     chain = np.empty(6, np.int64)
     n_doors, r = 0, goal_room

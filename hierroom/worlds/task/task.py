@@ -15,7 +15,7 @@ import numpy as np
 from hierroom.complexity.requirements import goal_depths
 from hierroom.goals.goal_set import GoalSet
 from hierroom.goals.rules import Rules
-from hierroom.support.errors import InputError, own_code, require_number, shown
+from hierroom.support.errors import InputError, require_number, shown, user_code
 from hierroom.worlds.base_view import goal_status
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 from hierroom.worlds.task.goal_values import GoalFunction
@@ -154,7 +154,7 @@ class Task:
 
     def new_env(self, render_mode: str | None = None) -> gymnasium.Env:
         """Return a new environment, which draws itself in a render mode if it can."""
-        with own_code(f"make of {self.name}"):
+        with user_code(f"make of {self.name}"):
             env = self._make(render_mode)
         if not isinstance(env, gymnasium.Env):
             raise InputError(f"make of {self.name} must return a gymnasium.Env, not {shown(env)}")

@@ -80,5 +80,5 @@ class _Paired:
         """Return [M, numbers * n] of goals [M], -1 is none, and values [M, n]."""
         number, place = np.divmod(goals + 1, self._share)
         pairs = 1 + place[:, None] * self._n_values + values
-        is_own = number[:, None] == np.arange(self._n_numbers)
-        return (is_own[:, :, None] * pairs[:, None, :]).reshape(len(goals), -1)
+        is_paired = number[:, None] == np.arange(self._n_numbers)
+        return (is_paired[:, :, None] * pairs[:, None, :]).reshape(len(goals), -1)

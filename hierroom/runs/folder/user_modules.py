@@ -57,7 +57,7 @@ def find_module_files(config: TrainConfig, metas: Sequence[str] = ()) -> list[Mo
     return [files[name] for name in sorted(files)]
 
 
-def own_code_digest(config: TrainConfig, metas: Sequence[str] = ()) -> str:
+def user_code_digest(config: TrainConfig, metas: Sequence[str] = ()) -> str:
     """Return 16 hexadecimal digits of `find_module_files`; empty if all ships with hierroom or a file is missing."""
     files = [(file.name, file.digest) for file in find_module_files(config, metas) if file.name != _MORE]
     is_complete = files and all(digest for _, digest in files)
