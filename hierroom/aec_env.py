@@ -42,6 +42,12 @@ class raw_env(TwoAgentEnv, AECEnv):
 
     Attributes:
         complexity: the report of its goal graph, of the hardest one it may draw, or of its rules.
+
+    Examples:
+        >>> env = hierroom.raw_env("a")
+        >>> env.reset(seed=0)
+        >>> env.agent_selection, env.complexity.exit_depth
+        ('meta_0', 2)
     """
 
     metadata = {**class_metadata(), "is_parallelizable": False}  # noqa: RUF012 - PettingZoo reads it from the class
@@ -102,5 +108,16 @@ class raw_env(TwoAgentEnv, AECEnv):
 
 
 def env(graph: GraphSpecs = "c", **entries: Any) -> AECEnv:
-    """Return the AEC environment with PettingZoo's checks of order and bounds; the arguments are those of `raw_env`."""
+    """Return the AEC environment with PettingZoo's checks of order and bounds; the arguments are those of `raw_env`.
+
+    Examples:
+        >>> env = hierroom.env("a", size=11, max_steps=200)
+        >>> env.reset(seed=0)
+        >>> for agent in env.agent_iter():
+        ...     observation, reward, terminated, truncated, info = env.last()
+        ...     mask = observation["action_mask"]
+        ...     env.step(None if terminated or truncated else env.action_space(agent).sample(mask))
+        >>> env.agents
+        []
+    """
     return OrderEnforcingWrapper(AssertOutOfBoundsWrapper(raw_env(graph, **entries)))

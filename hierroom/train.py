@@ -110,6 +110,11 @@ def train(
         quiet: print nothing: no progress, no results, no warnings of the run (Python's own follow Python's filters).
         **entries: changed entries of the config, named as on the command line but with underscores: ``graph="f"``,
             ``steps=2_000_000``, ``method="ppo"``. The ``task`` may be a `hierroom.Task` that a module holds.
+
+    Examples:
+        >>> agent = hierroom.train(graph="a", size=11, steps=256, num_envs=8, evaluations=0, out="run", quiet=True)
+        >>> agent.is_finished, hierroom.load("run").steps
+        (True, 256)
     """
     from hierroom.runs.logs.output import silence
     from hierroom.runs.rehearsal import rehearse

@@ -48,6 +48,13 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         complexity: the report of its goal graph, of the hardest one it may draw, or of its rules.
         have_ended: [N] bool, whose episode has ended and whose next one has not begun yet.
         copies: whether observations are new arrays.
+
+    Examples:
+        >>> envs = gymnasium.make_vec("hierroom/EscapeRoom-a-v0", num_envs=4, size=11)
+        >>> observations, infos = envs.reset(seed=0)
+        >>> observations, rewards, terminated, truncated, infos = envs.step(np.zeros(4, int))
+        >>> rewards.tolist()
+        [0.0, 0.0, 0.0, 0.0]
     """
 
     metadata = {  # noqa: RUF012 - Gymnasium reads it from the class
@@ -167,7 +174,6 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         return tuple(self._screen.render(env, goal) for env, goal in enumerate(self.turns.goals.tolist()))
 
     def _show_last_goals(self, observations: Any) -> None:
-        """Show the goal pursued last where an episode has ended and none has begun yet."""
         if (step := self.turns.last_step) is not None and self._has_ended:
             self._arrays.observations.write_goals(observations, step.goals, np.flatnonzero(self.have_ended))
 

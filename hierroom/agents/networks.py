@@ -83,7 +83,6 @@ def try_network(name: str, network: nn.Module, space: AgentSpace) -> None:
 
 
 def _turns(space: AgentSpace, n_envs: int) -> Tensor:
-    """[T, N, K] uint8, the first value of each feature, then one between, then the last."""
     last = torch.tensor(space.cardinalities) - 1
     turns = torch.stack([last * t // (_N_TURNS - 1) for t in range(_N_TURNS)]).byte()
     for start, array in space.arrays:

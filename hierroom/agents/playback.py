@@ -59,7 +59,6 @@ def pictures(episode: Episode, tile_size: int | None = None, most: int | None = 
 
 
 def _picture(episode: Episode, state: Any, goal: int, tile_size: int, title: str) -> NDArray[np.uint8]:
-    """Draw a state of an episode, next to it its rules with what was achieved and what there is."""
     picture, rules = episode.replayer.picture(state, goal, tile_size, title), episode.graph
     state_of = getattr(episode.replayer, "rules_state", None)
     if state_of is None or not isinstance(rules, Rules):

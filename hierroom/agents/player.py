@@ -157,7 +157,6 @@ class Play:
                 self._progress(int(self.played.sum()))
 
     def _leave_out(self) -> None:
-        """Go on in the environments that are still counted, if that can be done and saves enough."""
         if type(self._player) is not Pair or not self.turns.can_split:
             return
         if len(self.counted) <= SHARE_KEPT * len(self.envs) and (part := self._player.subset(self.counted)):

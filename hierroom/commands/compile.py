@@ -177,7 +177,6 @@ def _step(env: Any, n: int | None) -> None:
 
 
 def _is_complete(stamp: Path) -> bool:
-    """Return whether the command has compiled all of this source, and every file that it left is still there."""
     try:
         written = read_json(stamp)
         files = [Path(file) for file in written["files"]]

@@ -150,7 +150,6 @@ def show(options: ComplexityArguments) -> None:
 
 
 def _rules_of(task: str) -> Rules | GoalGraph:
-    """Return what a task declares."""
     rules = getattr(find_task(task), "rules", None)
     if rules is None:
         raise InputError(f"the task {task!r} declares no rules, from which its complexity would follow")

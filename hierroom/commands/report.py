@@ -75,7 +75,6 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _fresh(path: Path) -> Path:
-    """Return the first of the files path, path-2, path-3, ... that does not exist."""
     several = (path.with_stem(f"{path.stem}-{number}") for number in count(2))
     return next(one for one in chain([path], several) if not os.path.lexists(one))
 
@@ -146,7 +145,6 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
 
 
 def _in_turn(runs: Sequence[ReportedRun], curves: Curves) -> list[ReportedRun]:
-    """Return the first run of each group on each graph, the groups in turn."""
     firsts: dict[int, dict[tuple[str, ...], ReportedRun]] = {}
     for one in runs:
         firsts.setdefault(curves.group_of[str(one.path)], {}).setdefault(tuple(one.graphs), one)

@@ -126,7 +126,6 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _on_few_episodes(rows: pd.DataFrame) -> str:
-    """Return a note on evaluations that were cut short; empty if none was."""
     import pandas as pd
 
     from hierroom.lab.sweep.job import MOST_EPISODES
@@ -146,7 +145,6 @@ def _first_of(names: Sequence[str]) -> str:
 
 
 def _entries_first(argv: Sequence[str]) -> list[str]:
-    """Return the words with the plan and entries before the options, as the parser wants them."""
     first, options, option = [], [], ""
     for word in argv:
         if word.startswith("-"):

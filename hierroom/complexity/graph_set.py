@@ -46,6 +46,11 @@ class GraphSet:
         graphs: the graphs in the order of the specs, those of an interval from the easiest on, with their given names.
         excluded: the graphs that are left out, in the same order.
         alike: pairs of names, of a graph and of the same graph given before it, which is taken for both.
+
+    Examples:
+        >>> graphs = hierroom.complexity.GraphSet(["a", "rooms:3"], exclude="c")
+        >>> [graph.name for graph in graphs.graphs]
+        ['a', 'b', 'keys-0-1-exit-1']
     """
 
     def __init__(
@@ -142,6 +147,11 @@ class Curriculum:
         n_stages: number of parts into which the set is divided, at least 1; see `GraphSet.stages`.
         promote_at: the next stage begins at this success rate or above.
         demote_at: the previous stage returns below this success rate; 0 <= demote_at < promote_at <= 1.
+
+    Examples:
+        >>> curriculum = hierroom.complexity.Curriculum(hierroom.complexity.GraphSet("rooms:3"), n_stages=2)
+        >>> curriculum.advance(0, 0.9), curriculum.advance(1, 0.1)
+        (1, 0)
     """
 
     def __init__(self, graphs: GraphSet, n_stages: int = 5, promote_at: float = 0.8, demote_at: float = 0.2):

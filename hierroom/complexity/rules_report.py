@@ -31,6 +31,12 @@ class RulesReport(WalkReport):
 
     The walk is on the marking chain, and its exit is the node of all markings that have the target. Goals by which one
     can ask are facts; goals that get easier are rules.
+
+    Examples:
+        >>> rules = hierroom.Rules({"wood": {"gives": "wood"}, "raft": {"uses": "wood", "gives": "raft"}}, "raft")
+        >>> report = hierroom.complexity.analyze(rules)
+        >>> report.exit_depth, report.fewest, round(report.expected_steps, 1)
+        (1, 2, 10.8)
     """
 
     rules: Rules

@@ -89,7 +89,6 @@ def _width(success_rate: float, episodes: int) -> float:
 
 
 def _first_of_each(played: EndedEpisodes, rounds: int) -> EndedEpisodes:
-    """Return the first episodes of each environment, in the order in which they ended."""
     order = np.argsort(played.envs, kind="stable")
     starts = np.searchsorted(played.envs[order], played.envs[order])
     is_first = np.zeros(len(played), bool)

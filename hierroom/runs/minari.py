@@ -45,6 +45,11 @@ def minari_dataset(
         num_envs: environments that play in parallel.
         seed: of the environments and of the actions.
         **details: what ``minari.create_dataset_from_buffers`` notes besides: ``author``, ``description`` and so on.
+
+    Examples:
+        >>> config = hierroom.EnvConfig("a", size=11)
+        >>> hierroom.minari_dataset("hierroom/a/random-v0", "random", config, episodes=2).total_episodes
+        2
     """
     if find_spec("minari") is None or find_spec("h5py") is None:
         raise InputError('to write a Minari data set install minari (pip install "minari[hdf5]")')
@@ -83,7 +88,6 @@ def minari_dataset(
 
 
 def _spec(config: EnvConfig, meta: str | None) -> Any:
-    """Return Gymnasium's spec of environments of a config, or None where it cannot be written down."""
     plain = {entry.name: getattr(config, entry.name) for entry in fields(EnvConfig)}
     plain = {name: value for name, value in plain.items() if value != getattr(EnvConfig(task=config.task), name)}
     plain["reward"] = "intrinsic" if config.reward is None else config.reward  # as `Turns` has it

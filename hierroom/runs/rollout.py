@@ -46,6 +46,11 @@ def rollout(
         seed: of the environments and of the actions.
         progress: called with the number of episodes played so far.
         observations: whether episodes have what the controller observed: `Episode.observations`.
+
+    Examples:
+        >>> episodes = list(hierroom.rollout("oracle", hierroom.EnvConfig("a"), episodes=4, seed=0))
+        >>> [len(episode) == episode.shortest for episode in episodes]
+        [True, True, True, True]
     """
     turns, player = prepare(agent, env, episodes, num_envs, seed)
     return record(turns, player, episodes, progress, observations=observations)

@@ -42,6 +42,20 @@ class TrainedAgent:
     """A meta-controller and a controller that were trained together: what `load` and `hierroom.train` return.
 
     It plays, by `hierroom.rollout` or step by step by `act`, and learns no more.
+
+    Examples:
+        >>> agent = hierroom.load("a")
+        >>> [episode.success for episode in hierroom.rollout(agent, episodes=3, seed=1)]
+        [True, True, True]
+        >>> agent.env(graph="b", size=11).names
+        ('b',)
+        >>> turns, player = agent.turns(num_envs=2), agent.pair(num_envs=2)
+        >>> player.step(turns).option_ended.tolist()
+        [False, False]
+        >>> agent.save("mine.safetensors")
+        >>> agent.export("mine.pt2")
+        >>> hierroom.load("mine.safetensors").config.env.names
+        ('a',)
     """
 
     config: TrainConfig  # what was trained
@@ -110,6 +124,18 @@ class TrainedAgent:
         Returns:
             the action of one environment as an int, those of N as [N] int64, or those of both agents by name; and the
             next state.
+
+        Examples:
+            >>> agent = hierroom.load("a")
+            >>> env = gymnasium.make("hierroom/EscapeRoom-a-v0", meta=agent.meta_controller())
+            >>> env = hierroom.add_features(env, agent)
+            >>> observation, info = env.reset(seed=0)
+            >>> state, terminated, truncated = None, False, False
+            >>> while not (terminated or truncated):
+            ...     action, state = agent.act(observation, state, begins=info["length"] == 0)
+            ...     observation, reward, terminated, truncated, info = env.step(action)
+            >>> info["success"]
+            True
         """
         is_greedy = self.is_greedy if greedy is None else bool(greedy)
         return act(self.controller, observations, state, begins=begins, is_greedy=is_greedy, seed=seed)
@@ -197,6 +223,11 @@ def load(
             whenever it draws can turn on the spot for ever when it is greedy.
         trust: whether to run code that the folder's config names and that does not ship with hierroom: a user-defined
             network, reward or meta-controller. A ``meta`` that is given here needs no trust.
+
+    Examples:
+        >>> agent = hierroom.load("c", meta="random", greedy=True)
+        >>> agent.config.env.names, agent.is_greedy
+        (('c',), True)
     """
     if not isinstance(run, (str, os.PathLike)):
         raise InputError(f"a run is named by its folder, a file or a shipped agent's name, not {shown(run)}")
@@ -227,7 +258,6 @@ def load(
 def _restore(
     config: TrainConfig, states: Mapping[str, dict[str, Any]], meta: Any, misfit: str
 ) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:
-    """Make the agents of a config with trained weights, and another meta-controller if one is given."""
     if meta is None:
         meta_agent, controller = make_agents(config)
     else:

@@ -47,6 +47,14 @@ class Trainer:
             the first.
         agents: the two agents by name.
         turns: the environments.
+
+    Examples:
+        >>> def stop_early(trainer):
+        ...     return trainer.steps >= 256
+        ...
+        >>> small = dict(graph="a", size=11, num_envs=8, evaluations=0)
+        >>> hierroom.train(**small, steps=10_000, callback=stop_early, out="stopped", quiet=True).is_finished
+        False
     """
 
     def __init__(self, config: TrainConfig, *, begins: bool = True):
@@ -100,7 +108,6 @@ class Trainer:
         self._speed = (self.steps - steps) / seconds
 
     def _act(self, name: str) -> None:
-        """Let an agent take its turn wherever it is due; before that it learns, if it has taken turns enough."""
         agent, due = self.agents[name], self.turns.due(name)
         if len(due):
             if agent.ready:
@@ -214,14 +221,12 @@ class Trainer:
 
 
 def _as_tensors(array: np.ndarray) -> Any:
-    """Return an array as a tensor; records, which torch does not have, as tensors by field."""
     if array.dtype.names is None:
         return torch.from_numpy(array)
     return {name: torch.from_numpy(array[name].copy()) for name in array.dtype.names}
 
 
 def _as_array(saved: Any, like: np.ndarray, name: str) -> np.ndarray:
-    """Return the array that `_as_tensors` saved, which was of the same type and shape as another."""
     if like.dtype.names is None:
         return as_array(saved, f"turns.{name}")
     array = np.zeros_like(like)

@@ -165,7 +165,6 @@ def _open_streams() -> None:
 
 
 def _flush(code: int | str | None) -> int | str | None:
-    """Write the rest of the streams; return the exit code, 2 where that fails."""
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()

@@ -17,7 +17,15 @@ import numpy as np
 
 
 class InputError(Exception):
-    """Invalid user input; the message is one line: what was wrong, what is allowed, what was given."""
+    """Invalid user input; the message is one line: what was wrong, what is allowed, what was given.
+
+    Examples:
+        >>> try:
+        ...     hierroom.env(size=3)
+        ... except hierroom.InputError as error:
+        ...     print(error)
+        size must be a whole number from 11 to 63, not 3
+    """
 
     def __str__(self) -> str:
         """Return the message on one line."""

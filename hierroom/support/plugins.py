@@ -34,6 +34,5 @@ def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str, kinds:
 
 
 def _user_folders() -> list[str]:
-    """Return the folders where modules are looked for, but those of Python and of installed packages."""
     paths = [os.path.abspath(path) for path in sys.path if os.path.isdir(path)]
     return [path for path in dict.fromkeys(paths) if not path.startswith(tuple(LIBRARIES))]

@@ -288,7 +288,6 @@ class BaseWorld(ABC):
 
 @cache
 def _compiled_outcomes() -> Callable[..., tuple[int, int]]:
-    """Compile `outcome_kernel.write_outcomes` for the types of a batch's arrays."""
     flag, numbers = np.zeros(1, bool), np.zeros((1, 1), np.int64)
     given = numbers, np.zeros(1), flag, flag
     return compiled(write_outcomes, *given, numbers, numbers[0], flag, np.zeros(1, OUTCOME), 1, 0, True)

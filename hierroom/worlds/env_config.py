@@ -95,6 +95,11 @@ class EnvConfig:
         env_index: the index of the (first) environment; with the seed it fixes the episodes.
         levels: training or evaluation, which have no layout in common whatever the seeds; None: all levels, but in
             training and when a trained agent is evaluated or watched the one or the other.
+
+    Examples:
+        >>> config = hierroom.EnvConfig("g", size=11, reward="bonus")
+        >>> config.changed(graph=["a", "b"]).names
+        ('a', 'b')
     """
 
     graph: Annotated[GraphSpecs, GRAPHS] = "c"
@@ -151,7 +156,6 @@ class EnvConfig:
                 raise InputError(f"{entry.name} is for EscapeRooms; {self.names[0]} has no such entry")
 
     def _use_layout(self) -> None:
-        """Take the size of the layout, and refuse entries of levels that are drawn."""
         size = max(one.size for one in self.layout)
         for entry in fields(EnvConfig):
             given = getattr(self, entry.name)

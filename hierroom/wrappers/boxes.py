@@ -62,6 +62,11 @@ def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
         the parallel environment with these boxes as observations, as SuperSuit wants them, and in the infos a list
         ``action_mask`` of the 14 actions, as AgileRL and TorchRL want it; the AEC environment with dicts of the box,
         ``observation``, and ``action_mask``, as Tianshou and PettingZoo's tutorials want them.
+
+    Examples:
+        >>> env = hierroom.box_view(hierroom.parallel_env("a"))
+        >>> env.observation_space("meta_0").shape, env.action_space("meta_0")
+        ((191,), Discrete(14))
     """
     if hasattr(getattr(env, "unwrapped", None), "single"):
         if isinstance(env, ParallelEnv):

@@ -51,6 +51,12 @@ def add_features(
 
     Returns:
         the wrapped environment, of the same API.
+
+    Examples:
+        >>> env = hierroom.add_features(hierroom.parallel_env("a"), ["previous-action", "goal-status"])
+        >>> observations, infos = env.reset(seed=0)
+        >>> observations["controller_0"]["features"].shape
+        (14,)
     """
     trained = _trained(names)
     if trained is None:

@@ -24,6 +24,12 @@ def sb3_view(envs: VectorEnv) -> BatchVecEnv:
         the ``VecEnv``. `seed` takes one seed for all environments, whose indices make their episodes differ. At the
         end of an episode the info holds, beside Stable-Baselines3's own entries, all of the environment's, and
         ``is_success``; ``VecMonitor`` adds ``episode``. MaskablePPO finds ``action_masks``.
+
+    Examples:
+        >>> envs = hierroom.sb3_view(gymnasium.make_vec("hierroom/EscapeRoom-a-v0", num_envs=4))
+        >>> _ = envs.seed(0)
+        >>> envs.reset()["observation"].shape
+        (4, 7, 7, 3)
     """
     if not isinstance(envs, VectorEnv) or not hasattr(envs.unwrapped, "turns"):
         raise InputError(f"sb3_view takes what gymnasium.make_vec gives for an id of hierroom, not {envs!r}")

@@ -100,14 +100,12 @@ class BatchVecEnv(VecEnv):
 
 
 def _split(observations: Any, envs: NDArray[np.integer]) -> list[Any]:
-    """Observations of N environments, a dict of arrays or one array, as one for each of some environments."""
     if isinstance(observations, Mapping):
         return [{name: values[env] for name, values in observations.items()} for env in envs]
     return [observations[env] for env in envs]
 
 
 def _by_environment(infos: Mapping[str, Any], envs: Any = slice(None)) -> list[dict[str, Any]]:
-    """Infos in arrays, as Gymnasium lays them out, as a dict for each of some environments."""
     names = [name for name in infos if not name.startswith("_") and name not in FINAL]
     tables = [name for name in names if isinstance(infos[name], Mapping)]  # what a wrapper tells, such as an episode
     names = [name for name in names if name not in tables]

@@ -42,6 +42,12 @@ def stationary_distribution(weights: Weights) -> NDArray[np.float64]:
     Between two visits to one node s of the recurrent class a walk spends an expected v_i steps at i, and
     pi_i = v_i / sum v (proposition 1.14). This needs no eigenvector, and nodes that are seldom visited keep their
     relative precision.
+
+    Examples:
+        >>> from hierroom.complexity.measures import stationary_distribution
+        >>> triangle = [[0, 0.5, 0.5], [0.5, 0, 0.5], [0.5, 0.5, 0]]
+        >>> stationary_distribution(triangle).round(3).tolist()
+        [0.333, 0.333, 0.333]
     """
     moves = as_moves(weights)
     classes, n = closed_classes(moves), n_nodes(moves)
@@ -67,6 +73,12 @@ def spectral_gap(weights: Weights) -> float:
     The eigenvalues of P are those of its parts among nodes that reach each other. Where a walk ends, they are found of
     D^(1/2) P D^(-1/2), with the stationary distribution on the diagonal of D: a symmetric matrix if the walk is
     reversible (lemma 12.1). Those of P itself can be far off by rounding alone, as a corridor's are.
+
+    Examples:
+        >>> from hierroom.complexity.measures import spectral_gap
+        >>> triangle = [[0, 0.5, 0.5], [0.5, 0, 0.5], [0.5, 0.5, 0]]
+        >>> round(spectral_gap(triangle), 3)
+        0.5
     """
     moves = as_moves(weights)
     n = n_nodes(moves)
@@ -87,6 +99,12 @@ def mixing_time(weights: Weights, distance: float = 0.25) -> float:
     The least t with max over s of |P^t(s, .) - pi|_TV <= distance; the distance never grows with t. ``inf`` if the walk
     is periodic, or not there after 2^60 steps. Powers of P are rounded, so a time of t steps is off by a few times
     10^-16 t of itself: it is exact up to about 10^7 steps.
+
+    Examples:
+        >>> from hierroom.complexity.measures import mixing_time
+        >>> triangle = [[0, 0.5, 0.5], [0.5, 0, 0.5], [0.5, 0.5, 0]]
+        >>> round(mixing_time(triangle), 3)
+        2.0
     """
     if not 0 < distance < 1:
         raise InputError(f"a mixing time needs a distance between 0 and 1, not {distance}")
@@ -117,6 +135,12 @@ def commute_time(weights: Weights, source: int, target: int) -> float:
     """Mean number of steps from one node to another and back (section 10.3); ``inf`` if one may never be reached.
 
     C(i, j) = H(i, j) + H(j, i), H being the mean first-passage times.
+
+    Examples:
+        >>> from hierroom.complexity.measures import commute_time
+        >>> triangle = [[0, 0.5, 0.5], [0.5, 0, 0.5], [0.5, 0.5, 0]]
+        >>> round(commute_time(triangle, source=0, target=1), 3)
+        4.0
     """
     there, back = (mean_first_passage_time(weights, node) for node in (target, source))
     return float(there[as_node(source, len(there))] + back[target])
@@ -126,6 +150,12 @@ def committor(weights: Weights, sources: Targets, targets: Targets) -> NDArray[n
     """Probability [n] to reach the targets before the sources: the harmonic function 0 on one set and 1 on the other.
 
     q(i) = sum_j P(i, j) q(j) elsewhere, with q = 0 on the sources and 1 on the targets (chapter 9).
+
+    Examples:
+        >>> from hierroom.complexity.measures import committor
+        >>> triangle = [[0, 0.5, 0.5], [0.5, 0, 0.5], [0.5, 0.5, 0]]
+        >>> committor(triangle, sources=0, targets=2).round(3).tolist()
+        [0.0, 0.5, 1.0]
     """
     moves = as_moves(weights)
     is_source, is_target = as_targets(sources, n_nodes(moves)), as_targets(targets, n_nodes(moves))
@@ -140,6 +170,12 @@ def cover_time(weights: Weights, source: int) -> float:
 
     E(V, i), the mean with the nodes V visited and the walk at i in V, solves E(V, i) = 1 + sum_j P_ij E(V + {j}, j), a
     linear system for each V, the larger sets first. ``inf`` if a node cannot be reached from every other.
+
+    Examples:
+        >>> from hierroom.complexity.measures import cover_time
+        >>> triangle = [[0, 0.5, 0.5], [0.5, 0, 0.5], [0.5, 0.5, 0]]
+        >>> round(cover_time(triangle, source=0), 3)
+        3.0
     """
     moves = as_moves(weights)
     n = n_nodes(moves)
@@ -170,6 +206,13 @@ def sampled_cover_time(weights: Weights, source: int, n_walks: int = 1000, seed:
     """Estimate the mean number of steps until every node was visited, for graphs too large for `cover_time`.
 
     Return the mean and its standard error; (``inf``, 0) if a node cannot be reached from every other.
+
+    Examples:
+        >>> from hierroom.complexity.measures import sampled_cover_time
+        >>> triangle = [[0, 0.5, 0.5], [0.5, 0, 0.5], [0.5, 0.5, 0]]
+        >>> mean, error = sampled_cover_time(triangle, source=0)
+        >>> abs(mean - 3) < 4 * error
+        True
     """
     moves = as_moves(weights)
     source = as_node(source, n_nodes(moves))

@@ -51,6 +51,11 @@ def mean_first_passage_time(weights: Weights, targets: Targets) -> NDArray[np.fl
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
         targets: one or several nodes.
+
+    Examples:
+        >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
+        >>> hierroom.complexity.mean_first_passage_time(W, targets=2).round(3).tolist()
+        [6.0, 4.0, 0.0]
     """
     moves, fates = _prepare(weights, targets)
     means = np.where(fates.target, 0.0, np.inf)
@@ -71,6 +76,11 @@ def first_passage_variance(weights: Weights, targets: Targets) -> NDArray[np.flo
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
         targets: one or several nodes.
+
+    Examples:
+        >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
+        >>> hierroom.complexity.first_passage_variance(W, targets=2).round(3).tolist()
+        [22.0, 20.0, 0.0]
     """
     variances, unit = _variances(weights, targets)
     largest = variances[np.isfinite(variances)].max(initial=0.0)
@@ -119,6 +129,11 @@ def hitting_probability(weights: Weights, targets: Targets) -> NDArray[np.float6
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
         targets: one or several nodes.
+
+    Examples:
+        >>> W = [[0.5, 0.25, 0.25], [0, 1, 0], [0, 0, 1]]
+        >>> hierroom.complexity.hitting_probability(W, targets=2).tolist()
+        [0.5, 0.0, 1.0]
     """
     moves, fates = _prepare(weights, targets)
     reached = (fates.target | fates.sure).astype(float)
@@ -138,6 +153,11 @@ def expected_visits(weights: Weights, source: int, targets: Targets) -> NDArray[
         weights: W [n, n], dense or sparse; rows sum to at most one.
         source: index of the start node.
         targets: one or several nodes.
+
+    Examples:
+        >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
+        >>> hierroom.complexity.expected_visits(W, source=0, targets=2).round(3).tolist()
+        [4.0, 2.0, 0.0]
     """
     moves, fates = _prepare(weights, targets)
     n = n_nodes(moves)
@@ -166,6 +186,11 @@ def passage_time_sensitivity(weights: Weights, source: int, targets: Targets) ->
         weights: W [n, n], dense or sparse; rows sum to at most one.
         source: index of the start node.
         targets: one or several nodes.
+
+    Examples:
+        >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
+        >>> hierroom.complexity.passage_time_sensitivity(W, source=0, targets=2).toarray().round(3).tolist()
+        [[0.0, -8.0, 0.0], [4.0, 0.0, -8.0], [0.0, 0.0, 0.0]]
     """
     moves, fates = _prepare(weights, targets)
     source = as_node(source, n_nodes(moves))

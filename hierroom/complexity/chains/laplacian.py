@@ -61,6 +61,11 @@ def laplacian(weights: Weights) -> sp.csr_array:
 
     Args:
         weights: W [n, n], dense or sparse.
+
+    Examples:
+        >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
+        >>> hierroom.complexity.laplacian(W).toarray().tolist()
+        [[-0.5, 0.5, 0.0], [0.5, -1.0, 0.5], [0.0, 0.0, 0.0]]
     """
     matrix = as_weights(weights)
     return sp.csr_array(matrix - sp.diags_array(row_sums(matrix)))
@@ -73,6 +78,11 @@ def laplacian_hitting_time(weights: Weights, source: int, target: int) -> float:
         weights: W [n, n], dense or sparse; rows may have any sum, and the diagonal cancels.
         source: index of the start node.
         target: index of the goal node.
+
+    Examples:
+        >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
+        >>> round(hierroom.complexity.laplacian_hitting_time(W, source=0, target=2), 3)
+        4.0
     """
     matrix = as_weights(weights)
     n = n_nodes(matrix)
@@ -101,6 +111,11 @@ def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_
         weights: W [n, n] with one closed class in the connected component of the source, as in any walk that restarts.
         source: index of the start node.
         target: index of the goal node.
+
+    Examples:
+        >>> W = [[0, 1, 0], [0.5, 0, 0.5], [1, 0, 0]]
+        >>> hierroom.complexity.laplacian_sensitivity(W, source=0, target=2).toarray().round(3).tolist()
+        [[0.0, -0.123, 0.0], [0.123, 0.0, 0.074], [-1.086, 0.0, 0.0]]
     """
     whole = as_weights(weights)
     n = n_nodes(whole)

@@ -62,6 +62,11 @@ def reach_probability(weights: Weights, source: int, targets: Targets, times: Ar
         source: index of the start node.
         targets: one or several nodes.
         times: numbers of steps t, any shape, each 0, 1, 2, ...
+
+    Examples:
+        >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
+        >>> hierroom.complexity.reach_probability(W, source=0, targets=2, times=[1, 2, 3]).round(3).tolist()
+        [0.0, 0.25, 0.375]
     """
     moves, steps = as_moves(weights), as_times(times)
     n = n_nodes(moves)
@@ -83,6 +88,11 @@ def expected_states(
         times: numbers of steps t, any shape, each 0, 1, 2, ...
         nodes: the nodes that count; by default all of them.
         multiplicity: for each of ``nodes`` the number of nodes that it stands for, as in `augmented.alike_nodes`.
+
+    Examples:
+        >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
+        >>> hierroom.complexity.expected_states(W, source=0, times=[0, 1, 2]).round(3).tolist()
+        [1.0, 1.5, 2.0]
     """
     moves, steps = as_moves(weights), as_times(times)
     n = n_nodes(moves)

@@ -34,6 +34,13 @@ def covering_length(mdp: DeterministicMDP, horizon: int) -> CoveringLength:
     With d_t(s, a) the probability that step t takes action a in state s, an episode tries a pair with probability p,
     max_t d_t <= p <= min(1, sum_t d_t). L is at least ln(1/2) / ln(1 - p) for each pair, and at most the least n with
     sum over the pairs of (1 - p)^n <= 1/2.
+
+    Examples:
+        >>> from hierroom.complexity.measures import DeterministicMDP, covering_length
+        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
+        >>> bounds = covering_length(mdp, horizon=3)
+        >>> bounds.low, bounds.high
+        (2, 6)
     """
     check_horizon(mdp, horizon)
     occupancy = np.zeros(mdp.n_states)

@@ -64,6 +64,12 @@ def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
 
     suffices. D_t(s) is the gap of Q^k between its greatest value and that of the best suboptimal action, and S_t(s) the
     greatest (Q - Q_worst) (Q_best - Q_worst) after k - 1 further actions, a bound on the variance of a return.
+
+    Examples:
+        >>> from hierroom.complexity.measures import DeterministicMDP, effective_horizon
+        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
+        >>> round(effective_horizon(mdp, horizon=3).value, 2)
+        2.0
     """
     values, is_optimal, table = mdp.random_values(horizon), mdp.optimal_actions(horizon), (mdp.transitions, mdp.rewards)
     variances = np.zeros_like(values)
@@ -82,7 +88,14 @@ def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
 
 
 def minimum_k(mdp: DeterministicMDP, horizon: int) -> int:
-    """Return the least k at which an MDP is k-QVI-solvable (definition 5.1)."""
+    """Return the least k at which an MDP is k-QVI-solvable (definition 5.1).
+
+    Examples:
+        >>> from hierroom.complexity.measures import DeterministicMDP, minimum_k
+        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
+        >>> minimum_k(mdp, horizon=3)
+        1
+    """
     return _backups_needed(mdp, horizon, mdp.random_values(horizon))
 
 
@@ -90,6 +103,12 @@ def effective_planning_window(mdp: DeterministicMDP, horizon: int) -> int:
     """Return the least W such that every plan of W steps that is greedy in their reward alone is optimal: Q^1 = r.
 
     Malik, Pacchiano, Srinivasan and Li (Sample Efficient Reinforcement Learning In Continuous State Spaces, ICML 2021).
+
+    Examples:
+        >>> from hierroom.complexity.measures import DeterministicMDP, effective_planning_window
+        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
+        >>> effective_planning_window(mdp, horizon=3)
+        2
     """
     check_horizon(mdp, horizon)
     return _backups_needed(mdp, horizon, np.zeros((horizon + 1, mdp.n_states)))

@@ -53,6 +53,12 @@ class Gorp:
         horizon: number of steps T of an episode, at least 1.
         k: number of actions of a sequence, at least 1.
         runs: number of runs to draw, for MDPs too large to compute the probability; None computes it.
+
+    Examples:
+        >>> from hierroom.complexity.measures import DeterministicMDP, Gorp
+        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
+        >>> Gorp(mdp, horizon=3).rollouts().rollouts
+        1
     """
 
     def __init__(self, mdp: DeterministicMDP, horizon: int, k: int = 1, runs: int | None = None, seed: int = 0):

@@ -34,6 +34,12 @@ class DeterministicMDP:
     Args:
         transitions: [S, A] int, the state after each action.
         rewards: [S, A] float, finite.
+
+    Examples:
+        >>> from hierroom.complexity.measures import DeterministicMDP
+        >>> corridor = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])  # 0: back, 1: on
+        >>> corridor.shortest_solution(), corridor.random_values(3)[3, 0].item()
+        (2, 0.375)
     """
 
     transitions: NDArray[np.int64]
@@ -144,6 +150,11 @@ def graph_mdp(augmented: AugmentedGraph) -> DeterministicMDP:
 
     Action i takes the i-th edge of a node, in the order of `AugmentedGraph.edges`, or stays if there are fewer edges.
     The step to the exit earns 1 and ends the episode.
+
+    Examples:
+        >>> from hierroom.complexity.measures import graph_mdp
+        >>> graph_mdp(hierroom.complexity.AugmentedGraph(hierroom.GoalGraph.named("c"))).shortest_solution()
+        5
     """
     sources, targets = augmented.edges.T
     n = len(augmented.nodes)
@@ -175,6 +186,12 @@ def enumerate_env(
         state: returns what decides all that follows in an environment, without the number of steps.
         actions: which actions to take; all by default.
         reward: converts a reward, such as ``lambda r: float(r > 0)`` where it shrinks with the number of steps.
+
+    Examples:
+        >>> from hierroom.complexity.measures import enumerate_env
+        >>> lake = gymnasium.make("FrozenLake-v1", is_slippery=False)
+        >>> enumerate_env(lake, lambda env: env.unwrapped.s).shortest_solution()
+        6
     """
     if not isinstance(env.action_space, Discrete):
         raise InputError(f"states are enumerated with discrete actions, not with {env.action_space}")

@@ -39,6 +39,12 @@ def policy_information(returns: ArrayLike, n_bins: int = 100, temperature: float
         returns: [P, E] float, the returns of E episodes of each of P policies.
         n_bins: number of bins of equal width, at least 1.
         temperature: of optimality, above 0, in units of return.
+
+    Examples:
+        >>> from hierroom.complexity.measures import policy_information
+        >>> always, never, at_times = [1, 1, 1, 1], [0, 0, 0, 0], [1, 0, 1, 0]
+        >>> round(policy_information([always, never, at_times]).pic, 3)
+        0.462
     """
     table = np.asarray(returns, float)
     if table.ndim != 2 or not table.size or not np.isfinite(table).all():
@@ -76,6 +82,12 @@ def mdp_policy_information(
         n_policies: number of policies drawn, at least 1.
         deviation: standard deviation of the preferences, at least 0.
         temperature: of optimality, above 0; towards 0 POIC becomes PIC.
+
+    Examples:
+        >>> from hierroom.complexity.measures import DeterministicMDP, mdp_policy_information
+        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
+        >>> round(mdp_policy_information(mdp, horizon=3).pic, 3)
+        0.133
     """
     check_horizon(mdp, horizon)
     if not mdp.is_binary:

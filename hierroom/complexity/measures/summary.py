@@ -79,6 +79,13 @@ def measure_mdp(
         horizon: number of steps T of an episode, at least as many as a shortest solution has.
         n_policies: number of policies drawn for the information capacities.
         gorp_runs: number of runs of GORP to draw, for MDPs too large to compute its probability; None computes it.
+
+    Examples:
+        >>> from hierroom.complexity.measures import DeterministicMDP, measure_mdp
+        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
+        >>> measures = measure_mdp(mdp, horizon=3)
+        >>> measures.shortest, measures.k, measures.planning_window
+        (2, 1, 2)
     """
     shortest = mdp.shortest_solution()
     if shortest < 0:
@@ -123,7 +130,14 @@ class WalkMeasures:
 
 
 def measure_walk(chain: Chain, n_walks: int = 1000, seed: int = 0) -> WalkMeasures:
-    """Compute every measure of the long run of a walk; ``n_walks`` are for the cover time of a large graph."""
+    """Compute every measure of the long run of a walk; ``n_walks`` are for the cover time of a large graph.
+
+    Examples:
+        >>> from hierroom.complexity.measures import measure_walk
+        >>> walk = measure_walk(hierroom.complexity.analyze("a").chain)
+        >>> walk.nodes, walk.cover > walk.mixing
+        (5, True)
+    """
     weights, source, target = as_moves(chain.weights), chain.source, chain.goals[EXIT][0]
     n = len(chain.labels)
     to_exit = committor(weights, source, target)

@@ -39,6 +39,12 @@ class PlayedChain:
 
     Everything else, such as a probability within t steps, is true of play only if play is Markov on these nodes: see
     `markov`, and compare with `observed`.
+
+    Examples:
+        >>> walks = [["in", "hall", "in", "hall", "out"], ["in", "hall", "out"]]
+        >>> played = hierroom.complexity.measure_trajectories(walks, target="out")
+        >>> played.episodes, played.success_rate, played.empirical_steps
+        (2, 1.0, 3.0)
     """
 
     counts: EpisodeCounts  # each episode has at least one transition

@@ -38,6 +38,12 @@ def measure_trajectories(
         may_miss: accept that no trajectory reaches the target; its times are infinite then.
         failed: for each episode whether it ended for good without the target; by default such episodes were truncated.
         seed: seed of the bootstrap that gives intervals.
+
+    Examples:
+        >>> walks = [["in", "hall", "in", "hall", "out"], ["in", "hall", "out"]]
+        >>> chain = hierroom.complexity.measure_trajectories(walks, target="out").chain
+        >>> round(chain.expected_steps, 3)
+        3.0
     """
     numbers: dict[Hashable, int] = {}
     walks: list[NDArray[np.int64]] = []
@@ -92,6 +98,12 @@ def measure_env(
         seed: episode e begins with ``env.reset(seed=seed + e)``; also fixes the random actions and the bootstrap.
         max_steps: number of steps after which an episode is truncated, if the environment does not do so.
         progress: called with the number of episodes done.
+
+    Examples:
+        >>> lake = gymnasium.make("FrozenLake-v1", is_slippery=False)
+        >>> played = hierroom.complexity.measure_env(lake, lambda env: env.unwrapped.s, target=15, episodes=300)
+        >>> played.episodes, 0 < played.success_rate < 0.1
+        (300, True)
     """
     if episodes < 1 or (max_steps is not None and max_steps < 1):
         raise InputError(f"play at least one episode of at least one step, not {episodes} of {max_steps}")

@@ -122,7 +122,6 @@ def _content(config: Path) -> bytes | Path:
 
 
 def _endings(table: Path) -> set[str]:
-    """Return how the names of the folders in a sweep's table end: with part of the row's digest."""
     try:
         return {row.get("digest", "")[:6] for _, row in read_csv(table)[1]}
     except InputError:

@@ -131,7 +131,6 @@ def _with_interval(estimate: Estimate, n: int, digits: int, gap: str, scale: flo
 
 
 def _censored(steps: float, reached: float, end: float) -> str:
-    """Return ``-`` if no run was that good, ``>1.00M`` if half or fewer were."""
     if math.isfinite(steps):
         return _steps(steps)
     return f">{_steps(end)}" if reached else "-"

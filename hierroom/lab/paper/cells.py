@@ -91,7 +91,6 @@ def _mean(values: np.ndarray | pd.Series, name: str) -> dict[str, float]:
 
 
 def _steps_to(percent: float, curves: Sequence[pd.DataFrame]) -> tuple[float, float, float]:
-    """Return the steps at which curves reach a success rate: the median, the fewest and the most."""
     points = [curve[["steps", "success_rate"]].to_numpy().T for curve in curves]
     reached = [first_crossing(steps, success, percent / 100) for steps, success in points]
     return median(reached), min(reached), max(reached)

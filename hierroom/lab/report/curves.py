@@ -68,7 +68,6 @@ def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable
 
 
 def _parts(groups: Sequence[Group]) -> list[tuple[Sequence[Group], Tasks]]:
-    """Return the comparisons: all groups on the shared graphs, and on each other graph those that have it."""
     by_group = graphs_of(groups)
     shared = set.intersection(*by_group)
     parts: list[tuple[Sequence[Group], Tasks]] = [(groups, Tasks.common(groups))] if shared else []

@@ -66,7 +66,6 @@ def filmed(episode: Episode) -> dict[str, Any]:
 
 
 def _chosen(played: Sequence[Episode], n: int) -> list[int]:
-    """Choose the first escape and the first failure of each graph in turn, then the rest."""
     firsts: dict[tuple[bool, str], int] = {}
     for number, episode in enumerate(played):
         firsts.setdefault((episode.success, episode.variant), number)

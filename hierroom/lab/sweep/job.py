@@ -117,7 +117,6 @@ class Job:
         return numbers | {"version": version_of_code(), "command": self.command}
 
     def _evaluate(self, trainer: Trainer, steps: float, kind: dict[str, Any]) -> Evaluation:
-        """Evaluate over the episodes of the plan, or over as many as take about so many steps, see the class."""
         if self.episodes is not None:
             return trainer.evaluate(self.episodes, **kind)
         few = trainer.evaluate(FEWEST_EPISODES, **kind)  # the first episodes of those that are played in the end

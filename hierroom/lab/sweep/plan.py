@@ -175,7 +175,6 @@ def _assignment(word: str) -> tuple[str, list[Any]]:
 
 
 def _value(text: str) -> Any:
-    """Return the value that a text means in TOML, or the text."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except (ValueError, RecursionError):

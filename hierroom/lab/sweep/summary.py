@@ -78,7 +78,6 @@ def summarise(runs: Sequence[PlannedRun], rows: pd.DataFrame, metas: Sequence[st
 
 
 def _spread(group: pd.DataFrame, name: str, text: Callable[[float], str]) -> str:
-    """Return the median over the seeds and their range, or a single run's value and interval."""
     stem = name.removesuffix("_rate")
     numbers = group.reindex(columns=[name, f"{stem}_low", f"{stem}_high"], fill_value="").replace("", "inf")
     values, lows, highs = numbers.astype(float).T.to_numpy()  # without evaluations there are no milestones

@@ -120,7 +120,6 @@ class FusedBackend:
         return statistics, sum_gradients(self._shares[: len(workers)])
 
     def _each(self, work: Callable, workers: list[ShardWorker], tasks: list) -> list:
-        """Run ``work(worker, task)`` for each worker and its task on all threads; return the results in order."""
         if min(self._threads, len(workers)) == 1:
             return list(map(work, workers, tasks))
         futures = [self._pool.submit(work, *pair) for pair in zip(workers, tasks, strict=True)]

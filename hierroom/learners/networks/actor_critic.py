@@ -92,6 +92,14 @@ class OneTurn(nn.Module):
 
     Its call takes the features [N, K] uint8 of an observation and the state [N, S] float32 before the turn, and returns
     the logits [N, A] float32 of all actions, legal or not, the values [N] float32 and the state [N, S] after the turn.
+
+    Examples:
+        >>> import torch
+        >>> agent = hierroom.load("a")
+        >>> features = torch.zeros(2, len(agent.controller.features.cardinalities), dtype=torch.uint8)
+        >>> logits, values, state = agent.network(features, agent.network.initial_state(2))
+        >>> logits.shape, values.shape
+        (torch.Size([2, 5]), torch.Size([2]))
     """
 
     def __init__(self, network: nn.Module) -> None:

@@ -68,6 +68,11 @@ class TrainConfig:
         warm_start: the folder of a run, or a .safetensors file, or an agent that ships (a to g), whose controller
             this one begins as: its weights and nothing else. The controllers must be alike; the meta-controllers need
             not be.
+
+    Examples:
+        >>> config = hierroom.TrainConfig(steps=2_000_000).changed(method="ppo", graph="g", gamma=0.99)
+        >>> config.entries["method"], config.env.names, config.ppo.gamma
+        ('ppo', ('g',), 0.99)
     """
 
     env: tyro.conf.OmitArgPrefixes[EnvConfig] = field(default_factory=EnvConfig)

@@ -104,7 +104,6 @@ class CSVTable:
             raise InputError(f"{self.path} is broken: {error}") from error
 
     def _rows(self, most: float = math.inf) -> Iterator[tuple[int, list[str]]]:
-        """Yield the names of the columns, then the entries of each row, with the place in the file after them."""
         allowed = "a number of steps" + (f" up to {most:,}" if most < math.inf else "")
         end, names, torn, first_torn = 0, [], 0, 0
         if not self.path.exists():
@@ -174,7 +173,6 @@ def _entries(line: bytes, *, is_first: bool) -> list[str] | None:
 
 
 def _steps(entries: Sequence[str]) -> int:
-    """Return the steps that a row begins with; -1 if it begins with something else."""
     try:
         return int(float(entries[0]))
     except (ValueError, OverflowError):

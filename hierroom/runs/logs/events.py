@@ -32,7 +32,6 @@ class Events(Logger):
         self._file: Path | None = None
 
     def _write(self, *events: Event) -> None:
-        """Append events to the file, without a buffer."""
         if self._file is None:
             events = (*self._begin(), *events)
         assert self._file is not None

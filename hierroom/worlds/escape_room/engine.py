@@ -212,7 +212,6 @@ class Engine:
         batch_kernels.look_levels(self._state.levels, self._state.grids, self._outcomes)
 
     def _clear_outcomes(self, envs: NDArray[np.integer], lengths: ArrayLike) -> None:
-        """Set the outcomes of environments that have taken no step since they were reset or restored."""
         outcomes = np.zeros(len(envs), OUTCOME)
         outcomes["length"] = lengths
         self._outcomes[envs] = outcomes

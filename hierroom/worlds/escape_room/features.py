@@ -117,7 +117,6 @@ def _class_of(distance):
 
 @cache
 def _compiled_seen() -> Callable[..., NDArray]:
-    """Compile `_seen_at` for goals that need not be contiguous."""
     return compiled(_seen_at, np.zeros(1, LEVEL), np.zeros((2, 4), np.int64)[:, ::2])
 
 
@@ -127,7 +126,6 @@ def _compiled_places() -> Callable[..., NDArray]:
 
 
 def _by_colour(observation: Any, what: str) -> NDArray:
-    """[M, 6] the bits of ``keys`` or ``doors``."""
     return observation.view.levels[what][:, None] >> observation.view.levels["branches"] & 1
 
 
@@ -140,7 +138,6 @@ def _goal_status(observation: Any) -> NDArray:
 
 
 def _view(observation: Any) -> NDArray:
-    """[M, 49] the tile codes of the view."""
     return observation.view.tiles.reshape(-1, N_CELLS)
 
 

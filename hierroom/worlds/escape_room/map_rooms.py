@@ -129,7 +129,6 @@ def _beside(cell: Cell) -> list[Cell]:
 
 
 def _flood(start: Iterable[Cell], floor: frozenset[Cell]) -> set[Cell]:
-    """Return the floor that can be walked to from some cells of it."""
     found = {*start}
     frontier = [*found]
     while frontier:

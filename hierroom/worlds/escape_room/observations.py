@@ -157,7 +157,6 @@ def _compiled_level() -> Callable[..., int]:
 
 
 def _read() -> tuple:
-    """Arrays of the types that both batch kernels read."""
     goals = np.zeros(4, np.int64)[::2]  # a field of records: not contiguous, as an array of one number always is
     return np.zeros(1, OUTCOME), np.zeros(1, LEVEL), goals, TRIPLES, GOAL_VECTORS
 

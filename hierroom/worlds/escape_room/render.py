@@ -180,7 +180,6 @@ def _tile_picture(tile: int, direction: int | None, is_seen: bool, tile_size: in
 
 
 def _outline(cell: NDArray[np.uint8]) -> None:
-    """Draw a frame along the inner edge of a cell [tile_size, tile_size, 3], in place."""
     width = max(1, len(cell) // 10)
     for edge in (cell[:width], cell[-width:], cell[:, :width], cell[:, -width:]):
         edge[:] = OUTLINE

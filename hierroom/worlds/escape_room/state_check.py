@@ -108,7 +108,6 @@ def check_state(state: State) -> None:
 
 
 def _check_maps(state: State) -> None:
-    """Check that all that never changes in a level is as in its map."""
     if state.maps.grids.shape[1:] != state.grids.shape[1:]:
         raise InputError(f"the layouts have {state.maps.grids.shape[1] - 2 * MARGIN} cells a side, not {state.size}")
     kept, numbers = state.maps, state.levels["map"] - 1

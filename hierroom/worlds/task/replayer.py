@@ -128,7 +128,6 @@ class TaskReplayer:
         return "\n".join(text for text, _ in self._lines(state, goal))
 
     def _lines(self, state: Moment, goal: int) -> Iterator[tuple[str, tuple[int, int, int]]]:
-        """Yield a line for each goal: whether it is pursued, its name, and how often it was achieved."""
         rules = self._task.rules
         for number, name in enumerate(self._task.goals):
             count = int(state.counts[number])
@@ -139,7 +138,6 @@ class TaskReplayer:
 
 
 def _needs(ways: Any) -> str:
-    """Return in words what a rule asks for, its alternatives side by side."""
     words = []
     for way in ways:
         asked = {**way.uses, **{fact: max(n, way.uses.get(fact, 0)) for fact, n in way.needs.items()}}

@@ -59,6 +59,16 @@ class Task:
         capacity: how many there can be of a fact of the rules; 1 of those that it leaves out.
         processes: in how many processes the environments run; 0: in this one.
         label: the name in titles and tables of a task that is not named by a module.
+
+    Examples:
+        >>> goals = {"far shore": lambda env, info: env.unwrapped.s == 15}
+        >>> task = hierroom.Task("FrozenLake-v1", goals, target="far shore")
+        >>> env = hierroom.env(task=task)
+        >>> env.reset(seed=0)
+        >>> env.agent_selection, env.observation_space("controller_0")["action_mask"].shape
+        ('meta_0', (4,))
+        >>> task.new_env().spec.id, len(task.make_world(hierroom.EnvConfig(task=task), num_envs=2).goals)
+        ('FrozenLake-v1', 1)
     """
 
     make: Callable[..., gymnasium.Env] | str

@@ -76,7 +76,6 @@ class TaskWorld(BaseWorld):
         return int(self.seeds[env]), int(self.indices[env]), int(self.numbers[env]), self.config.levels
 
     def _note(self, envs: NDArray[np.integer], observations: list[Any], totals: NDArray) -> None:
-        """Keep what environments [M] show, and how their goals stand [M, G]."""
         where = self._where(envs)
         for name, path in self._paths:
             shown = self._shown[name]
@@ -119,7 +118,6 @@ class TaskWorld(BaseWorld):
         return taken
 
     def _where(self, envs: NDArray[np.integer]) -> NDArray[np.integer] | slice:
-        """Return what selects environments fastest."""
         return slice(None) if envs is self.everywhere else envs
 
     def get_state(self, envs: Any = slice(None)) -> Moment:
@@ -140,7 +138,6 @@ class TaskWorld(BaseWorld):
         return {**super().get_arrays(envs), **own, "prints": np.array([self._print(env) for env in envs.tolist()])}
 
     def _print(self, env: int) -> int:
-        """Return a number that tells what an environment shows, and how its goals stand."""
         parts = (*(array[env] for array in self._shown.values()), self._totals[env])
         return zlib.crc32(b"".join(np.ascontiguousarray(part).tobytes() for part in parts))
 

@@ -87,7 +87,6 @@ class Solver:
         return cost
 
     def _applied(self, way: int, marking: Marking) -> Marking | None:
-        """Return the marking after a way, or None where it does not apply or changes nothing."""
         asked, change = self._rows[way]
         if any(marking[thing] < count for thing, count in asked):
             return None
