@@ -59,7 +59,7 @@ def aec(env) -> Run:
 
 
 def tictactoe(env) -> Run:
-    """Likewise, but among the legal actions: an illegal one ends the game."""
+    """Play with legal actions only: an illegal one ends the game."""
     env.reset(seed=0)
     rng = np.random.default_rng(0)
     boards = cycle([rng.permutation(9).tolist() for _ in range(256)])

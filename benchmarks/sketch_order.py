@@ -115,7 +115,7 @@ def table() -> ResultTable:
 
 
 def leads_by_chance(values: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
-    """[D] how far the mean of as many seeds as the paper has is above that of others, drawn from the same values.
+    """Return how far the mean of as many seeds as the paper has is above that of others from the same values [D].
 
     Args:
         values: [S] one for each seed.

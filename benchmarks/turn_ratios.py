@@ -49,7 +49,7 @@ class Options:
 
 
 def log_probs_now(learner: Learner, batch: Batch) -> NDArray[np.floating]:
-    """[T, M] log-probabilities of a batch's actions under the current weights, replayed from the stored states."""
+    """Return log-probabilities [T, M] of a batch's actions under the current weights, from the stored states."""
     with torch.no_grad():
         logits, _ = learner.network.sequence(  # pyright: ignore[reportCallIssue] - a PolicyNetwork has it
             *map(torch.from_numpy, (batch.features, batch.initial_states, batch.resets))

@@ -37,7 +37,7 @@ class RepeatedBonus(Bonus):
     """1 for each key, door and the exit as often as it is achieved: a key that was dropped can be picked up again."""
 
     def rewards(self, step: Step) -> NDArray[np.float64]:
-        """[N] whether something was achieved."""
+        """Return 1 where a goal was achieved [N]."""
         return (step.events >= 0).astype(np.float64)
 
 

@@ -34,7 +34,7 @@ class OthersFirst:
         self.failures[failed, step.goals[failed]] += 1
 
     def choose(self, observations, legal, situation):
-        """[M] goal ids; with the situation's uniforms the choice is the same in whatever batch it is made."""
+        """Return goal ids [M]; the situation's uniforms make the choice independent of the batch."""
         scores = situation.uniforms[:, :13] - self.failures[situation.envs]
         return np.where(legal, scores, -np.inf).argmax(axis=1)
 

@@ -173,9 +173,9 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
     """Return the meta-controller that a user means.
 
     Args:
-        spec: a name in `META_CONTROLLERS`; the name of an entry point in the group ``hierroom.meta_controllers``;
-            ``package.module:Class`` or ``package.module:function``, looked for in the current folder too; a
-            meta-controller itself; or a function from a `Level` to one of its goals.
+        spec: a name in `META_CONTROLLERS` or of an entry point ``hierroom.meta_controllers``; ``package.module:Class``
+            or ``package.module:function``, in the current folder too; a meta-controller; or a function from a `Level`
+            to one of its goals.
         num_envs: environments it is to be trained in; None outside training.
 
     Examples:

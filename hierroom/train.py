@@ -95,19 +95,18 @@ def train(
     quiet: bool = False,
     **entries: Any,
 ) -> TrainedAgent:
-    """Train an agent as the command does, with a progress bar and a run folder; return it as `hierroom.load` does.
+    """Train an agent, with a progress bar and a run folder; return it as `hierroom.load` does.
 
     Ctrl-C saves, and then raises KeyboardInterrupt; the command line goes on with ``--resume``.
 
     Args:
-        config: what to train, such as `hierroom.find_preset` gives. None: the ``preset`` among the entries, else
-            ``default``, or ``learned`` where ``meta="learned"``.
+        config: a config, such as from `hierroom.find_preset`. None: the ``preset`` among the entries, else ``default``,
+            or ``learned`` with ``meta="learned"``.
         out: the run folder, new or empty; None: a new one in ``runs/``, named after what differs from the preset.
         log: ``"tensorboard"``, ``"wandb"``, ``"mlflow"``, several joined by commas, or ``"none"``.
-        callback: called with the `Trainer` after each update. If it returns a true value the run stops: it is saved as
-            after Ctrl-C, so that ``--resume`` goes on with it, and `TrainedAgent.is_finished` of what is returned is
-            False. What it raises is raised here, after the run is saved.
-        quiet: print nothing: no progress, no results, no warnings of the run (Python's own follow Python's filters).
+        callback: called with the `Trainer` after each update. If it returns a true value, the run is saved and stops,
+            as after Ctrl-C; ``--resume`` goes on with it. Its errors are raised here, after the run is saved.
+        quiet: print nothing: no progress, results or warnings of the run.
         **entries: changed entries of the config, named as on the command line but with underscores: ``graph="f"``,
             ``steps=2_000_000``, ``method="ppo"``. The ``task`` may be a `hierroom.Task` that a module holds.
 

@@ -110,7 +110,7 @@ def figure_of(options: Options) -> Figure:
 
 
 def _spread(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """[G] the values, those of a count side by side, as many graphs share each."""
+    """Return the values [G], those of a count side by side, as many graphs share each."""
     distinct, where, shared = np.unique(values, return_inverse=True, return_counts=True)
     if len(distinct) * FEW_EACH > len(values) or len(distinct) < 2:
         return values

@@ -69,7 +69,7 @@ class GoalNetwork(nn.Module):
         return self._heads(hidden.reshape(length, n, n_parts, -1))
 
     def _encode(self, features: Tensor) -> Tensor:
-        """[..., K] features to [..., P, 2 H]: each part and the mean of all."""
+        """Encode features [..., K] as [..., P, 2 H]: each part and the mean of all."""
         by_feature = features.unflatten(-1, (self._n_features, self._n_goals))  # [..., I, G]
         *kinds, exits = by_feature.split((*(self._n_alike,) * self.colour_head.out_features, 1), dim=-1)
         colours = self.colour_encoder(torch.cat(kinds, dim=-2).transpose(-1, -2))  # [..., P - 1, H]
@@ -77,7 +77,7 @@ class GoalNetwork(nn.Module):
         return torch.cat([parts, parts.mean(-2, keepdim=True).expand_as(parts)], dim=-1)
 
     def _heads(self, hidden: Tensor) -> tuple[Tensor, Tensor]:
-        """[..., P, H] to logits [..., G + 1] of the kinds, the exit and no goal, and values [...]."""
+        """Map [..., P, H] to logits [..., G + 1] of the kinds, the exit and no goal, and to values [...]."""
         mean, colours = hidden.mean(-2), hidden[..., :-1, :]
         means = mean.unsqueeze(-2).expand_as(colours)
         kinds = self.colour_head(torch.cat([colours, means], dim=-1)).unbind(-1)  # [..., P - 1] each

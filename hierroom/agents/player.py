@@ -28,7 +28,7 @@ class Actor(Protocol):
     """An agent that plays: it acts, and takes note of the turns that a step ended."""
 
     def act(self, observation: Any) -> NDArray[np.integer]:
-        """[M] actions in the environments of an observation."""
+        """Return actions [M] in the environments of an observation."""
         ...
 
     def record(self, step: Step, turns: Turns) -> None:

@@ -66,7 +66,7 @@ class PPOAgent:
         return self.learner.ready
 
     def act(self, observation: Observation) -> NDArray[np.integer]:
-        """[M] actions, all legal, in the environments of an observation: its turns begin."""
+        """Begin turns: return legal actions [M] in the environments of an observation."""
         if self._warm_up is not None and not self.is_learning:
             assert isinstance(observation, Situation)  # only meta-controllers warm up
             return self._warm_up.choose(observation)
@@ -177,7 +177,7 @@ class FrozenAgent:
         return self._policy.decision
 
     def act(self, observation: Observation) -> NDArray[np.integer]:
-        """[M] actions, all legal, in the environments of an observation."""
+        """Return legal actions [M] in the environments of an observation."""
         return self._act(observation.envs, self.features.encode(observation), observation.masks)
 
     def record(self, step: Step, turns: Turns) -> None:

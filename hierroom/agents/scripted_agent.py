@@ -27,7 +27,7 @@ class ScriptedAgent:
         self._learn = getattr(meta, "learn", None) if is_training else None
 
     def act(self, observation: Observation) -> NDArray[np.integer]:
-        """[M] goal ids, or 13 or -1 for no goal, in the environments of a `Situation`."""
+        """Return goal ids [M], or 13 or -1 for no goal, in the environments of a `Situation`."""
         assert isinstance(observation, Situation)  # scripted agents are meta-controllers
         return choose_goals(self.meta, observation)
 

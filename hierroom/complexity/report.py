@@ -53,12 +53,11 @@ def analyze(
     source: Any = "start",
     target: Any = "exit",
 ) -> ComplexityReport | RulesReport | ChainReport:
-    """Compute how hard something is to explore by the paper's random walk, each quantity on first access.
+    """Report how hard something is to explore, by the paper's random walk; each quantity is computed on first access.
 
     Args:
         subject: a goal graph (a letter `"a"` to `"g"`, a name such as `"keys-0-1-exit-2"`, a `GoalGraph`, or a path to
-            a TOML file), `Rules`, something that declares its ``rules``, such as a task, a networkx graph, or a
-            `Chain`, which has a walk already.
+            a TOML file), `Rules`, an object with ``rules`` such as a task, a networkx graph, or a `Chain`.
         drop_key: whether keys of a goal graph can be dropped.
         walk: the probabilities of one step.
         reading: interpretation of the paper's augmented graph.

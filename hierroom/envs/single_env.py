@@ -140,10 +140,10 @@ class SingleEnv:
     def infos(self) -> dict[str, dict[str, Any]]:
         """Return the infos of both agents, in fresh dicts: the same keys at every moment.
 
-        They are ``goal_event``, the goal id that the last primitive step achieved, or -1; ``elapsed``, primitive steps
-        since the agent's last turn; ``illegal_actions``, how many it took this episode; ``success``, whether the exit
-        was reached; ``length``, primitive steps of the episode so far; ``shortest_length``, the length that the whole
-        episode could have had.
+        ``goal_event`` is the goal id that the last primitive step achieved, or -1. ``elapsed`` counts primitive steps
+        since the agent's last turn, ``illegal_actions`` those of this episode. ``success`` says whether the exit was
+        reached. ``length`` counts primitive steps of the episode so far, ``shortest_length`` those of a shortest
+        solution.
         """
         return {META: self.info(META), CONTROLLER: self.info(CONTROLLER)}
 

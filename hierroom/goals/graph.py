@@ -188,7 +188,7 @@ class GoalGraph:
         names = [*({*table} & {"name", "label"})]  # Gymnasium writes a graph into a spec by the names of its fields
         if {*table} - {*names} != {"key_rooms", "exit_room"} or len(names) > 1:
             given = ", ".join(sorted(map(str, table))) or "nothing"
-            raise InputError(f"a goal graph has key_rooms, exit_room and perhaps a name, and nothing else; not {given}")
+            raise InputError(f"a goal graph has key_rooms, exit_room and perhaps a name; this has {given}")
         return cls(table["key_rooms"], table["exit_room"], table[names[0]] if names else None)
 
     def to_toml(self, path: str | Path | None = None) -> str:

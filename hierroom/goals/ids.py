@@ -38,7 +38,7 @@ def _goal_vectors() -> NDArray[np.float32]:
 
 
 GOAL_VECTORS = _goal_vectors()
-"""[14, 9] float32: one-hot object (key, door, exit) and one-hot colour of each goal id; row -1 is 'no goal'."""
+"""One-hot object (key, door, exit) and one-hot colour of each goal id, [14, 9] float32; row -1 is 'no goal'."""
 
 
 def room_goals(goals: NDArray[np.integer], branches: NDArray[np.integer]) -> NDArray[np.integer]:

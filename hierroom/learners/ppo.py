@@ -126,7 +126,7 @@ class Learner:
 
     @property
     def has_begun(self) -> NDArray[np.bool_]:
-        """[N] bool, whether a turn has begun that has not finished."""
+        """Flags [N] of environments in the middle of a turn."""
         return self._rollout.is_open
 
     @property

@@ -50,7 +50,7 @@ class Extrinsic:
     needs_states = False
 
     def rewards(self, step: Step) -> NDArray[np.floating]:
-        """[N] the environment's own rewards."""
+        """Return the environment's own rewards [N]."""
         return step.extrinsic
 
 
@@ -60,7 +60,7 @@ class Bonus:
     needs_states = False
 
     def rewards(self, step: Step) -> NDArray[np.floating]:
-        """[N] how many goals were achieved for the first time."""
+        """Return how many goals were achieved for the first time [N]."""
         return step.n_first.astype(np.float64)
 
 
@@ -71,7 +71,7 @@ class Intrinsic:
     needs_states = False
 
     def rewards(self, step: Step) -> NDArray[np.floating]:
-        """[N] whether the goal was reached."""
+        """Return 1 where the goal was reached, else 0 [N]."""
         return step.reached.astype(np.float64)
 
 
@@ -85,7 +85,7 @@ class Novelty:
         self._bonus = bonus
 
     def rewards(self, step: Step) -> NDArray[np.floating]:
-        """[N] the environment's own rewards and the bonuses."""
+        """Return the environment's own rewards plus the bonuses [N]."""
         return step.extrinsic + self._bonus * step.is_novel
 
 
@@ -137,9 +137,9 @@ def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> Contr
     """Return the reward that a user means.
 
     Args:
-        spec: a name in `REWARDS`; the name of an entry point in the group ``hierroom.rewards``;
-            ``package.module:Class`` or ``package.module:function``, looked for in the current folder too; a reward
-            or its class itself; or a function as `Reward.rewards`.
+        spec: a name in `REWARDS` or of an entry point ``hierroom.rewards``; ``package.module:Class`` or
+            ``package.module:function``, in the current folder too; a reward or its class; or a function like
+            `Reward.rewards`.
         novelty_bonus: the size of the bonus of ``novelty``.
     """
     reward: Any = spec

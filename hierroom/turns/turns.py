@@ -98,7 +98,7 @@ class Turns:
 
     @property
     def goals(self) -> NDArray[np.integer]:
-        """[N] int, the goals pursued now, or -1."""
+        """Goals [N] pursued now, or -1."""
         return self.ledger.goals
 
     def reset(self, seed: Seeds = None, envs: NDArray[np.integer] | None = None) -> None:

@@ -51,7 +51,7 @@ class BaseWorld(ABC):
     rules: Any = None
     replayer: Any = None
     is_repeatable: Any = True
-    """[G] bool or one for all: whether a goal may be chosen again once it is achieved, where no rules are known."""
+    """Flags [G], or one for all goals: whether an achieved goal may be chosen again, where no rules are known."""
     keys_to_action: Mapping[str, int] = {}
     stage_titles: Sequence[str] = ()
     notes: Sequence[str] = ()

@@ -43,7 +43,7 @@ _OPEN, _LOCKED = 0, 2
 
 
 class minigrid_view(MiniGridEnv):
-    """One EscapeRoom as a MiniGrid environment, which MiniGrid's wrappers take for one of their own.
+    """One EscapeRoom as a MiniGrid environment, which MiniGrid's wrappers accept.
 
     | | |
     |---|---|
@@ -54,7 +54,7 @@ class minigrid_view(MiniGridEnv):
     | rewards, ends, infos, pictures | those of the environment |
 
     Args:
-        env: ``hierroom/EscapeRoom-a-v0`` or the like from `gymnasium.make`, without other wrappers than its own.
+        env: ``hierroom/EscapeRoom-a-v0`` or the like from `gymnasium.make`, not wrapped further.
 
     Attributes:
         escape_room: the environment.

@@ -60,7 +60,7 @@ class BatchVecEnv(VecEnv):
         return observations, rewards.astype(np.float32), dones, infos
 
     def action_masks(self) -> NDArray[np.bool_]:
-        """[N, A] bool, the legal actions."""
+        """Return the legal actions, [N, A] bool."""
         turns = cast(EscapeRooms, self.envs.unwrapped).turns
         return np.array(turns.observe(CONTROLLER, turns.due(CONTROLLER)).masks)
 

@@ -20,7 +20,7 @@ CLASSES = (hierroom.GoalGraph, hierroom.Rules, hierroom.Task, hierroom.TrainedAg
 NEEDED = {"minari_dataset": ("minari", "h5py"), "minigrid_view": ("minigrid",), "sb3_view": ("stable_baselines3",)}
 
 
-def public() -> dict[str, object]:
+def public_names() -> dict[str, object]:
     """Return what users type: the exported names, those of the API page, and those that their own code meets."""
     found = [getattr(module, name) for module in MODULES for name in module.__all__]
     found += [pkgutil.resolve_name(name) for name in re.findall(r"^::: (\S+)", PAGES["api.md"], re.MULTILINE)]
@@ -28,14 +28,14 @@ def public() -> dict[str, object]:
     return {f"{one.__module__}.{one.__qualname__}": one for one in found if not inspect.ismodule(one)}
 
 
-@pytest.mark.parametrize("name", sorted(public()))
+@pytest.mark.parametrize("name", sorted(public_names()))
 def test_the_example_of_a_public_name_prints_what_it_shows(name, tmp_path, monkeypatch):
     for module in NEEDED.get(name.rpartition(".")[2], ()):
         pytest.importorskip(module)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
     names = {"hierroom": hierroom, "gymnasium": gymnasium, "np": np}
-    text = inspect.getdoc(public()[name]) or ""
+    text = inspect.getdoc(public_names()[name]) or ""
     example = doctest.DocTestParser().get_doctest(text, names, name, None, None)
     assert any(one.want for one in example.examples), "an example prints a result"
     said: list[str] = []
@@ -44,8 +44,9 @@ def test_the_example_of_a_public_name_prints_what_it_shows(name, tmp_path, monke
 
 @pytest.mark.parametrize("of", CLASSES, ids=lambda of: of.__name__)
 def test_the_examples_of_a_class_call_each_of_its_methods(of):
-    methods = {name for name in vars(of) if not name.startswith("_") and inspect.isroutine(getattr(of, name, None))}
-    texts = [inspect.getdoc(one) or "" for one in (of, *(getattr(of, name) for name in methods))]
+    public = {name: getattr(of, name) for name in vars(of) if not name.startswith("_") and hasattr(of, name)}
+    methods = {name: one for name, one in public.items() if inspect.isfunction(one) or inspect.ismethod(one)}
+    texts = [inspect.getdoc(one) or "" for one in (of, *methods.values())]
     examples = [one.source for text in texts for one in doctest.DocTestParser().get_examples(text)]
     assert len(methods) > 1
-    assert methods == {name for name in methods if any(f".{name}(" in source for source in examples)}
+    assert {*methods} == {name for name in methods if any(f".{name}(" in source for source in examples)}

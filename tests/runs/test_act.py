@@ -36,7 +36,7 @@ def entries(agent):
 
 
 def played(agent, num_envs, *, greedy):
-    """[(goals, actions)] of each environment by the package's own player, N_EPISODES each."""
+    """Return [(goals, actions)] of each environment by the package's player, N_EPISODES each."""
     agent = replace(agent, is_greedy=greedy)
     env = agent.env(max_steps=MAX_STEPS)
     episodes = hierroom.rollout(agent, env, N_EPISODES * num_envs, num_envs=num_envs, seed=5)

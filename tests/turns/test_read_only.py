@@ -116,7 +116,7 @@ class Observing:
 
 
 class Rewarding:
-    """Likewise, as a reward."""
+    """The same, as a reward."""
 
     def __init__(self, of):
         self.of = of

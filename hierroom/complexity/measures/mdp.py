@@ -75,7 +75,7 @@ class DeterministicMDP:
 
     @cached_property
     def is_absorbing(self) -> NDArray[np.bool_]:
-        """[S] bool, whether every action stays in the state and earns nothing."""
+        """Flags [S] of states in which every action stays and earns nothing."""
         stays = self.transitions == np.arange(self.n_states)[:, None]
         return (stays & (self.rewards == 0)).all(axis=1)
 

@@ -49,25 +49,23 @@ class TrainConfig:
         env: the environment.
         agents: the two agents.
         ppo: hyperparameters of the controller's learner.
-        meta_ppo: hyperparameters of a learned meta-controller's learner, whose turns are options.
-        preset: what the other entries start from: default, long (for five million steps and the shortest paths),
-            large (for grids of 31 cells and more), learned (for a learned meta-controller, which implies it), paper
-            (section 3 of the paper) or algorithm1 (its Algorithm 1 to the letter). It is kept so that the run's name
-            can tell what differs from it.
+        meta_ppo: hyperparameters of a learned meta-controller's learner; its turns are options.
+        preset: defaults of the other entries: default, long (five million steps and the shortest paths), large (grids
+            of 31 cells and more), learned (implied by a learned meta-controller), paper (its section 3) or algorithm1
+            (its Algorithm 1 to the letter). The run's name lists the differences from it.
         steps: primitive steps to train for, over all environments.
-        evaluations: how often the agents are evaluated while they learn, apart from training and the same levels each
-            time: before the first step, and so many times after, at equal ratios of the steps. 0: never.
-        evaluation_episodes: episodes of each; None: 100, or fewer of agents that fail, once it is clear how often.
+        evaluations: number of evaluations during training, after one before the first step, at equal ratios of the
+            steps. They play the same levels each time, none of them seen in training. 0: never.
+        evaluation_episodes: episodes of each evaluation. None: 100, or fewer once the success rate of a failing agent
+            is clear.
         seed: fixes levels, weights, actions and shuffles.
         num_envs: environments trained in side by side.
-        stagger_clocks: whether the first episodes begin with different step counts, spread over the time limit, so that
-            not all environments reach it at the same time.
-        threads: threads to compute with where there is enough to share, from 128 environments on; results do not
-            depend on them.
+        stagger_clocks: whether the first episodes begin with different step counts, so that not all environments reach
+            the limit together.
+        threads: threads to compute with, used from 128 environments on; they do not change results.
         device: where the learner computes: cpu, cuda, cuda:1, ...
-        warm_start: the folder of a run, or a .safetensors file, or an agent that ships (a to g), whose controller
-            this one begins as: its weights and nothing else. The controllers must be alike; the meta-controllers need
-            not be.
+        warm_start: start from the weights of another controller: of a run's folder, a .safetensors file, or an agent
+            that ships (a to g). The two controllers must be alike.
 
     Examples:
         >>> config = hierroom.TrainConfig(steps=2_000_000).changed(method="ppo", graph="g", gamma=0.99)
