@@ -1,8 +1,8 @@
 """Runs every client of the package that is installed, and prints docs/clients.md's table: versions, and whether it ran.
 
-``python benchmarks/clients.py`` runs those of this Python. Some libraries pin others so that no one environment holds
-all of them; ``--python PATH`` names further ones, in which each client is looked for in turn, and ``--out
-docs/clients.md`` writes the table into the page.
+``python benchmarks/clients.py`` runs those of this Python. Some libraries pin others, so that no environment has all of
+them. ``--python PATH`` names further Pythons, in which each client is looked for in turn. ``--out docs/clients.md``
+writes the table into the page.
 """
 
 from __future__ import annotations

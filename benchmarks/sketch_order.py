@@ -3,10 +3,10 @@
     python -m benchmarks.sketch_order
 
 The steps come from three seeds of the paper's Table 3 on grids of 25, the success there from five other seeds. `pairs`
-is in how many of the pairs of a seed of each method PPO is ahead, ties counted by half. `lead` is by how many points of
-success its mean is ahead, with the 95% interval of Welch's test, `paper's lead` that of the paper, and `by chance` how
-often PPO would be as far ahead of an equal method where each has five seeds, as in the paper, that are drawn from our
-ten on the graph; of all graphs, their sum.
+is in how many of the pairs of a seed of each method PPO is ahead, ties counted by half. `lead` is the lead of its mean
+in points of success, with the 95% interval of Welch's test; `paper's lead` is that of the paper. `by chance` is how
+often PPO would lead an equal method as far, with five seeds each, as in the paper, drawn from our ten on the graph. The
+last row sums over the graphs.
 """
 
 from __future__ import annotations

@@ -85,7 +85,7 @@ class PlainLSTM(nn.Module):
         return *self._heads(output[0]), torch.cat([hidden[0], cell[0]], dim=-1)
 
     def sequence(self, features: Tensor, state: Tensor, resets: Tensor) -> tuple[Tensor, Tensor]:
-        """Several turns; see `PolicyNetwork.sequence`. Runs of turns without a reset are computed at once."""
+        """Several turns; see `PolicyNetwork.sequence`. Runs of turns without a reset are computed together."""
         inputs, outputs = self._inputs(features), []
         starts = [0, *(t for t in range(1, len(inputs)) if bool(resets[t].any())), len(inputs)]
         for start, end in pairwise(starts):

@@ -1,4 +1,4 @@
-"""A meta-controller of one's own that learns which goals can be reached, while its controller learns to reach them.
+"""A custom meta-controller that learns which goals can be reached, while its controller learns to reach them.
 
 python -m hierroom train --meta own_learning_meta:ReachedMostOften --goal-mask existing --subgoal-horizon 50
 """

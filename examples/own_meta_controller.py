@@ -1,4 +1,4 @@
-"""Two meta-controllers of one's own: a class that chooses for all environments at once, and a function of one level.
+"""Two custom meta-controllers: a class that chooses for all environments, and a function of one level.
 
 python -m hierroom train --meta own_meta_controller:NearestKeyFirst
 python -m hierroom train --meta own_meta_controller:nearest

@@ -1,4 +1,4 @@
-"""A controller network of one's own: python -m hierroom train --network own_network:GatedMemory."""
+"""A custom controller network: python -m hierroom train --network own_network:GatedMemory."""
 
 import torch
 from torch import nn

@@ -1,4 +1,4 @@
-"""Rewards of one's own: shaping by the distance to the goal, and a cost for each step.
+"""Custom rewards: shaping by the distance to the goal, and a cost for each step.
 
 python -m hierroom train --reward own_reward:Closer
 python -m hierroom train --method ppo --reward own_reward:hurry

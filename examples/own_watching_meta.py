@@ -1,4 +1,4 @@
-"""A meta-controller of one's own that watches: it remembers what it gave in vain this episode, and gives that last.
+"""A custom meta-controller that watches: it remembers goals given in vain this episode, and gives them last.
 
 python -m hierroom train --meta own_watching_meta:OthersFirst --goal-mask existing --subgoal-horizon 50
 """

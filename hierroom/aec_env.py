@@ -9,7 +9,7 @@
 | and for meta_0 | ``outcome``: 0 no goal before, 1 it was reached, 2 its horizon ran out, 3 the episode ended |
 | rewards | meta_0: 1 for the exit; controller_0: by ``reward`` |
 | infos | ``goal_event``, ``elapsed``, ``illegal_actions``, ``success``, ``length``, ``shortest_length``: always all |
-| ends | terminated at the exit, truncated after ``max_steps`` primitive steps; both agents at once |
+| ends | terminated at the exit, truncated after ``max_steps`` primitive steps; both agents together |
 
 ``meta_0`` acts at reset and whenever its option ends, ``controller_0`` at every other moment. An action that
 is not legal is never an error: the meta-controller's counts as no goal, the controller's only costs the step.
@@ -94,7 +94,7 @@ class raw_env(TwoAgentEnv, AECEnv):
             self._was_dead_step(action)
             return
         if action is None:
-            raise InputError(f"{agent} is to act; None is for agents whose episode has ended")
+            raise InputError(f"{agent} must act; None is for agents with an ended episode")
         self._cumulative_rewards[agent] = 0.0
         if agent == META:
             self.single.choose(action)

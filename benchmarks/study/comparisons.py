@@ -74,7 +74,7 @@ def read_comparisons(path: Path) -> list[PlannedComparison]:
     entries = others.pop("comparisons", [])
     if others or not isinstance(entries, list) or not entries:
         found = f", and holds {', '.join(others)}" if others else ""
-        raise InputError(f"{path} needs comparisons alone, each of which begins with [[comparisons]]{found}")
+        raise InputError(f"{path} takes only comparisons, each beginning with [[comparisons]]{found}")
     return [_planned(entry, f"{path}, comparison {number}") for number, entry in enumerate(entries, start=1)]
 
 

@@ -50,10 +50,10 @@ class Options:
         flat: the method without a hierarchy.
         hierarchical: the method with one.
         measures: the measures of the goal graphs.
-        outcome: the milestone whose steps are compared; by default steps_to_95, or steps_to_50 if one of the methods
-            never got there on more than a third of the graphs.
-        by: what tells the rows of the table apart: the number of goals that must be achieved before the exit can be
-            reached, the largest number of rooms at the same depth, which is 1 of a chain, or the number of rooms.
+        outcome: the milestone to compare steps by; by default steps_to_95, or steps_to_50 if one of the methods never
+            got there on more than a third of the graphs.
+        by: the rows of the table: the number of goals before the exit (exit depth), the largest number of rooms at the
+            same depth (width, 1 for a chain), or the number of rooms.
         hardest_by: the measure that says which graphs are the hardest.
         seeds: only seeds 0, 1, ..., so many of them, as of a sweep that goes on; all by default.
         bootstrap: how intervals are computed.

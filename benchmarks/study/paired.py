@@ -23,7 +23,7 @@ class Paired:
     """Two methods on the G goal graphs that both were trained on.
 
     Args:
-        outcome: the milestone whose steps are compared.
+        outcome: the milestone to compare steps by.
         graphs: [G] names, in the order of the table.
         steps: of each method, [G, S]: ``inf`` where a seed never got there, ``nan`` after a graph's last seed.
         success: of each method, [G]: the median success rate at the end of training, 0 to 1.

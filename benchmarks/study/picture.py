@@ -29,7 +29,7 @@ def write(make: Callable[[], Figure], path: Path) -> None:
 
     Args:
         make: makes the figure.
-        path: of the picture; its ending says of which format, PNG where it has none.
+        path: the picture; its suffix chooses the format, by default PNG.
 
     Raises:
         InputError: as `make` does, or if it cannot be written, or not in the format of this ending.

@@ -57,7 +57,7 @@ class Options:
 
 
 def drawn(n_graphs: int, n_seeds: int, apart: float, noise: float, rng: np.random.Generator) -> Paired:
-    """Two methods whose median ratio is 1."""
+    """Two methods with a median ratio of 1."""
     difficulty, log_ratio = rng.normal(size=(n_graphs, 1)), apart * rng.normal(size=(n_graphs, 1))
     shape = (n_graphs, n_seeds)
     first, second = (np.exp(mean + noise * rng.normal(size=shape)) for mean in (difficulty, difficulty + log_ratio))

@@ -40,8 +40,8 @@ class Result:
         graphs: how many goal graphs.
         twins: how many of these have a twin.
         seeds: the fewest and the most seeds of a goal graph.
-        estimates: by measure and statistic, and those of `NOISE`: on how many graphs half of the seeds never got to the
-            milestone, the split-half reliability of the seeds, and the correlation and the factor between twins.
+        estimates: by measure and statistic. Those of `NOISE` are the number of graphs on which half of the seeds missed
+            the milestone, the split-half reliability of the seeds, and the correlation and factor between twins.
     """
 
     method: str

@@ -90,16 +90,16 @@ class AgentsConfig:
         network: the controller's network: recurrent (an encoder, which for a task is chosen from its observation
             space: convolutions for images, layers for vectors, embeddings for discrete numbers, side by side for dicts;
             then an LSTM), an entry point or package.module:Class.
-        features: what the controller's network reads of an observation, in EscapeRooms any of view, view-ids, goal,
-            goal-in-view, goal-place, object-places, doorway-places, frontier-places, symbol, direction, keys,
-            previous-action and goal-status; methods without goals leave out goal, goal-in-view, goal-place and symbol.
-            None: what the task says.
+        features: inputs of the controller's network. In EscapeRooms any of view, view-ids, goal, goal-in-view,
+            goal-place, object-places, doorway-places, frontier-places, symbol, direction, keys, previous-action and
+            goal-status. Methods without goals leave out goal, goal-in-view, goal-place and symbol. None: the task's
+            own.
         curiosity_weight: the weight of curiosity in the reward of ppo-rnd, its returns scaled to deviation 1; the exit
             gives 1. On graph a (one seed, 1.5M steps, a discount of 0.98) 0.05 ended at 100% success, 0.2 at 82%, 0.5,
             as in Burda et al. 2018, at 92%.
-        meta_features: what the network of a learned meta-controller reads. Where these are goal-status and goal-outcome
-            alone, in EscapeRooms one network is shared by all colours (`agents.goal_network`); else it is the recurrent
-            one that ships. None: what the task says.
+        meta_features: inputs of a learned meta-controller's network. With goal-status and goal-outcome alone, in
+            EscapeRooms one network is shared by all colours (`agents.goal_network`); else it is the recurrent one that
+            ships. None: the task's own.
         meta_start_success: a learned meta-controller chooses goals at random until this share of 100 episodes reaches
             the exit; then it learns.
     """

@@ -30,7 +30,7 @@ class Curiosity:
     ) -> None:
         names = features.subset(of_world=True)
         if not names:
-            raise InputError(f"curiosity is about the level, of which {', '.join(features.names)} shows nothing")
+            raise InputError(f"curiosity needs features of the level; {', '.join(features.names)} has none")
         self.features = Features(features.world, names)
         if self.features.arrays:
             raise InputError("the curiosity of ppo-rnd reads categories; the task's observations hold arrays")

@@ -26,9 +26,9 @@ ENTRY, CHOICE = "features", "choice"
 def offered(world: WorldSpec) -> dict[str, Feature]:
     """Return all features that networks can read in a world, by name.
 
-    Every world has symbol, the goal as one of G + 1, no goal the last; goal, the same by the goal's vector;
-    previous-action, the controller's last action; and goal-outcome, for the last goal how its option ended, for the
-    others 0, which is for meta-controllers.
+    Every world has symbol (the goal as one of G + 1, no goal the last), goal (the same by the goal's vector) and
+    previous-action (the controller's last action). For meta-controllers it has goal-outcome: how the last goal's option
+    ended, and 0 for other goals.
     """
     n, ids = len(world.goals), np.arange(len(world.goals))
 
@@ -65,7 +65,7 @@ class Features:
     def __post_init__(self) -> None:
         require_features("features", self.names, offered(self.world))
         if self.agent == CONTROLLER and "goal-outcome" in self.names:
-            raise InputError("goal-outcome is how the last option ended: one of meta_features, not of features")
+            raise InputError("goal-outcome belongs to meta_features, not to features")
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copy and pickle what it is made of."""

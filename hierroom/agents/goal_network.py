@@ -13,9 +13,9 @@ from hierroom.learners.networks.recurrent import ResetLSTM
 class GoalNetwork(nn.Module):
     r"""An actor-critic over goals that treats all colours alike.
 
-    Colours are drawn anew for each episode, so what is learned of one holds for all. Each of the P parts of a level,
-    such as six colours and the exit, has a recurrent state of its own under shared weights, and sees itself and the
-    mean of all (deep sets: Zaheer et al. 2017). With encoder E (one for colours, one for the exit) and features x:
+    Each episode draws the colours anew, so what is learned of one is true of all. Each of the P parts of a level, such
+    as six colours and the exit, has its own recurrent state under shared weights. It sees itself and the mean of all
+    (deep sets: Zaheer et al. 2017). With encoder E (one for colours, one for the exit) and features x:
 
     .. math::
         e_p = E(x_p), \qquad h_p = \mathrm{LSTM}\big(e_p, \tfrac1P \sum_q e_q\big), \qquad

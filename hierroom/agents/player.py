@@ -120,11 +120,11 @@ SHARE_KEPT = 0.5
 
 
 class Play:
-    """Lets a player play the first episodes of each of N fresh environments: how many is fixed beforehand (`quotas`).
+    """Lets a player play the first episodes of each of N new environments; `quotas` fixes their number.
 
-    Were the first episodes to end counted instead, short ones would be counted too often. An environment that has
-    played its own is left out sooner or later where the player can do without it; what is played in the others does not
-    depend on that, but for rounding where torch computes the network.
+    Counting the first episodes to end instead would count short ones too often. Environments that have played their
+    quota are left out later, where the player can do without them. That changes nothing in the others, except rounding
+    where torch computes the network.
 
     It yields each primitive `Step`, of M environments: all N at first, fewer once some have played all their episodes.
 
@@ -148,7 +148,7 @@ class Play:
             self._leave_out()
             step = self._player.step(self.turns)
             if not isinstance(step, Step):
-                raise InputError(f"step of a player must return what turns.step gave, a Step, not {shown(step)}")
+                raise InputError(f"step of a player must return the Step that turns.step returned, not {shown(step)}")
             yield step
             ended = self.counted[step.episode_ended[self.counted]]
             if len(ended):

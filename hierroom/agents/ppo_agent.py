@@ -121,7 +121,7 @@ class PPOAgent:
             theirs = state["description"].get(what)
             if ours != theirs:
                 found = " ".join(theirs.split()) if isinstance(theirs, str) else shown(theirs)
-                raise InputError(f"these weights are of another agent: its {what} is {found}, here it is {ours}")
+                raise InputError(f"these weights belong to another agent: its {what} is {found}, not {ours}")
         self.learner.take_weights(state["learner"])
 
     @property
@@ -155,7 +155,7 @@ class PPOAgent:
         for name, part in restored.items():
             part.load_state_dict(state[name])
         if not self.is_learning and self.learner.has_begun.any():
-            raise InputError("no turn of the learner can have begun before its warm-up has ended")
+            raise InputError("the learner cannot be in a turn before its warm-up has ended")
         self._updated = dict.fromkeys(self._updated, float("nan")) | state["statistics"]
 
 

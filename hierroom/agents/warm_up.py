@@ -13,7 +13,7 @@ from hierroom.turns.records import Step
 from hierroom.turns.situation import Situation
 
 WINDOW = 100
-"""Episodes whose success decides whether the warm-up ends."""
+"""Episodes that decide by their success whether the warm-up ends."""
 
 
 class WarmUp:

@@ -56,7 +56,7 @@ def main(argv: Sequence[str]) -> int:
 def compile_all() -> int:
     """Use every kernel once in each way it is used, in two processes; return how many were compiled.
 
-    This process then uses all of them: a kernel whose types another process has compiled is read from the disk.
+    This process then uses all of them: it reads kernels that another process has compiled from the disk.
     """
     from hierroom.support.compile.clock import compile_clock
     from hierroom.support.compile.side_by_side import n_compiled, side_by_side

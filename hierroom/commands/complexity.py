@@ -55,11 +55,11 @@ class ComplexityArguments:
         markdown: print the list as a Markdown table.
         draw: draw the goal graph and its augmented graph, or --from-play's reach curves, into this .png, .pdf or .svg.
         walk: probabilities of one step of the assumed walk: to stay, to move, to start again.
-        reading: interpretation of the paper's augmented graph: from where a key is picked up (accessible, way to the
-            start, own room), where a room leads (accessible, neighbours, through the start), and where dropping a key
-            leads (accessible, key room, start).
-        from_play: measure the chain from play instead of assuming the random walk: of a run's trained agents (give its
-            folder), of random actions (random), or of shortest solutions (oracle); by default on the run's graph, or c.
+        reading: interpretation of the paper's augmented graph. KEYS: from where a key is picked up (accessible, way to
+            the start, own room). ROOMS: where a room leads (accessible, neighbours, through the start). DROP: where
+            dropping a key leads (accessible, key room, start).
+        from_play: measure the chain from play instead of assuming the random walk. Give a run's folder for its trained
+            agents, random for random actions, or oracle for shortest solutions; by default on the run's graph, or c.
             With --task or --out: estimate what must be achieved before what, an upper bound of what is needed.
         out: with --from-play, write the rules that play showed into this .toml file.
         measures: list measures such as the effective horizon and the covering length, on the augmented graph's MDP.

@@ -32,7 +32,7 @@ class Node(NamedTuple):
 
     kind: str  # `"room"`, `"key"` or `"exit"`
     room: int  # the room where the agent is, the room that the key opens, or the room of the exit
-    doors: tuple[int, ...]  # the rooms whose doors are open, ascending; empty for the exit, which is a single node
+    doors: tuple[int, ...]  # rooms with open doors, ascending; empty for the exit, which is a single node
 
     @property
     def label(self) -> str:
@@ -71,7 +71,7 @@ class AugmentedGraph:
 
     @cached_property
     def levels(self) -> tuple[tuple[int, ...], ...]:
-        """Every set of doors that can be open at once, the smallest first; these are no levels of a world."""
+        """Every set of doors that can be open together, the smallest first; these are no levels of a world."""
         found, frontier = [()], [()]
         while frontier:
             grown = {tuple(sorted((*doors, key))) for doors in frontier for key in self.keys_in_reach(doors)}

@@ -158,7 +158,7 @@ class MarkingGraph:
 
     @property
     def _multipliers(self) -> NDArray[np.int64]:
-        """Factors [F] whose products with the counts sum to the code of a marking.
+        """Return factors [F]; their products with the counts sum to the code of a marking.
 
         They number all markings where 63 bits suffice. Else they are random: with 10^5 markings two of them then have
         the same code with probability 10^-9.

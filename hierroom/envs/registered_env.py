@@ -21,7 +21,7 @@ def checked_options(options: Any, *known: str) -> dict[str, Any]:
     if not isinstance(options, Mapping):
         raise InputError(f"options of a reset are a dict or None, not {shown(options)}")
     if ignored := [shown(name) for name in options if name not in known]:
-        made = "graph and the like are given when the environment is made"
+        made = "pass graph and the like when making the environment"
         warn_once(f"a reset takes the options {' and '.join(known)}; it ignores {', '.join(ignored)} ({made})")
     return dict(options)
 

@@ -60,7 +60,7 @@ class VectorArrays:
         return observations, rewards, terminated, truncated, _by_name(infos, has_info)
 
     def at_reset(self, where: NDArray[np.bool_]) -> tuple[Any, dict[str, Any]]:
-        """Return what the controller observes everywhere, and the infos of the environments whose episode begins."""
+        """Return the controller's observations everywhere, and the infos of environments where an episode begins."""
         results, _ = self._empty_results()
         observations = self._write(self._no_step, False, results)
         shortest = self._turns.ledger.shortest * where

@@ -11,10 +11,9 @@ from hierroom.goals.rules import Rules
 class DepthFirst:
     """Finds the next goal on a random depth-first way to the target.
 
-    Random numbers order the alternatives and the facts. With the same numbers throughout an episode the way is the
-    same one, as far as what happens allows: of the alternatives only those are kept without which, in this order, the
-    target could not be reached; then the first requirement that is not there yet is pursued, and its own first, and so
-    on down to a rule that applies. What rules take away is not foreseen: where it is missing later it is fetched again.
+    Random numbers order the alternatives and the facts; the same numbers throughout an episode keep the way the same.
+    Alternatives are dropped in this order as long as the target stays in reach. Then the first missing requirement is
+    pursued, and its own first, down to a rule that applies. Facts that rules take away are fetched again later.
 
     Args:
         rules: the rules.

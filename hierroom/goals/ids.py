@@ -1,6 +1,6 @@
 """Goal ids: the 13 goals that a level can have, by colour.
 
-Goals have two numberings. On a **graph** with ``n`` rooms the ``2 (n - 1) + 1`` goals are ordered by room: the key of
+Goals have two numberings. On a **graph** with ``n`` rooms the ``2 (n - 1) + 1`` goals are ordered by room. The key of
 room ``r`` is ``r - 1``, its door is ``(n - 1) + r - 1``, and the exit is last. In a **level** the rooms have colours,
 and a goal is one of 13 ids: the key of colour ``c`` is ``c``, its door is ``6 + c``, and the exit is 12.
 """

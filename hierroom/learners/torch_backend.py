@@ -61,10 +61,10 @@ class TorchBackend:
                 module.training = is_training
 
     def stepper(self) -> TorchBackend:
-        """Return what computes the turns of one policy: the current weights in a copy of the network.
+        """Return a backend for the turns of one policy: the current weights in a copy of the network.
 
-        What a network notes outside of its weights, and its modes, are so the policy's own, and several threads may act
-        with the same weights at the same time; not with a network that cannot be copied.
+        So modes and notes outside of the weights belong to the policy, and several threads can act with the same
+        weights. A network that cannot be copied is shared.
         """
         one, weights = copy(self), {id(weight): weight for weight in self._module.parameters()}
         with suppress(Exception):  # whatever a user's own network may hold

@@ -85,7 +85,7 @@ class _Given:
         with user_code(name):
             step = self._player.step(turns)
         if isinstance(step, Step) and step is not turns.last_step:
-            raise InputError(f"{name} must return what its last call of turns.step gave, not another Step")
+            raise InputError(f"{name} must return the Step of its last turns.step, not another one")
         return step
 
 

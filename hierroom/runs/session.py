@@ -91,7 +91,7 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
 
 
 def _warn_of_learning_rates(trainer: Trainer, steps: int) -> None:
-    """Warn of each agent whose learning rate jumps, as it falls over other steps in all than it did until now."""
+    """Warn of each agent with a jump in its learning rate, which falls over other total steps than before."""
     ends = trainer.steps / steps, trainer.steps / trainer.config.steps
     for name, agent in trainer.agents.items():
         if isinstance(agent, PPOAgent) and steps != trainer.config.steps:

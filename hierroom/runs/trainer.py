@@ -213,9 +213,9 @@ class Trainer:
             except InputError as error:
                 raise InputError(f"agents.{name}: {error}") from error
             if isinstance(agent, PPOAgent) and agent.learner.has_begun[self.turns.due(name)].any():
-                raise InputError(f"agents.{name}: its turn has begun where it is about to begin")
+                raise InputError(f"agents.{name}: it is in a turn where it is about to begin one")
         if self.controller.ready:
-            raise InputError("the controller has turns to learn from, which it does before its state is saved")
+            raise InputError("the controller must learn from its full rollout before its state is saved")
         self.log.load_state_dict(state["log"])
         self.steps, self.seconds, self.compile_seconds = state["steps"], state["seconds"], state["compile_seconds"]
 

@@ -73,7 +73,7 @@ def progress_bar() -> Progress:
 
 
 def _refuse_lost_values(argv: Sequence[str]) -> None:
-    """Refuse a list without values, which tyro reads as none, and one given twice, whose first values it drops."""
+    """Refuse a list without values, which tyro reads as none, and one given twice, as tyro drops its first values."""
     given = [word.partition("=")[0].replace("_", "-") if word.startswith("--") else word for word in argv]
     for option in LISTS:
         if given.count(option) > 1:

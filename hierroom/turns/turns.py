@@ -34,7 +34,7 @@ class Turns:
         config: what the environments are made of.
         num_envs: N.
         seed: of their first episodes; None: `reset` must be called with one first.
-        autoreset: whether an environment whose episode ends begins its next one in the same step.
+        autoreset: whether the next episode begins in the step that ends the last one.
         measure_shortest: whether each episode's shortest length is found (about a millisecond an episode).
         threads: most threads to step the world with.
         memories: what the world remembers of each episode besides what the reward needs.

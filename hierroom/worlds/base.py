@@ -232,7 +232,7 @@ class BaseWorld(ABC):
 
     def shortest_actions(self, env: int) -> NDArray[np.integer]:
         """Refuse to solve an environment."""
-        raise InputError(f"{self.variants[0]} has no oracle: nobody knows its shortest ways")
+        raise InputError(f"{self.variants[0]} has no oracle: its shortest solutions are unknown")
 
     def variants_of(self, envs: NDArray[np.integer]) -> list[str]:
         """Return the name of what is played, for each of environments [M]."""

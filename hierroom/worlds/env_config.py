@@ -80,8 +80,7 @@ class EnvConfig:
         novelty_bonus: the reward novelty gives this for each state entered for the first time in an episode.
         subgoal_horizon: primitive steps after which an option ends without its goal; None: never.
         goal_mask: goals that the meta-controller may choose: reachable (by the goal graph or rules), existing (left to
-            achieve), seen (in EscapeRooms; or no goal: find something new) or none (all goals of the world, even absent
-            ones).
+            achieve), seen (in EscapeRooms; or no goal: find something new) or none (all goals, even absent ones).
         task: another world than EscapeRooms, so that graph, exclude, curriculum_stages, size and drop_key do not apply:
             package.module:name of a `hierroom.Task`, an entry point, or a world that ships, such as workshop:8. A
             workshop's name fixes its tech tree: workshop:8 is workshop:8:0, and workshop:8:3 is the tree of seed 3. The

@@ -62,7 +62,7 @@ class Feature:
         vectors: [cardinality, d] fixed numbers that stand for each value; None: the network learns a row for each.
         memories: what the world must remember for it.
         is_by_goal: whether it has one number for each goal.
-        is_of_goal: whether it shows the controller's goal; methods whose controller does not see the goal leave it out.
+        is_of_goal: whether it shows the controller's goal; methods without a visible goal leave it out.
         is_of_world: whether it shows the world alone, without the goal and past actions; curiosity reads these.
         array: how its numbers are the bytes of an array, where they are no categories.
     """

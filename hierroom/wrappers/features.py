@@ -111,7 +111,7 @@ class _Reader:
                 f"features are added to observations that are dicts, before other wrappers, not to {space}"
             )
         if ENTRY in space.spaces:
-            raise InputError("these observations have features already: name all of them at once")
+            raise InputError("these observations have features already: name all of them in one call")
         return spaces.Dict({**space.spaces, ENTRY: self.space})
 
     def read(self, observation: Observation) -> NDArray[np.int64]:

@@ -33,7 +33,7 @@ def rows() -> list[dict[str, str]]:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "needs comparisons alone, each of which begins with"),
+        ("", "takes only comparisons, each beginning with"),
         (FILE + "[[comparison]]", "needs comparisons alone, .*, and holds comparison"),
         ("comparisons = [3]", "comparison 1 has a method, a reference and, if need be, an outcome, not 3"),
         ("[[comparisons]]\nmethod = ['slow']\nreference = 'fast'", "the name of a method is text, not"),

@@ -1,9 +1,9 @@
 """Kill trainings, resume them, and compare every file with those of the same training left alone.
 
-``python tests/fuzz/kills.py --kills 200`` kills so often: every other time right before a file operation, where half
-of these, if they are to write, do the first half of it, and every other time at a random moment. Many are killed again
-after they were resumed. ``--every`` kills before each file operation of a training once. The processes are forks of
-this one, in which everything is loaded and compiled. Exit code 1 says that a file differs, and prints where.
+``python tests/fuzz/kills.py --kills 200`` kills 200 times. Every other kill is at a random moment, the others right
+before a file operation; half of the writes among these are done by half. Many are killed again after they were resumed.
+``--every`` kills before each file operation of a training once. The processes are forks of this one, in which
+everything is loaded and compiled. Exit code 1 says that a file differs, and prints where.
 """
 
 import argparse

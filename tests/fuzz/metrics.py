@@ -1,8 +1,8 @@
 """Fuzzing of a run's tables: each damage ends in one line, and no row is lost without a word.
 
 ``python -m tests.fuzz.metrics --count 5000`` tries so many; the seed fixes them. Half of the runs are as a crash leaves
-them, without the last checkpoint. After a run is resumed each of its tables can be read and goes on, and each row that
-the damage left whole, up to the checkpoint, is in the table, unless the command said how many rows are lost.
+them, without the last checkpoint. After a run is resumed each of its tables can be read and goes on. Each undamaged row
+up to the checkpoint is in the table, unless the command said how many rows are lost.
 """
 
 from __future__ import annotations

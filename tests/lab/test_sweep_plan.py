@@ -61,7 +61,7 @@ def test_a_word_for_one_seed_or_graph_takes_the_place_of_several(tmp_path):
     ],
 )
 def test_one_and_several_of_the_same_are_not_both_given(values, variants, settings, names):
-    with pytest.raises(InputError, match=f"{names} are both given, which say the same of a run; leave one out"):
+    with pytest.raises(InputError, match=f"{names} are both given and mean the same; leave one out"):
         Plan(values, variants=variants, **settings)
 
 

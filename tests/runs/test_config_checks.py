@@ -63,7 +63,7 @@ def test_what_may_change_may(run, name, value):
         ("ppo", "gamma", "0.9", "Expected `float`, got `str` - at `$.ppo.gamma`"),
         ("ppo", "learning_rate", float("inf"), "learning_rate must be finite, not inf"),
         ("env", "drop_key", 1, "Expected `bool`, got `int` - at `$.env.drop_key`"),
-        ("env", "graph", ["mine.toml"], "goal graphs stand in it by their content, or by a letter, not as 'mine.toml'"),
+        ("env", "graph", ["mine.toml"], "goal graphs must be given by content or by a letter, not as 'mine.toml'"),
         ("agents", "features", "view", "Expected `array | null`, got `str` - at `$.agents.features`"),
         (None, "seed", -1, "seed must be at least 0, not -1"),
         (None, "num_envs", 2**40, "num_envs must be at most 1048576, not 1099511627776"),

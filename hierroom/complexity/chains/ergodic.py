@@ -33,7 +33,7 @@ from hierroom.support.errors import InputError
 MAX_DENSE_NODES = 2000
 """With more nodes eigenvalues are found iteratively, and the mixing time, a dense power of P, is refused."""
 MAX_COVER_NODES = 14
-"""Most nodes for an exact cover time, whose cost doubles with every node."""
+"""Most nodes for an exact cover time; its cost doubles with every node."""
 
 
 def stationary_distribution(weights: Weights) -> NDArray[np.float64]:
@@ -168,8 +168,8 @@ def committor(weights: Weights, sources: Targets, targets: Targets) -> NDArray[n
 def cover_time(weights: Weights, source: int) -> float:
     """Exact mean number of steps until every node was visited (chapter 11), for up to `MAX_COVER_NODES` nodes.
 
-    E(V, i), the mean with the nodes V visited and the walk at i in V, solves E(V, i) = 1 + sum_j P_ij E(V + {j}, j), a
-    linear system for each V, the larger sets first. ``inf`` if a node cannot be reached from every other.
+    E(V, i) is the mean with the nodes V visited and the walk at i in V. It solves E(V, i) = 1 + sum_j P_ij E(V + {j},
+    j), a linear system for each V, the larger sets first. ``inf`` if a node cannot be reached from every other.
 
     Examples:
         >>> from hierroom.complexity.measures import cover_time

@@ -1,9 +1,9 @@
 """First passage of a random walk in discrete time: mean, variance, probability, visits, and sensitivity to each edge.
 
 Every function takes W as in `chains.weights` and returns the exact limit where an equation has no solution: a mean is
-``inf`` where the target may never be reached. With Q the transition matrix among the nodes that are not targets,
-I - Q = D - W on those nodes; N = (I - Q)^-1 is the fundamental matrix (Kemeny and Snell, Finite Markov Chains, 1960,
-chapter 3). Systems are solved without subtraction (`chains.elimination`): each entry has a small relative error.
+``inf`` where the target may never be reached. Q is the transition matrix among the nodes that are not targets, so I - Q
+= D - W on those nodes. N = (I - Q)^-1 is the fundamental matrix (Kemeny and Snell, Finite Markov Chains, 1960, chapter
+3). Systems are solved without subtraction (`chains.elimination`): each entry has a small relative error.
 """
 
 from __future__ import annotations
@@ -178,7 +178,7 @@ def expected_visits(weights: Weights, source: int, targets: Targets) -> NDArray[
 def passage_time_sensitivity(weights: Weights, source: int, targets: Targets) -> sp.csr_array:
     """Return the derivative [n, n] CSR of the mean first-passage time by each edge's weight, balanced by staying.
 
-    dm_s / dW_ij = v_i (m_j - m_i), with v the expected visits from s and m the mean times: at each visit to i, a little
+    dm_s / dW_ij = v_i (m_j - m_i), with v the expected visits from s and m the mean times. At each visit to i, a little
     probability moves from staying at i to going to j. This follows from dN = N dQ N. Edges that begin at a node visited
     before a target have an entry; all are ``nan`` if the mean is ``inf``.
 

@@ -1,6 +1,6 @@
 """The paper's hitting time: the sparse least-squares solution of a singular Laplacian system.
 
-The paper (section 2.1) sets L = W - D, asks for x with L x = b and x_t = 0, where b_s = 1 and b_t = -1, and calls x_s
+The paper (section 2.1) sets L = W - D and asks for x with L x = b and x_t = 0, where b_s = 1 and b_t = -1. It calls x_s
 the hitting time. No x solves this system, because L is singular and b is not in its range. Table 2 is reproduced by the
 least-squares solution x = pinv(L) b, which gives
 
@@ -22,7 +22,7 @@ million. It is above 100 exactly where more than 100 steps are spent at the star
 with drop it is up to 113 with 7 rooms. Use the mean to compare hard graphs.
 
 **Sparse solution.** Let K = D - W. Its left null space is spanned by one vector y_c for each closed class c of the
-walk, zero outside the class, and its right null space by the h_c, the probabilities to end in class c. Hence
+walk, zero outside the class. Its right null space is spanned by the h_c, the probabilities to end in class c. Hence
 
     1. b^ = b - sum_c y_c (y_c' b) / (y_c' y_c)        the part of b in the range of K: least squares,
     2. K x = b^, with x = 0 at one node of each class  regular: solved by elimination without subtraction,

@@ -17,8 +17,8 @@ LEAST_CHANCE = 1e-300
 class CoveringLength:
     """Bounds on the covering length L, in episodes; all are ``inf`` where a pair is less likely than `LEAST_CHANCE`.
 
-    L episodes of the random policy try every pair of a state and an action with probability 1/2 (Even-Dar and Mansour,
-    Learning Rates for Q-learning, JMLR 2003, who count steps; in episodes as Laidlaw et al. 2023 use it).
+    L episodes of the random policy try every pair of a state and an action with probability 1/2. (Even-Dar and Mansour,
+    Learning Rates for Q-learning, JMLR 2003, count steps; in episodes as Laidlaw et al. 2023 use it).
     """
 
     low: float  # no fewer episodes suffice: the hardest pair alone is missed with probability above 1/2

@@ -1,9 +1,9 @@
 """The effective horizon and the effective planning window of a deterministic MDP.
 
-With Q^1 the values of the random policy and Q^(k+1)_h(s, a) = r(s, a) + max_a' Q^k_(h-1)(s', a'), an MDP is
-*k-QVI-solvable* if every policy that is greedy in Q^k is optimal (Laidlaw, Russell and Dragan, Bridging RL Theory and
-Practice with the Effective Horizon, NeurIPS 2023, definition 5.1). If GORP (see `gorp`) finds an optimal policy with k
-and m_k with probability 1/2, H_k = k + log_A m_k, and the effective horizon is H = min_k H_k (definition 5.2).
+Let Q^1 be the values of the random policy and Q^(k+1)_h(s, a) = r(s, a) + max_a' Q^k_(h-1)(s', a'). An MDP is
+*k-QVI-solvable* if every policy that is greedy in Q^k is optimal: definition 5.1 of Laidlaw, Russell and Dragan,
+Bridging RL Theory and Practice with the Effective Horizon, NeurIPS 2023. If GORP (see `gorp`) finds an optimal policy
+with k and m_k with probability 1/2, H_k = k + log_A m_k, and the effective horizon is H = min_k H_k (definition 5.2).
 """
 
 from __future__ import annotations
@@ -62,8 +62,8 @@ def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
 
         m >= 16 (S_t(s) / D_t(s)^2) ln(2 T A^k)
 
-    suffices. D_t(s) is the gap of Q^k between its greatest value and that of the best suboptimal action, and S_t(s) the
-    greatest (Q - Q_worst) (Q_best - Q_worst) after k - 1 further actions, a bound on the variance of a return.
+    suffices. D_t(s) is the gap of Q^k between its greatest value and that of the best suboptimal action. S_t(s) bounds
+    the variance of a return: the greatest (Q - Q_worst) (Q_best - Q_worst) after k - 1 further actions.
 
     Examples:
         >>> from hierroom.complexity.measures import DeterministicMDP, effective_horizon

@@ -59,7 +59,7 @@ class DeterministicMDP:
         if not np.isfinite(rewards).all():
             raise InputError("the rewards of an MDP must be finite")
         if not 0 <= self.start < n:
-            raise InputError(f"the start of an MDP with {n} states must lie in 0..{n - 1}, not {self.start}")
+            raise InputError(f"the start of an MDP with {n} states must be in 0..{n - 1}, not {self.start}")
         object.__setattr__(self, "transitions", transitions.astype(np.int64))
         object.__setattr__(self, "rewards", rewards)
 

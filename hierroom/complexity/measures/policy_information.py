@@ -32,7 +32,7 @@ def policy_information(returns: ArrayLike, n_bins: int = 100, temperature: float
     """Estimate both capacities from episodes of policies drawn from the prior (Furuta et al. 2021, algorithm 1).
 
     With the shares p of bins b of returns, PIC = H(mean over policies of p) - mean over policies of H(p), where H is
-    the entropy -sum_b p_b ln p_b; POIC is the same of the two shares E[exp((R - R_max) / temperature)] and its rest.
+    the entropy -sum_b p_b ln p_b. POIC is the same for the two shares E[exp((R - R_max) / temperature)] and its rest.
     From few episodes both are too great on average.
 
     Args:
@@ -68,7 +68,7 @@ def mdp_policy_information(
     temperature: float = 1.0,
     seed: int = 0,
 ) -> PolicyInformation:
-    """Compute both capacities on an MDP whose return is 0 or 1, for policies drawn from a prior (Furuta et al. 2021).
+    """Compute both capacities on an MDP with returns 0 or 1, for policies drawn from a prior (Furuta et al. 2021).
 
     With the policies' probabilities p of return 1 and H(p) = -p ln p - (1 - p) ln(1 - p),
 

@@ -32,7 +32,7 @@ from hierroom.support.errors import InputError
 
 @dataclass(frozen=True)
 class MdpMeasures:
-    """The measures of the literature on a deterministic MDP whose return is 0 or 1."""
+    """The measures of the literature on a deterministic MDP with returns 0 or 1."""
 
     states: int  # number of states
     actions: int  # number of actions A
@@ -65,7 +65,7 @@ class SampledMeasures:
     rollouts: int | None  # least m_1 with which half of the runs of GORP succeed; None if it takes too many steps
     rollouts_tried: int  # the most rollouts with which less than half of them do; 0 if one is enough
     effective_horizon: float  # H_1 = 1 + log_A m_1; ``inf`` if m_1 is not known
-    samples: float  # GORP's sample bound T^2 A^H; ``inf`` likewise
+    samples: float  # GORP's sample bound T^2 A^H; ``inf`` if no float is so large
     pic: float  # policy information capacity, in nats
     poic: float  # policy-optimal information capacity, in nats
 
@@ -73,7 +73,7 @@ class SampledMeasures:
 def measure_mdp(
     mdp: DeterministicMDP, horizon: int, *, n_policies: int = 200, gorp_runs: int | None = None, seed: int = 0
 ) -> MdpMeasures:
-    """Compute every measure of an MDP whose returns are 0 or 1.
+    """Compute every measure of an MDP with returns 0 or 1.
 
     Args:
         horizon: number of steps T of an episode, at least as many as a shortest solution has.

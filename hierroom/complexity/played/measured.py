@@ -1,7 +1,7 @@
 """A chain measured from play: counted transitions between nodes of the augmented graph, and a report on their W.
 
-Two kinds of edges come from the assumed walk: a truncated episode leads back to the start, like the walk's restart
-("the agent is not able to reach the exit within the time limit"), and the exit has only its restart.
+Two kinds of edges come from the assumed walk. A truncated episode leads back to the start, like the walk's restart
+("the agent is not able to reach the exit within the time limit"). The exit has only its restart.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ class EpisodeCounts:
     failed: NDArray[np.bool_] | None = None  # [E], whether the episode ended for good without the exit; None: never
 
     def total(self, multiplicity: ArrayLike | None = None) -> sp.csr_array:
-        """Sum the transitions [n, n] over the episodes, of which each counts ``multiplicity`` [E] times, or once."""
+        """Sum the transitions [n, n] over the episodes; each counts ``multiplicity`` [E] times, or once."""
         times = np.ones(len(self.lengths)) if multiplicity is None else np.asarray(multiplicity, float)
         shape = (self.n_nodes, self.n_nodes)
         return sp.coo_array((self.counts * times[self.episodes], (self.sources, self.targets)), shape=shape).tocsr()

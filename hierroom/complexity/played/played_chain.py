@@ -1,4 +1,4 @@
-"""A chain measured from play, in any environment: its numbers beside those of the episodes, all with intervals."""
+"""A chain measured from play, in any environment: its numbers next to those of the episodes, all with intervals."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from hierroom.support.tables import html_table, text_table
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PlayedChain:
-    """The walk whose moves are as frequent as those of the episodes, next to what was observed of them.
+    """A walk with the same frequencies of moves as the episodes, next to the observed numbers.
 
     W_ij is the fraction of the steps from node i that led to node j. An episode that misses the exit leads from its
     last node back to the source, in one more step. This makes the chain's `expected_steps` and `empirical_steps` the

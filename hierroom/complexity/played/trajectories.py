@@ -59,9 +59,9 @@ def measure_trajectories(
     if not walks:
         raise InputError("a chain is measured from at least one trajectory, but there is none")
     if not (may_miss or any(reached)):
-        raise InputError(f"{missed(target, list(numbers))}; say may_miss=True if that may be")
+        raise InputError(f"{missed(target, list(numbers))}; pass may_miss=True to allow that")
     if failed is not None and len(failed) != len(walks):
-        raise InputError(f"failed must say it of each of {len(walks)} episodes, not of {len(failed)}")
+        raise InputError(f"failed must have a value for each of {len(walks)} episodes, not {len(failed)}")
     labels, escaped = node_labels([*numbers, target]), np.array(reached)
     n, end = len(labels), len(labels) - 1
     keys, triples = [], []

@@ -169,7 +169,7 @@ def refuse_without_overlap(runs: Sequence[EvaluatedRun]) -> None:
     if start >= end:
         short = min(runs, key=lambda run: run.last_steps)
         only = f"{short.path} was evaluated up to {short.last_steps:,.0f} steps only"
-        raise InputError(f"{only}, where no curve can begin; leave it out, or --resume it")
+        raise InputError(f"{only}, before the other curves begin; leave it out, or --resume it")
 
 
 def entries_of(path: Path, config: TrainConfig) -> dict[str, Any]:

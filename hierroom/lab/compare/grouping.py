@@ -95,7 +95,7 @@ def describe_differences(groups: Sequence[Group], by: Sequence[str]) -> list[str
 
 
 def _different_code(runs: Sequence[EvaluatedRun]) -> list[str]:
-    """Return the modules, packages and the like of which runs had several versions, each with these in short."""
+    """Return the modules and packages that runs had in several versions, with these versions in short."""
     names = dict.fromkeys(name for run in runs for name in run.code)
     versions = {name: sorted(set().union(*(run.code.get(name, ()) for run in runs))) for name in names}
     return [f"{one_line(name)} ({', '.join(map(_short, ones))})" for name, ones in versions.items() if len(ones) > 1]
@@ -128,7 +128,7 @@ def _refuse_copies(runs: Iterable[EvaluatedRun]) -> None:
         if key in seen:
             both = f"{seen[key].path} and {run.path} have the same seed, {run.entries['seed']}"
             raise InputError(
-                f"{both}, and differ at most in steps, threads, device and evaluations, so that they count once; give "
+                f"{both}, and differ at most in steps, threads, device and evaluations: a repeated run; give "
                 "one of them, or compare --by steps"
             )
         seen[key] = run

@@ -81,7 +81,7 @@ class PaperRuns:
         chosen = [graph for graph in graphs if graph in self.graphs]
         if not chosen or not {*self.graphs} <= {*"abcdefg"}:
             needed, given = ", ".join(graphs), " ".join(self.graphs)
-            raise InputError(f"the paper has the graphs a to g, of which this needs one of {needed}, not {given!r}")
+            raise InputError(f"this needs one of the paper's graphs {needed}, not {given!r}")
         sweep = self.sweep(chosen, methods)
         outcome = sweep.fill(processes=self.processes, ray=self.ray, command=self.command)
         if outcome.is_interrupted:

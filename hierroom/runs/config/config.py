@@ -51,8 +51,8 @@ class TrainConfig:
         ppo: hyperparameters of the controller's learner.
         meta_ppo: hyperparameters of a learned meta-controller's learner; its turns are options.
         preset: defaults of the other entries: default, long (five million steps and the shortest paths), large (grids
-            of 31 cells and more), learned (implied by a learned meta-controller), paper (its section 3) or algorithm1
-            (its Algorithm 1 to the letter). The run's name lists the differences from it.
+            of 31 cells and more), learned (for a learned meta-controller), paper (its section 3) or algorithm1 (its
+            Algorithm 1). The run's name lists the differences from it.
         steps: primitive steps to train for, over all environments.
         evaluations: number of evaluations during training, after one before the first step, at equal ratios of the
             steps. They play the same levels each time, none of them seen in training. 0: never.
@@ -139,8 +139,8 @@ class TrainConfig:
         """Return the config with some entries changed, by flat names (see `ENTRIES`) or as a part, such as ``ppo``."""
         if entries.get("preset", self.preset) != self.preset:
             raise InputError(
-                f"a config begins with a preset: one that began with {self.preset} cannot be changed to "
-                f"{entries['preset']}; change the entries that are to be others"
+                f"a config keeps its preset: one from {self.preset} cannot be changed to "
+                f"{entries['preset']}; change single entries instead"
             )
         if "task" in entries and entries["task"] is not None and entries["task"] != self.env.task:
             entries = {**dict.fromkeys(OF_WORLD), **entries}
@@ -186,10 +186,10 @@ class TrainConfig:
             for specs in (entries["env"].graph, entries["env"].exclude):
                 for spec in specs if isinstance(specs, tuple) else (specs,):
                     if isinstance(spec, str) and not (spec in NAMED_GRAPHS or is_graph_set(spec)):
-                        raise InputError(f"goal graphs stand in it by their content, or by a letter, not as {spec!r}")
+                        raise InputError(f"goal graphs must be given by content or by a letter, not as {spec!r}")
             layout = entries["env"].layout
             if any(isinstance(one, str) for one in ((layout,) if isinstance(layout, str) else layout)):
-                raise InputError("layouts stand in it by their content, and not as paths or texts")
+                raise InputError("layouts must be given by content, not as paths or texts")
             parts = {name: part(**msgspec.structs.asdict(entries[name])) for name, part in PARTS.items()}
             return cls(**{**entries, **parts})
         except (InputError, msgspec.ValidationError) as error:

@@ -20,7 +20,7 @@ _LONGEST = 2**20  # bytes of a line
 
 
 class CSVTable:
-    """Rows of a CSV file, each of which begins with its ``steps``; a resumed run calls `keep` before it appends.
+    """Rows of a CSV file; each begins with its ``steps``. A resumed run calls `keep` before it appends.
 
     Where ``numbers`` are given, these columns must exist, and each cell is a number in the range of its column, except
     those of the columns ``texts``. Each number is the least in its column, where every row has one; None where not.

@@ -1,4 +1,4 @@
-"""N EscapeRoom environments that are stepped at once."""
+"""N EscapeRoom environments stepped together."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ class Engine:
         return self.advance(whole_numbers(actions, len(self)))
 
     def step_within_episode(self, actions: ArrayLike) -> np.ndarray:
-        """Act once in every environment whose episode has not ended and return the outcomes, without resets."""
+        """Act once in every environment with an episode under way and return the outcomes, without resets."""
         return self.advance_within_episode(whole_numbers(actions, len(self)))
 
     def advance(self, actions: NDArray[np.int64]) -> np.ndarray:

@@ -133,7 +133,7 @@ class State:
     def distances(self, goals: NDArray[np.integer]) -> NDArray[np.integer]:
         """Return [N] the Manhattan distances to goals [N] from the agents, ignoring walls; 0 for -1, no goal.
 
-        A key's distance is that from where it lies, or lay before it was picked up.
+        A key's distance is that of its cell, or of its first cell once it is picked up.
         """
         levels, envs = self.levels, np.arange(len(self))
         branches = levels["branches"][envs, goals % N_COLOURS]

@@ -51,9 +51,9 @@ class LevelView:
 
         Returns:
             ``observation`` [M, 7, 7, 3] uint8 as MiniGrid's ``image``: cell [i, j] is i - 3 cells to the agent's right
-            and 6 - j ahead; its channels are MiniGrid's object id, its colour id, and 1 for an open door.
-            ``direction`` [M] int64, 0 east, 1 south, 2 west, 3 north. ``keys_held`` and ``doors_open`` [M, 6] int8 by
-            colour, the keys held and the doors open.
+            and 6 - j ahead. Its channels are MiniGrid's object id, its colour id, and 1 for an open door. ``direction``
+            [M] int64, 0 east, 1 south, 2 west, 3 north. ``keys_held`` and ``doors_open`` [M, 6] int8 by colour, the
+            keys held and the doors open.
         """
         levels, branches = self.levels, self.levels["branches"]
         return {

@@ -108,11 +108,10 @@ def write_one(outcomes: np.ndarray, levels: np.ndarray, goal: int) -> dict[str, 
 
 
 class BatchObservations:
-    """Writes what all environments of a batch show their controllers: see `BatchWriter`.
+    """Writes the controllers' observations of a batch: see `BatchWriter`.
 
-    A flat observation is one row of numbers: the entries of an observation in alphabetical order, directions one-hot,
-    just as `gymnasium.spaces.flatten` orders them, but in uint8: ``action_mask`` [A], ``direction`` [4],
-    ``doors_open`` [6], ``goal`` [9], ``keys_held`` [6], ``observation`` [7 * 7 * 3].
+    A flat observation is one row of numbers, in the order of `gymnasium.spaces.flatten` but in uint8: ``action_mask``
+    [A], ``direction`` [4] one-hot, ``doors_open`` [6], ``goal`` [9], ``keys_held`` [6], ``observation`` [7 * 7 * 3].
     """
 
     def __init__(self, engine: Engine, *, flat: bool) -> None:

@@ -179,7 +179,7 @@ class EscapeRoomWorld(Engine):
         return write_one(self.outcomes, self.state.levels, goal)
 
     def batch_observations(self, *, flat: bool) -> BatchObservations:
-        """Return what writes the observations of all environments at once."""
+        """Return the writer of the observations of all environments."""
         return BatchObservations(self, flat=flat)
 
     def global_state(self, goal: int) -> NDArray[np.uint8]:

@@ -128,7 +128,7 @@ class Task:
             "have": [name for name in names if name not in self.goals],
         }
         if wrong := [f"{what} {', '.join(map(repr, some))}" for what, some in found.items() if some]:
-            raise InputError(f"the rules of a task are of its goals {', '.join(self.goals)}; they {', '.join(wrong)}")
+            raise InputError(f"a task has a rule for each goal ({', '.join(self.goals)}); these {', '.join(wrong)}")
         if isinstance(self.rules, Rules):
             rules = replace(self.rules, capacity={**self.rules.capacity, **(self.capacity or {})})
         else:

@@ -11,8 +11,8 @@ from hierroom.support.schema import record_type
 from hierroom.worlds.seeds import SOURCE_FIELDS
 
 PLACES, SHELF, BENCH = range(3)
-"""Rows of an environment's things [3, T]: the thing at each place of the shelf (P of them, then zeros); how many there
-are of each thing on the shelf; how many of each lie on the bench."""
+"""Rows of an environment's things [3, T]: the thing at each place of the shelf (P of them, then zeros), the count of
+each thing on the shelf, and that on the bench."""
 
 
 SHOP = record_type(

@@ -1,8 +1,8 @@
 """The shortest solution of a workshop: the fewest primitive actions until the target is made.
 
-A recipe that asks for k things takes k actions on the bench and one to work, so the search goes from marking to marking
-(how many there are of each thing), and an edge costs k + 1. It is A* with the bound `Solver._bound`; the step limit is
-ignored. What lies on the bench at first can save actions of the first recipe, or costs one to clear it.
+A recipe of k things takes k actions on the bench and one to work. So the search goes from marking to marking (the
+counts of all things), and an edge costs k + 1. It is A* with the bound `Solver._bound`; the step limit is ignored.
+Things on the bench at first can save actions of the first recipe, or cost one to clear it.
 """
 
 from __future__ import annotations
