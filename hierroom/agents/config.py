@@ -84,7 +84,7 @@ class AgentsConfig:
     """The two agents.
 
     Args:
-        method: a pair of agents; the other entries replace what they have.
+        method: a pair of agents; the other entries change parts of it.
         meta: who picks the goals: fixed-dfs, random, oracle, learned, none, an entry point, package.module:Class or
             package.module:function. None: the method's own.
         network: the controller's network: recurrent (an encoder, which for a task is chosen from its observation

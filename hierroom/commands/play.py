@@ -26,7 +26,7 @@ class PlayArguments:
 
     Args:
         graph: goal graphs, given as in training; each level samples one. By default c, or the agent's own.
-        layout: levels of your own, as paths of text maps: see train.
+        layout: your own levels, as paths of text maps: see train.
         size: cells of the grid's side; by default 13, or the agent's own.
         max_steps: steps after which a level ends; by default 1000, or the agent's own.
         drop_key: whether keys can be dropped; with --agent as that was trained.

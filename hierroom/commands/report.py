@@ -32,7 +32,7 @@ class ReportArguments:
         runs: folders of runs, or folders that contain them, such as that of a sweep.
         out: the file to write or replace; by default a new one, report.html, report-2.html, ...
         by: entries of the config that make a group: meta, or method,gamma; the default is that of compare.
-        replays: how many runs' trained agents play, the first of each group and graph; 0: none.
+        replays: number of runs with agents that play, the first of each group and graph; 0: none.
         episodes: episodes of each that the page replays; an escape and a failure come first, where there are.
         played: episodes of each that measure success and steps to each goal.
         seed: fixes the levels and the actions; training never sees the levels, whatever its seed.

@@ -32,20 +32,20 @@ class SweepArguments:
     """Train every combination of some values, and gather the results in one table.
 
     Writes OUT/sweep.csv, a row for each finished run, and OUT/runs/, a complete folder for each run. The same command
-    goes on with what is missing, and makes a run again if its config has changed, as with another preset.
+    trains missing runs, and repeats a run if its config has changed, as with another preset.
 
     Args:
         what: entries of training, each with the values to try (method=hippo,ppo-bonus gamma=0.9,0.99 steps=200_000),
             optionally after a TOML file of such entries. Give lists as 'features=[["view","goal"],["view"]]'.
-        out: the folder to write to, or to go on with.
+        out: the folder to write to, new or of the same sweep.
         graphs: goal graphs or sets of them, such as a b rooms:4; each graph gets runs.
         seeds: seeds 0, 1, ... of each run.
-        episodes: of the evaluations at the end of each run; by default 1000, or as many as take a quarter of the steps
-            of training together, but no fewer than 100.
-        metas: other meta-controllers to evaluate the trained controllers with, where these see goals.
+        episodes: episodes of the evaluations at the end of each run; by default 1000, or as many as take a quarter of
+            the steps of training together, but no fewer than 100.
+        metas: further meta-controllers to evaluate the trained controllers with, if these see goals.
         processes: runs at a time; by default one for each core.
-        shard: a part of the runs, such as 3/8 for the third of eight machines that share OUT or nothing.
-        ray: address of a Ray cluster that does the runs: auto, HOST:6379 or ray://HOST:10001.
+        shard: a part of the runs, such as 3/8 for the third of eight machines, with or without a shared OUT.
+        ray: address of a Ray cluster that trains the runs: auto, HOST:6379 or ray://HOST:10001.
         list: list the runs, and which of them are done, and train nothing.
         markdown: print the table of medians in Markdown, of the runs that are done, and train nothing.
     """

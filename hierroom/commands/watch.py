@@ -30,7 +30,7 @@ class WatchArguments(AgentArguments):
     pauses, the right arrow takes one step, up and down change the speed, n shows the next episode, q quits.
 
     Args:
-        episodes: how many episodes to show.
+        episodes: number of episodes to show.
         failures: show only episodes that did not reach the exit; see --most.
         most: the most episodes to play in search of failures.
         greedy: let the controller take its most probable action instead of drawing one.

@@ -49,6 +49,12 @@ class Node(NamedTuple):
 class AugmentedGraph:
     """A goal graph unrolled over the sets of open doors, and the random walk on it.
 
+    Args:
+        graph: the goal graph.
+        drop_key: whether a key can be dropped, which adds moves back from key nodes.
+        walk: the probabilities of one step.
+        reading: interpretation of the appendix.
+
     Examples:
         >>> augmented = hierroom.complexity.AugmentedGraph(hierroom.GoalGraph.named("a"))
         >>> augmented.labels
@@ -56,7 +62,7 @@ class AugmentedGraph:
     """
 
     graph: GoalGraph
-    drop_key: bool = False  # whether a key can be dropped, which adds moves back from key nodes
+    drop_key: bool = False
     walk: Walk = PAPER_WALK
     reading: Reading = TABLE_READING
 

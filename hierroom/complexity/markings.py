@@ -38,6 +38,10 @@ class MarkingGraph:
     From a marking leads one edge for each rule that can be applied and changes it. All markings that have the target
     are one node, the last; the start is the first. Rules that do not matter for the target are left out.
 
+    Args:
+        rules: the rules.
+        walk: the probabilities of one step.
+
     Examples:
         >>> rules = hierroom.Rules({"wood": {"gives": "wood"}, "raft": {"uses": "wood", "gives": "raft"}}, "raft")
         >>> marking_graph = hierroom.complexity.MarkingGraph(rules)

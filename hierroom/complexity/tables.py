@@ -76,6 +76,9 @@ def to_frame(
 
     A chain from play, such as a report of `measure`, has a row for each number, observed and of the chain.
 
+    Args:
+        reports: one report or several of the same kind, as `analyze` or `measure` return them.
+
     Examples:
         >>> reports = [hierroom.complexity.analyze(graph) for graph in "ab"]
         >>> hierroom.complexity.to_frame(reports)["width"].to_dict()

@@ -65,18 +65,19 @@ class EnvConfig:
     """Describe an environment.
 
     Args:
-        graph: one goal graph or several; each episode samples one. Letters from a to g, names such as keys-0-1-exit-2
-            (the room of each key, and of the exit), or paths to .toml files. rooms:N means every graph of N rooms;
-            hitting_time:LOW..HIGH and expected_steps:LOW..HIGH mean all in between.
+        graph: one goal graph or several; each episode samples one. Letters from a to g, names such as
+            keys-0-1-exit-2 (the room of each key, and of the exit), or paths to .toml files. rooms:N means every graph
+            of N rooms; hitting_time:LOW..HIGH and expected_steps:LOW..HIGH mean all in between.
         exclude: goal graphs to leave out, in the same forms and whatever the numbers of their rooms.
         curriculum_stages: stages of equal width in difficulty, the easiest graphs first. Training moves on after
             escapes in 80% of at least 200 episodes, as many of each environment, and back below 20%. 1: no stages.
         size: cells of the grid's side, 11 to 63, outer walls included.
         max_steps: primitive steps after which an episode is truncated. None: 1000, or the task's own limit.
         drop_key: give the controller a sixth action that drops a key.
-        reward: the controller's reward: extrinsic (1 at the exit), bonus (1 for each key, door and the exit), intrinsic
-            (1 when its goal is reached) or novelty (1 at the exit, and the novelty bonus). Or your own: an entry point,
-            package.module:Class or package.module:function. None: the method's reward in training, else intrinsic.
+        reward: the controller's reward: extrinsic (1 at the exit), bonus (1 for each key, door and the exit),
+            intrinsic (1 when its goal is reached) or novelty (1 at the exit, and the novelty bonus). Or your own: an
+            entry point, package.module:Class or package.module:function. None: the method's reward in training, else
+            intrinsic.
         novelty_bonus: the reward novelty gives this for each state entered for the first time in an episode.
         subgoal_horizon: primitive steps after which an option ends without its goal; None: never.
         goal_mask: goals that the meta-controller may choose: reachable (by the goal graph or rules), existing (left to
@@ -86,9 +87,9 @@ class EnvConfig:
             workshop's name fixes its tech tree: workshop:8 is workshop:8:0, and workshop:8:3 is the tree of seed 3. The
             run's seed draws the rest.
         layout: your own levels instead of graph, exclude, curriculum_stages and size: the path of a text map (in Python
-            also its text), or several; each episode draws one. In a map # is wall, space or . is floor, E the exit and
-            @ the start (or > v < ^ with a direction). R G B P Y W are locked doors (red, green, blue, purple, yellow,
-            grey), r g b p y w their keys. Keys and doors must form a tree.
+            also its text), or several; each episode draws one. In a map # is wall, space or . is floor, @ the start,
+            drawn as > v < ^ with a direction, and E the exit. R G B P Y W are locked doors (red, green, blue, purple,
+            yellow, grey), r g b p y w their keys. Keys and doors must form a tree.
         env_index: index of the (first) environment; seed and index fix the episodes.
         levels: training or evaluation levels, which share no layout. None: all levels; training and evaluation choose
             for themselves.

@@ -34,7 +34,7 @@ def rows() -> list[dict[str, str]]:
     ("text", "message"),
     [
         ("", "takes only comparisons, each beginning with"),
-        (FILE + "[[comparison]]", "needs comparisons alone, .*, and holds comparison"),
+        (FILE + "[[comparison]]", "takes only comparisons, .*, and holds comparison"),
         ("comparisons = [3]", "comparison 1 has a method, a reference and, if need be, an outcome, not 3"),
         ("[[comparisons]]\nmethod = ['slow']\nreference = 'fast'", "the name of a method is text, not"),
         (FILE.replace("between", "fast"), "comparison 2: 'fast' is compared with itself"),

@@ -35,6 +35,10 @@ def covering_length(mdp: DeterministicMDP, horizon: int) -> CoveringLength:
     max_t d_t <= p <= min(1, sum_t d_t). L is at least ln(1/2) / ln(1 - p) for each pair, and at most the least n with
     sum over the pairs of (1 - p)^n <= 1/2.
 
+    Args:
+        mdp: the MDP.
+        horizon: number of steps T of an episode, at least 1.
+
     Examples:
         >>> from hierroom.complexity.measures import DeterministicMDP, covering_length
         >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])

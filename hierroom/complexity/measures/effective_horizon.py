@@ -65,6 +65,10 @@ def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
     suffices. D_t(s) is the gap of Q^k between its greatest value and that of the best suboptimal action. S_t(s) bounds
     the variance of a return: the greatest (Q - Q_worst) (Q_best - Q_worst) after k - 1 further actions.
 
+    Args:
+        mdp: the MDP.
+        horizon: number of steps T of an episode, at least 1.
+
     Examples:
         >>> from hierroom.complexity.measures import DeterministicMDP, effective_horizon
         >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
@@ -90,6 +94,10 @@ def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
 def minimum_k(mdp: DeterministicMDP, horizon: int) -> int:
     """Return the least k at which an MDP is k-QVI-solvable (definition 5.1).
 
+    Args:
+        mdp: the MDP.
+        horizon: number of steps T of an episode, at least 1.
+
     Examples:
         >>> from hierroom.complexity.measures import DeterministicMDP, minimum_k
         >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
@@ -103,6 +111,10 @@ def effective_planning_window(mdp: DeterministicMDP, horizon: int) -> int:
     """Return the least W such that every plan of W steps that is greedy in their reward alone is optimal: Q^1 = r.
 
     Malik, Pacchiano, Srinivasan and Li (Sample Efficient Reinforcement Learning In Continuous State Spaces, ICML 2021).
+
+    Args:
+        mdp: the MDP.
+        horizon: number of steps T of an episode, at least 1.
 
     Examples:
         >>> from hierroom.complexity.measures import DeterministicMDP, effective_planning_window

@@ -151,6 +151,9 @@ def graph_mdp(augmented: AugmentedGraph) -> DeterministicMDP:
     Action i takes the i-th edge of a node, in the order of `AugmentedGraph.edges`, or stays if there are fewer edges.
     The step to the exit earns 1 and ends the episode.
 
+    Args:
+        augmented: the augmented goal graph.
+
     Examples:
         >>> from hierroom.complexity.measures import graph_mdp
         >>> graph_mdp(hierroom.complexity.AugmentedGraph(hierroom.GoalGraph.named("c"))).shortest_solution()

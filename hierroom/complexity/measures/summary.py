@@ -130,7 +130,12 @@ class WalkMeasures:
 
 
 def measure_walk(chain: Chain, n_walks: int = 1000, seed: int = 0) -> WalkMeasures:
-    """Compute every measure of the long run of a walk; ``n_walks`` are for the cover time of a large graph.
+    """Compute every measure of the long run of a walk.
+
+    Args:
+        chain: the walk.
+        n_walks: number of walks drawn for the cover time of a large graph, at least 2.
+        seed: fixes these walks.
 
     Examples:
         >>> from hierroom.complexity.measures import measure_walk

@@ -51,19 +51,19 @@ class TrainConfig:
         ppo: hyperparameters of the controller's learner.
         meta_ppo: hyperparameters of a learned meta-controller's learner; its turns are options.
         preset: defaults of the other entries: default, long (five million steps and the shortest paths), large (grids
-            of 31 cells and more), learned (for a learned meta-controller), paper (its section 3) or algorithm1 (its
-            Algorithm 1). The run's name lists the differences from it.
+            of 31 cells and more), learned (for a learned meta-controller), paper (section 3 of the paper) or algorithm1
+            (the paper's Algorithm 1). The run's name lists the differences from it.
         steps: primitive steps to train for, over all environments.
         evaluations: number of evaluations during training, after one before the first step, at equal ratios of the
             steps. They play the same levels each time, none of them seen in training. 0: never.
         evaluation_episodes: episodes of each evaluation. None: 100, or fewer once the success rate of a failing agent
             is clear.
         seed: fixes levels, weights, actions and shuffles.
-        num_envs: environments trained in side by side.
+        num_envs: number of environments that train in parallel.
         stagger_clocks: whether the first episodes begin with different step counts, so that not all environments reach
             the limit together.
         threads: threads to compute with, used from 128 environments on; they do not change results.
-        device: where the learner computes: cpu, cuda, cuda:1, ...
+        device: device of the learner: cpu, cuda, cuda:1, ...
         warm_start: start from the weights of another controller: of a run's folder, a .safetensors file, or an agent
             that ships (a to g). The two controllers must be alike.
 
