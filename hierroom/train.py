@@ -111,7 +111,8 @@ def train(
             ``steps=2_000_000``, ``method="ppo"``. The ``task`` may be a `hierroom.Task` that a module holds.
 
     Examples:
-        >>> agent = hierroom.train(graph="a", size=11, steps=256, num_envs=8, evaluations=0, out="run", quiet=True)
+        >>> tiny = dict(graph="a", size=11, max_steps=50, steps=256, num_envs=8, evaluations=0)
+        >>> agent = hierroom.train(**tiny, out="run", quiet=True)
         >>> agent.is_finished, hierroom.load("run").steps
         (True, 256)
     """

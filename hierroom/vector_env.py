@@ -177,7 +177,6 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
             self._arrays.observations.write_goals(observations, step.goals, np.flatnonzero(self.have_ended))
 
     def _seeds(self, seed: Seeds) -> Seeds:
-        """Return seeds as `Turns.reset` takes them; draw those that nobody has given yet."""
         if not is_list(seed):
             return fresh_seed() if seed is None and not self._is_seeded else seed
         if len(seed) != self.num_envs:

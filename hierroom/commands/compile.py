@@ -186,7 +186,6 @@ def _is_complete(stamp: Path) -> bool:
 
 
 def _made_of() -> str:
-    """Return a digest of all that decides what is compiled."""
     import numba
     from llvmlite import binding
 

@@ -159,7 +159,6 @@ def _entries_first(argv: Sequence[str]) -> list[str]:
 
 
 def _notes(plan: Plan, runs: Sequence[PlannedRun]) -> list[str]:
-    """Return a note on each of the plan's graphs that another one stands for, and on each value that no run reads."""
     given = {name for values in (plan.values, *(plan.variants or {}).values()) for name in values}
     unread = given.intersection(*(entries_without_effect(run.config) for run in runs))
     lines = [f"{name} is given, and has no effect on any run of the sweep" for name in sorted(unread)]

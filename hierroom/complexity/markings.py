@@ -187,7 +187,6 @@ class MarkingGraph:
         return required, np.array([*found], np.int64), np.array([given for _, given in found.values()], np.int64)
 
     def _refuse_many(self, batch: NDArray[np.int64]) -> None:
-        """Refuse early where rules that only add lead to too many markings."""
         required, facts, given = self._adders
         capacity = np.array([self.rules.capacity[self.facts[fact]] for fact in facts])
         applies = np.all(batch[:, None, :] >= required, axis=-1)  # [M, S]

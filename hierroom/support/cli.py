@@ -84,7 +84,6 @@ def _refuse_lost_values(argv: Sequence[str]) -> None:
 
 @_NUMBERS.primitive_rule
 def _read_whole_numbers(type_info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec | None:
-    """Accept 1e6 for a whole number, as config files do."""
     if type_info.type is not int:
         return None
     return PrimitiveConstructorSpec(

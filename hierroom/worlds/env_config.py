@@ -43,7 +43,6 @@ LAYOUTS = tyro.constructors.PrimitiveConstructorSpec(
 
 
 def _named(metavar: str) -> tyro.constructors.PrimitiveConstructorSpec:
-    """Return how something that has a name is given on the command line: None, or as a text."""
     return tyro.constructors.PrimitiveConstructorSpec(
         nargs=1,
         metavar=metavar,

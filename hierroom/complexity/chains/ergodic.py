@@ -73,7 +73,7 @@ def stationary_distribution(weights: Weights) -> NDArray[np.float64]:
 def spectral_gap(weights: Weights) -> float:
     """Absolute spectral gap in 0..1: one minus the modulus of the second greatest eigenvalue of P (section 12.2).
 
-    The eigenvalues of P are those of its parts among nodes that reach each other. Where a walk ends, they are computed of
+    The eigenvalues of P are those of its parts among nodes that reach each other. Where a walk ends, they are those of
     D^(1/2) P D^(-1/2), with the stationary distribution on the diagonal of D: a symmetric matrix if the walk is
     reversible (lemma 12.1). Those of P itself can be far off by rounding alone, as a corridor's are.
 

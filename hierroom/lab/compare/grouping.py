@@ -95,7 +95,6 @@ def describe_differences(groups: Sequence[Group], by: Sequence[str]) -> list[str
 
 
 def _different_code(runs: Sequence[EvaluatedRun]) -> list[str]:
-    """Return the modules and packages that runs had in several versions, with these versions in short."""
     names = dict.fromkeys(name for run in runs for name in run.code)
     versions = {name: sorted(set().union(*(run.code.get(name, ()) for run in runs))) for name in names}
     return [f"{one_line(name)} ({', '.join(map(_short, ones))})" for name, ones in versions.items() if len(ones) > 1]

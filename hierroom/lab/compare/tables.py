@@ -106,7 +106,6 @@ def improvement_table(comparison: Comparison) -> Table:
 
 
 def _group(summary: GroupSummary) -> Row:
-    """Return the group's name and choices; ``graph`` and ``steps`` of the config get other names than the row's."""
     choices = summary.group.choices.items()
     own = {f"config_{name}" if name in ("graph", "steps") else name: value for name, value in choices}
     return {"group": summary.group.label, **own}

@@ -139,7 +139,6 @@ class Sweep:
         return []
 
     def _check(self, runs: Sequence[PlannedRun]) -> None:
-        """Make each trainer and meta-controller once, so that no hour passes before an error is seen."""
         from hierroom.meta import make_meta
         from hierroom.runs.trainer import Trainer
 

@@ -108,7 +108,6 @@ class TrainConfig:
         object.__setattr__(self, "agents", self._agents_of_world())
 
     def _agents_of_world(self) -> AgentsConfig:
-        """Return the agents with features of the world: those of EscapeRooms by name, those of a task as it says."""
         usual, own = AgentsConfig(), {name: getattr(self.agents, name) for name in ("features", "meta_features")}
         if self.env.task is not None:
             return replace(self.agents, **{name: None for name, one in own.items() if one == getattr(usual, name)})

@@ -50,7 +50,6 @@ def read_config(path: str | Path, *, trust: bool = False, **entries: Any) -> Tra
 
 
 def _read_entries(path: Path) -> dict[str, Any]:
-    """Read the entries of a TOML file by their flat names, each of its type."""
     if usable_path(path).is_dir():
         raise InputError(f"{path} is a folder; a config is a TOML file or, to repeat a run, its config.json")
     if path.suffix == ".json":

@@ -200,7 +200,6 @@ def _changes(path: Path, files: list[ModuleFile], before: dict[str, dict[str, An
 
 
 def _copied(path: Path, folder: str, file: ModuleFile, before: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Copy a file into the run's folder, unless its content is there already; return its record."""
     record = {"file": file.name, "sha256": file.digest}
     if file.problem or file.content is None:
         return {**record, "problem": file.problem}

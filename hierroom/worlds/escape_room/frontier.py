@@ -71,5 +71,4 @@ def _keep_nearer(level, row, col, nearest):
 
 @njit(cache=True)
 def _rank(level, row, col):
-    """Return a number that grows with the distance, then with the row, then with the column."""
     return ((abs(row - level.row) + abs(col - level.col)) * 2 * MAX_SIZE + row) * 2 * MAX_SIZE + col

@@ -69,7 +69,6 @@ def reachable_states(state: State, max_states: int = 1_000_000) -> ReachableStat
 
 
 def _keys(levels: np.ndarray) -> list[bytes]:
-    """Return what decides all that follows at each level, as bytes."""
     columns = [levels["row"], levels["col"], levels["direction"], levels["keys"], levels["doors"]]
     if levels["can_drop"][0]:
         branches = np.arange(levels["keys_at"].shape[1])

@@ -104,7 +104,6 @@ class EscapeRoomWorld(Engine):
         self.sampler.reset(envs)
 
     def _step_in_stages(self, actions: NDArray[np.int64]) -> np.ndarray:
-        """Act once in every environment and return the outcomes; the curriculum counts the episodes that end."""
         had_ended = self._state.levels["has_ended"].copy()
         outcomes = self._advance(actions)
         escaped, truncated = outcomes["terminated"] & ~had_ended, outcomes["truncated"] & ~had_ended

@@ -126,6 +126,5 @@ def _other_ask(
 
 
 def _chosen(rng: np.random.Generator, names: Sequence[Name], n: int, more: Callable[[int], Name]) -> list[Name]:
-    """Return n of the names at random, and where there are too few of them more, which are numbered."""
     chosen = [names[place] for place in rng.permutation(len(names))[:n]]
     return [*chosen, *map(more, range(len(chosen) + 1, n + 1))]
