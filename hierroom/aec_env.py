@@ -72,7 +72,7 @@ class raw_env(TwoAgentEnv, AECEnv):
             raise InputError("reset the environment before its first step")
 
     def last(self, observe: bool = True) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Return what the selected agent observes and was rewarded with, whether it ended, and its infos."""
+        """Return the selected agent's observation, reward, termination, truncation and info."""
         self._require_reset()
         return super().last(observe)
 
@@ -82,7 +82,7 @@ class raw_env(TwoAgentEnv, AECEnv):
         return super().agent_iter(max_iter)
 
     def observe(self, agent: str) -> dict[str, NDArray]:
-        """Return what an agent sees now, in fresh arrays."""
+        """Return an agent's present observation, in new arrays."""
         self._require_reset()
         return self.single.observe(agent)
 

@@ -1,4 +1,4 @@
-"""The controller: what it observes."""
+"""The controller's observations."""
 
 from __future__ import annotations
 

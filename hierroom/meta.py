@@ -1,4 +1,4 @@
-"""Meta-controllers: who picks the controller's goals. The protocol, those that ship, and how a user's own is found."""
+"""Meta-controllers: who picks the controller's goals. The protocol, those that ship, and how custom ones are found."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class LearningMeta(MetaController, Protocol):
         ...
 
     def for_play(self, num_envs: int, *, seed: int) -> MetaController:
-        """Return what it has learned as a meta-controller that learns no more, for a number of other environments."""
+        """Return a copy that learns no more, for ``num_envs`` other environments."""
         ...
 
     def state_dict(self) -> dict:
@@ -209,7 +209,7 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
 
 
 def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integer]:
-    """Return what a meta-controller chooses [M], after it is reset where an episode begins."""
+    """Return a meta-controller's goals [M], after a reset where an episode begins."""
     beginning = situation.envs[situation.meta_turns == 0]
     observations, legal = situation.as_dict(), situation.legal.copy()
     shown = situation if type(meta) in META_CONTROLLERS.values() else _unwritable(situation)
@@ -248,7 +248,7 @@ def _moment(turns: Turns) -> tuple[bytes, bytes]:
 
 
 def running(meta: MetaController) -> AbstractContextManager[None]:
-    """Return a context for code of a meta-controller: what a user's own raises becomes one line (`InputError`)."""
+    """Return a context for code of a meta-controller: errors of a custom one become one line (`InputError`)."""
     if type(meta) in META_CONTROLLERS.values():
         return nullcontext()
     named = meta.function if isinstance(meta, LevelMeta) else type(meta)

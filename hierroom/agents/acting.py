@@ -1,4 +1,4 @@
-"""Acting by the observations of any API, in a user's own loop."""
+"""Acting by the observations of any API, in a user's loop."""
 
 from __future__ import annotations
 

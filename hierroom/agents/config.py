@@ -64,7 +64,7 @@ METHODS: Mapping[str, Method] = {
 
 
 def require_features(name: str, given: object, known: Collection[str] | None = None) -> None:
-    """Refuse what is not a list of features, or of ``known`` ones; ``name`` is for the message."""
+    """Refuse anything but a list of features, or of ``known`` ones; ``name`` is for the message."""
     if not isinstance(given, (list, tuple)):
         raise InputError(f"{name} are given as a list of names, not as {shown(given)}")
     unknown = [str(one) for one in given if not isinstance(one, str) or one not in (given if known is None else known)]

@@ -167,7 +167,7 @@ class Episode:
         return self.replayer.replay(self.start, self.actions)
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain types with labels, for JSON."""
+        """Return plain types with labels, for JSON."""
         return {
             "seed": self.seed,
             "env": self.env,

@@ -1,4 +1,4 @@
-"""Features: what a network reads of an observation, as small whole numbers."""
+"""Features: the inputs of a network, as small whole numbers."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Features:
             raise InputError("goal-outcome belongs to meta_features, not to features")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Copy and pickle what it is made of."""
+        """Copy and pickle only the parts."""
         return Features, (self.world, self.names, self.agent)
 
     @cached_property
@@ -107,12 +107,12 @@ class Features:
 
     @property
     def are_by_goal(self) -> bool:
-        """Return whether each of them has one number for each goal, so that a network can treat all colours alike."""
+        """Return whether each has one number for each goal, so that a network can treat all colours alike."""
         return all(feature.is_by_goal for feature in self._chosen)
 
     @property
     def memories(self) -> tuple[str, ...]:
-        """Return what the world must remember for them."""
+        """Return the memories of the world that they need."""
         return tuple(memory for feature in self._chosen for memory in feature.memories)
 
     def encode(self, observation: Observation) -> NDArray[np.uint8]:

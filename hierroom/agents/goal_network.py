@@ -55,7 +55,7 @@ class GoalNetwork(nn.Module):
         return self.core.weight.new_zeros(n, self._n_parts * 2 * self._hidden_size)
 
     def step(self, features: Tensor, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """One turn; see `PolicyNetwork.step`. Each part is a row of its own to the core."""
+        """Compute one turn; see `PolicyNetwork.step`. Each part is a separate row for the core."""
         n = len(features)
         hidden, state = self.core.step(self._encode(features).flatten(0, 1), state.reshape(n * self._n_parts, -1))
         return *self._heads(hidden.reshape(n, self._n_parts, -1)), state.reshape(n, -1)

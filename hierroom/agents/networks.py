@@ -1,4 +1,4 @@
-"""The controller's network: those that ship, how a user's own is found, and its trial before it is trained."""
+"""The controller's network: those that ship, how custom ones are found, and its trial before it is trained."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ENTRY_POINT_GROUP = "hierroom.networks"
 Vectors = Sequence[NDArray | None] | None
 _N_TURNS = 3
 _TOLERANCE = 1e-3
-"""By how much the outputs of `PolicyNetwork.step` and of `PolicyNetwork.sequence` may differ, absolute and relative."""
+"""Tolerance between outputs of `PolicyNetwork.step` and of `PolicyNetwork.sequence`, absolute and relative."""
 _one_tries = Lock()
 
 

@@ -20,7 +20,7 @@ from hierroom.support.files import to_json, usable_path, write_atomically
 
 FILE_FORMATS = (*FORMATS, ".txt", ".json")
 CARD_FRAMES = 10
-"""For how many pictures an episode's end is shown, or which steps are left out: a second at the usual speed."""
+"""Pictures that show an episode's end, or the steps left out: a second at the usual speed."""
 MOST_IN_GIF = 200
 """Steps of an episode that a GIF shows: so many take about 400 kB; an MP4 is smaller and shows all."""
 N_LAST_ACTIONS = 12

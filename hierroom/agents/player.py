@@ -1,4 +1,4 @@
-"""Playing without learning: who plays, and the one loop that plays episodes to be counted."""
+"""Playing without learning: the players, and the one loop that plays episodes to be counted."""
 
 from __future__ import annotations
 
@@ -165,7 +165,7 @@ class Play:
 
 
 def quotas(episodes: int, num_envs: int) -> NDArray[np.int64]:
-    """Return how many episodes each environment plays, [N]: equally many, or the first ones one more."""
+    """Return the numbers of episodes of the environments [N]: equally many, or the first ones one more."""
     if episodes < 1:
         raise InputError(f"play at least one episode, not {episodes}")
     return episodes // num_envs + (np.arange(num_envs) < episodes % num_envs)

@@ -101,7 +101,7 @@ class PPOAgent:
         return {**learning, **self._updated}
 
     def frozen(self, num_envs: int, *, seed: int, is_greedy: bool = False) -> FrozenAgent:
-        """Return what it has learned, acting in other environments and learning no more.
+        """Return the trained agent for other environments, where it learns no more.
 
         If ``is_greedy``, it takes its most probable action instead of drawing one.
         """
@@ -134,7 +134,7 @@ class PPOAgent:
         }
 
     def state_dict(self) -> dict[str, Any]:
-        """Everything that decides what happens next, as tensors and plain types."""
+        """Return the complete state, as tensors and plain types."""
         known = {name: float(value) for name, value in self._updated.items() if not isnan(value)}
         state: dict[str, Any] = {"description": self._description, "learner": self.learner.state_dict()}
         state["statistics"] = known  # rows are written between two updates of a meta-controller, too
@@ -173,7 +173,7 @@ class FrozenAgent:
 
     @property
     def decision(self) -> Decision | None:
-        """Return what its policy computed for its last turn; None before the first."""
+        """Return the policy's outputs for the last turn; None before the first."""
         return self._policy.decision
 
     def act(self, observation: Observation) -> NDArray[np.integer]:

@@ -1,4 +1,4 @@
-"""Any meta-controller as an agent: those that ship, and users' own, which may learn by themselves."""
+"""Any meta-controller as an agent: those that ship, and custom ones, which may learn."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class ScriptedAgent:
             return ScriptedAgent(deepcopy(self.meta))
 
     def state_dict(self) -> dict[str, Any]:
-        """Return what the meta-controller saves of itself, nothing where it saves nothing."""
+        """Return the meta-controller's own state dict, empty if it has none."""
         with running(self.meta):
             return self.meta.state_dict() if hasattr(self.meta, "state_dict") else {}
 

@@ -42,7 +42,7 @@ class WarmUp:
         self.has_ended = len(self._successes) == WINDOW and rate >= self._start_success
 
     def state_dict(self) -> dict:
-        """Return everything that decides what happens next, as plain types."""
+        """Return the complete state, as plain types."""
         return {"has_ended": self.has_ended, "successes": list(self._successes)}
 
     def load_state_dict(self, state: dict) -> None:

@@ -22,7 +22,7 @@ STAMP = "hierroom-compiled.json"
 
 @dataclass(frozen=True)
 class CompileArguments:
-    """Compile all kernels now, so that nothing waits for it later; what is compiled already is left as it is.
+    """Compile all kernels now, so that nothing waits for it later; kernels compiled before are kept.
 
     The compiled code is kept on disk, for this machine's processor and this version of Numba.
     """

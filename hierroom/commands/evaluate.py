@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from hierroom.runs.evaluation import Evaluation
 
 MOST_EPISODES = 1000
-"""Episodes to play where nobody says how many, at most."""
+"""Most episodes to play by default."""
 
 
 @dataclass(frozen=True)

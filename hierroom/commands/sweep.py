@@ -73,7 +73,7 @@ class SweepArguments:
 
     @property
     def command(self) -> str:
-        """The command without what decides no result (where, how many at a time), so that it names no machine."""
+        """The command without options that change no result (folder, processes), so that it names no machine."""
         words = [Path(word).name if Path(word).is_absolute() else word for word in self.what]
         for name, value in self._settings.items():
             words += [f"--{name}", *map(str, value if isinstance(value, tuple) else (value,))]

@@ -59,7 +59,7 @@ class ChainReport(WalkReport):
         return as_moves(self.chain.weights).nnz
 
     def described(self) -> dict[str, Any]:
-        """Return what the report is of, as plain types."""
+        """Return a description of the chain, as plain types."""
         return {"chain": self.name}
 
     @property

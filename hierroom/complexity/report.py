@@ -144,7 +144,7 @@ class ComplexityReport(WalkReport):
         return expected_states(self.chain.weights, self.chain.source, t, *alike_nodes(self.augmented))
 
     def described(self) -> dict[str, Any]:
-        """Return what the report is of, as plain types."""
+        """Return a description of the graph, as plain types."""
         return {
             "graph": self.graph.name,
             "key_rooms": {f"key {room}": home for room, home in enumerate(self.graph.key_rooms, start=1)},

@@ -124,7 +124,7 @@ class RulesReport(WalkReport):
         return dict(sorted(zip(unrolled.goals, sums.tolist(), strict=True), key=lambda item: item[1]))
 
     def described(self) -> dict[str, Any]:
-        """Return what the report is of, as plain types."""
+        """Return a description of the rules, as plain types."""
         return {"rules": self.name, "target": self.rules.target, "capacity": self._capacity, "start": self._start}
 
     def to_dict(self) -> dict[str, Any]:

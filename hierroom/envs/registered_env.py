@@ -15,7 +15,7 @@ from hierroom.worlds.env_config import EnvConfig
 
 
 def checked_options(options: Any, *known: str) -> dict[str, Any]:
-    """Return the options of a reset, none as an empty dict; warn once of what is not among those that are known."""
+    """Return the options of a reset, none as an empty dict; warn once of unknown ones."""
     if options is None:
         return {}
     if not isinstance(options, Mapping):

@@ -28,7 +28,7 @@ from hierroom.support.reading import read_toml
 
 @dataclass(frozen=True)
 class Rules:
-    """Rules by the names of their goals: what each needs, what it uses and takes away, and what it gives.
+    """Rules by the names of their goals: the facts that each needs, uses (takes away) and gives.
 
     A rule applies by the first of its alternatives for which everything is there. Of a fact that an alternative both
     needs and uses, the larger count must be there. It takes what it uses, then adds what it gives; of each fact, what
@@ -185,7 +185,7 @@ class Rules:
 
     @cached_property
     def _thresholds(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.uint64]]:
-        """The T facts and counts that alternatives ask for, and which each one asks for, as bits: [T / 64, R, A].
+        """The T pairs (fact, count) that alternatives ask for, and those of each alternative as bits: [T / 64, R, A].
 
         T is a multiple of 64: those at the end are always there.
         """

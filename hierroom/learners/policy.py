@@ -79,7 +79,7 @@ class Policy:
         self._states[envs] = self._stepper.initial_states(len(envs))
 
     def next(self, begins: NDArray[np.bool_]) -> Policy:
-        """Return the same policy with recurrent states of its own, initial ones where ``begins`` [N].
+        """Return the same policy with its own recurrent states, initial ones where ``begins`` [N].
 
         The two share a generator: what one draws the other does not draw again.
         """

@@ -75,7 +75,7 @@ def prepare(agent: Any, env: Any, episodes: Any, num_envs: Any, seed: Any) -> tu
 
 
 class _Given:
-    """A user's own player: what it raises becomes one line."""
+    """A user-defined player; its errors become one line."""
 
     def __init__(self, player: Player) -> None:
         self._player = player

@@ -138,7 +138,7 @@ class Trainer:
         return make_turns(config, num_envs, seed, levels="evaluation", autoreset=autoreset, measure_shortest=True)
 
     def freeze(self, num_envs: int, *, seed: int, is_greedy: bool = False) -> Pair:
-        """Return what the agents have learned so far, as a pair that plays elsewhere; see `assembly.freeze`."""
+        """Return the agents as a pair that plays elsewhere and learns no more; see `assembly.freeze`."""
         return freeze(self.agents[META], self.controller, num_envs, seed=seed, is_greedy=is_greedy)
 
     def evaluate(
@@ -191,7 +191,7 @@ class Trainer:
         }
 
     def state_dict(self) -> dict[str, Any]:
-        """Return everything that decides what happens next, as tensors and plain types."""
+        """Return the complete state, as tensors and plain types."""
         return {
             "config": to_json(self.config.to_dict()),
             "turns": {name: _as_tensors(array) for name, array in self.turns.get_state().items()},

@@ -17,7 +17,7 @@ import numpy as np
 
 
 class InputError(Exception):
-    """Invalid user input; the message is one line: what was wrong, what is allowed, what was given.
+    """Invalid user input, with a one-line message: the fault, the allowed values, the given value.
 
     Examples:
         >>> try:
@@ -41,7 +41,7 @@ class DivergenceError(FloatingPointError):
 
 
 class RunError(Exception):
-    """Failure of runs with valid input; the message is one line: how many, one of them, and why."""
+    """Failure of runs with valid input; the message is one line: their number, one of them, and the reason."""
 
 
 def require_number(name: str, value: object, low: float, high: float = math.inf, *, is_whole: bool = False) -> None:

@@ -13,7 +13,7 @@ NO_OUTCOME, REACHED, TIMED_OUT, OTHER = range(4)
 """Ends of an option: there was none; its goal was reached; its horizon ran out; the episode ended."""
 OWN_REWARD, EXTRINSIC, BONUS, INTRINSIC, NOVELTY = range(-1, 4)
 KERNEL_REWARDS = {"extrinsic": EXTRINSIC, "bonus": BONUS, "intrinsic": INTRINSIC, "novelty": NOVELTY}
-"""Rewards that the kernel writes: none, as a user's own code does, or one of those that ship."""
+"""Rewards that the kernel writes: none, for custom rewards, or one of those that ship."""
 
 
 @njit(cache=True)

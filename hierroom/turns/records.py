@@ -68,7 +68,7 @@ _STEP_NAMES = frozenset(STEP.names or ())
 
 
 def ledger_schema(num_envs: int, n_goals: int, n_actions: int) -> Table:
-    """Return what the fields of the ledger of N environments may hold."""
+    """Return the bounds of the fields of a ledger of N environments."""
     return of_records(
         LEDGER,
         num_envs,
@@ -91,7 +91,7 @@ def reset_values(n_actions: int) -> dict[str, Any]:
 
 
 class Step:
-    """The results of one primitive step in N environments, in arrays that nobody else holds and that are read-only.
+    """The results of one primitive step in N environments, in read-only arrays of its own.
 
     Args:
         records: [N] records of `STEP`.

@@ -1,4 +1,4 @@
-"""Rewards of the controller: the protocol, those that ship, and how a user's own is found."""
+"""Rewards of the controller: the protocol, those that ship, and how custom ones are found."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ class Situation(Observation):
         return self.view.level(m, self.legal[m])
 
     def validate_goals(self, actions: ArrayLike) -> tuple[NDArray[np.integer], NDArray[np.bool_]]:
-        """Return the goals [M] that actions [M] mean, -1 for no goal and for what is not legal, and which are legal.
+        """Return the goals [M] of actions [M], -1 for no goal and illegal ones, and flags of the legal ones.
 
         Actions are goal ids, or no goal (G or -1).
         """

@@ -176,16 +176,16 @@ class BaseWorld(ABC):
         return outcomes
 
     def observe(self, envs: NDArray[np.integer]) -> Any:
-        """Return what environments [M] show now."""
+        """Return the view of environments [M]."""
         episodes = np.array([self._seeds[envs], self._indices[envs], self._numbers[envs]]).T
         return BaseView(self, self.shown(envs), self._counts[envs], self._markings[envs], self._lengths[envs], episodes)
 
     def exact_view(self, envs: NDArray[np.integer]) -> Any:
-        """Return what environments [M] show now and all that meta-controllers may know, copied."""
+        """Return a copied view of environments [M], with all facts for meta-controllers."""
         return self.observe(envs)
 
     def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> Any:
-        """Return what environments [M] show after the last step, those that ``ended`` [M] before they were reset."""
+        """Return the view of environments [M] after the last step; of those that ``ended`` [M], before the reset."""
         now = self.observe(envs)
         if not (self.autoreset and ended.any()):
             return now
@@ -207,15 +207,15 @@ class BaseWorld(ABC):
         return legal
 
     def observe_one(self, goal: int) -> dict[str, Any]:
-        """Return what the only environment shows, and the goal's vector."""
+        """Return the observation of the only environment, and the goal's vector."""
         return observe_alone(self, goal)
 
     def batch_observations(self, *, flat: bool) -> BatchWriter:
-        """Return what writes the observations of all environments."""
+        """Return the writer of the observations of all environments."""
         return ObservationWriter(self, flat=flat)
 
     def screen(self, render_mode: str | None) -> Screen:
-        """Return what shows environments in a render mode."""
+        """Return a screen for environments in a render mode."""
         return StateScreen(self.get_state, self.replayer, render_mode)
 
     def clocks(self) -> NDArray[np.integer]:
@@ -227,7 +227,7 @@ class BaseWorld(ABC):
         self._lengths[:] = np.arange(len(self)) * self.max_steps // len(self)
 
     def shortest_lengths(self, envs: NDArray[np.integer]) -> NDArray[np.integer]:
-        """Return -1 for environments [M]: nobody knows the shortest possible lengths."""
+        """Return -1 for environments [M]: the shortest lengths are unknown."""
         return np.full(len(envs), -1)
 
     def shortest_actions(self, env: int) -> NDArray[np.integer]:
@@ -235,7 +235,7 @@ class BaseWorld(ABC):
         raise InputError(f"{self.variants[0]} has no oracle: its shortest solutions are unknown")
 
     def variants_of(self, envs: NDArray[np.integer]) -> list[str]:
-        """Return the name of what is played, for each of environments [M]."""
+        """Return the name of the graph, layout or task of each of environments [M]."""
         return [self.variants[0]] * len(envs)
 
     def milestones_of(self, envs: NDArray[np.integer], goals: NDArray[np.integer]) -> NDArray[np.integer]:

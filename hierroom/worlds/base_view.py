@@ -61,7 +61,7 @@ class Situated:
 
 @dataclass(frozen=True, eq=False)
 class BaseView:
-    """The view of M environments, in arrays that nobody else holds and that are read-only.
+    """The view of M environments, in read-only arrays of its own.
 
     Args:
         world: the `BaseWorld` that they belong to.

@@ -58,5 +58,5 @@ class Dependencies:
         return None if rule is None else self._goal_of_rule[rule]
 
     def in_words(self, marking: Sequence[int]) -> dict[str, int]:
-        """Return how many there are of each fact."""
+        """Return the count of each fact."""
         return dict(zip(self.rules.facts, marking, strict=True))

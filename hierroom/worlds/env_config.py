@@ -184,7 +184,7 @@ class EnvConfig:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of what is played: the task's, those of the layouts, or those of the goal graphs."""
+        """The names of the task, of the layouts, or of the goal graphs."""
         if self.task is not None:
             return (task_name(self.task),)
         return tuple(one.name for one in self.layout) or tuple(spec_names(self.graph))
@@ -201,7 +201,7 @@ def is_task(thing: object) -> bool:
 
 
 def task_name(task: Any) -> str:
-    """Return the name of a task: what was typed, or its own."""
+    """Return the name of a task: as typed, or its own."""
     return task if isinstance(task, str) else task.name
 
 

@@ -106,7 +106,7 @@ class WorldSpec:
 
 
 def world_spec(config: EnvConfig) -> WorldSpec:
-    """Return what agents in the world of a config are made for."""
+    """Return the facts of a config's world that agents are made for."""
     if (task := find_task(config.task)) is not None:
         usual = task.controller_features, task.meta_features
         return WorldSpec(config, task.goal_set, task.n_actions, task.features, *usual)

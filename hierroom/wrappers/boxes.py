@@ -202,7 +202,7 @@ class AECBoxes(_OwnSpaces, BaseWrapper):
         }
 
     def observe(self, agent: str) -> dict[str, NDArray]:
-        """Return what an agent sees now, in fresh arrays: ``observation`` [K] float32 and ``action_mask`` [14] int8."""
+        """Return an agent's observation, in new arrays: ``observation`` [K] float32 and ``action_mask`` [14] int8."""
         observation: Any = self.env.observe(agent)
         return {"observation": self._boxes.vector(agent, observation), "action_mask": self._boxes.mask(observation)}
 

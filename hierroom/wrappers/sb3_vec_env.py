@@ -15,7 +15,7 @@ from hierroom.turns.records import CONTROLLER
 from hierroom.vector_env import EscapeRooms
 
 FINAL = ("final_obs", "final_info")
-"""Entries of Gymnasium's infos that Stable-Baselines3 has in a form of its own."""
+"""Entries of Gymnasium's infos that Stable-Baselines3 has in another form."""
 
 
 class BatchVecEnv(VecEnv):
@@ -81,11 +81,11 @@ class BatchVecEnv(VecEnv):
         return [value for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-        """Refused: environments of the batch engine are not objects of their own."""
+        """Refuse: environments of the batch engine are not separate objects."""
         raise InputError(f"the environments of the batch engine have no attributes of their own to set, {attr_name}")
 
     def env_method(self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any) -> list[Any]:
-        """Return what ``action_masks`` or ``render`` gives for each environment; it has no other methods."""
+        """Return ``action_masks`` or ``render`` of each environment; there are no other methods."""
         methods: dict[str, Callable[[], Any]] = {"action_masks": self.action_masks, "render": self.envs.render}
         if method_name not in methods:
             raise AttributeError(

@@ -1,4 +1,4 @@
-"""A picture of rules as a graph with their state: what was achieved, what there is, what can be done and is pursued."""
+"""A picture of rules as a graph with their state: achieved, possible and pursued goals, and the counts of facts."""
 
 from __future__ import annotations
 

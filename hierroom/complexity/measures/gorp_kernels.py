@@ -1,4 +1,4 @@
-"""The choice that GORP makes at one state, as a compiled function."""
+"""GORP's choice at one state, as a compiled function."""
 
 import math
 

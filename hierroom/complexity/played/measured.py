@@ -87,7 +87,7 @@ class MeasuredReport(PlayedChain):
         return [(name, f"{self.predictions[name]:.4g}", *cells) for name, *cells in super().rows()]
 
     def notes(self) -> list[str]:
-        """Return what explains `rows`."""
+        """Return an explanation of `rows`."""
         unforeseen = sum(move.count for move in self.moves() if move.assumed == 0)
         steps = self.counts.counts.sum()
         return [f"{unforeseen} of {steps} steps took an edge that the assumed walk lacks", *super().notes()]

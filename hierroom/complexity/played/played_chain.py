@@ -161,7 +161,7 @@ class PlayedChain:
         return rows
 
     def notes(self) -> list[str]:
-        """Return what explains `rows`, a sentence or less a line."""
+        """Return an explanation of `rows`, at most a sentence a line."""
         notes = self._test_notes()
         if not self.counts.escaped.any():
             notes.append("nobody escaped, so the times to the exit are infinite")

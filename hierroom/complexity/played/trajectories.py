@@ -139,5 +139,5 @@ def check_start(node: Hashable, first: Hashable, target: Hashable) -> None:
 
 
 def missed(target: Hashable, seen: Sequence[Hashable]) -> str:
-    """Say that no episode reaches the target, which may be misspelt, with the nodes that were seen."""
+    """Return a message that no episode reaches the target, perhaps misspelt, with the nodes seen."""
     return f"no episode reaches the target {shown(target)}; nodes seen are {first_names(seen)}"

@@ -114,7 +114,7 @@ def runs_inside(path: Path) -> list[Path]:
 
 
 def _content(config: Path) -> bytes | Path:
-    """Return the content of a config; its path where it cannot be read, as it equals no other then."""
+    """Return the content of a config; its path if unreadable, as it equals no other then."""
     try:
         return read_bytes(config)
     except InputError:

@@ -28,7 +28,7 @@ class Summary:
     has_single_runs: bool  # whether some line is of one run
 
     def caption(self) -> str:
-        """Return how to read the numbers."""
+        """Return an explanation of the numbers."""
         return f"{_CAPTION}{_SINGLE_RUNS if self.has_single_runs else ''}"
 
     def table(self) -> Table:

@@ -123,7 +123,7 @@ class TrainConfig:
 
     @property
     def title(self) -> str:
-        """Return what the run trains, in a sentence."""
+        """Return a description of the run, in a sentence."""
         agents = f"{self.agents.method} with meta-controller {self.resolved_method.meta}"
         played, excluded = ", ".join(self.env.names), ", ".join(spec_names(self.env.exclude))
         where = f"{self.env.kind} {played}{f' without {excluded}' if excluded else ''}, seed {self.seed}"

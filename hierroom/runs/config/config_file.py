@@ -15,7 +15,7 @@ from hierroom.support.files import usable_path
 from hierroom.support.reading import read_toml
 
 OF_ENVIRONMENTS = ("env_index", "levels")
-"""Entries of an environment that a run sets itself: it trains in levels of its own, and is evaluated in others."""
+"""Entries of an environment that a run sets itself: training and evaluation have different levels."""
 
 
 def read_config(path: str | Path, *, trust: bool = False, **entries: Any) -> TrainConfig:

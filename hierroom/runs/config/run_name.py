@@ -1,4 +1,4 @@
-"""The name of a run: what is trained, and what differs from its preset."""
+"""The name of a run: method, world and differences from its preset."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A checkpoint as bytes: what torch writes, then its SHA-256 digest, as torch checks no checksums of its format."""
+"""A checkpoint as bytes: torch's format, then its SHA-256 digest, as torch checks no checksums."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ class CSVTable:
         return n_kept
 
     def measure(self, n_rows: float = math.inf, steps: float = math.inf) -> tuple[int, int]:
-        """Return how many rows `keep` would keep, and the bytes until their end, and change nothing."""
+        """Return the number of rows that `keep` would keep, and the bytes until their end; change nothing."""
         names, n_kept, end = [], 0, 0
         for place, entries in self._rows(steps) if n_rows else ():
             n_kept += bool(names)

@@ -1,4 +1,4 @@
-"""Text maps of levels: walls, doors, keys, the exit and the start, as somebody draws them in an editor."""
+"""Text maps of levels, to draw in an editor: walls, doors, keys, the exit and the start."""
 
 from __future__ import annotations
 

@@ -94,7 +94,7 @@ _DIRECTIONS = tuple(np.int64(direction) for direction in range(N_DIRECTIONS))
 
 
 def write_one(outcomes: np.ndarray, levels: np.ndarray, goal: int) -> dict[str, Any]:
-    """Return what the only environment of a batch shows, and the vector of a goal or -1, in fresh arrays."""
+    """Return the observation of a batch of one, and the vector of a goal or -1, in new arrays."""
     image, vector = np.empty(IMAGE, _UINT8), np.empty(GOAL_SIZE, _FLOAT32)
     keys, doors = np.empty(N_COLOURS, _INT8), np.empty(N_COLOURS, _INT8)
     direction = _compiled_level()(outcomes, levels, goal, TRIPLES, GOAL_VECTORS, image, vector, keys, doors)

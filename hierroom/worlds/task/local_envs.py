@@ -56,7 +56,7 @@ class LocalEnvs:
         return Taken(observations, rewards, terminated, truncated, as_totals(values, self._goals, self._name))
 
     def render(self, env: int) -> Any:
-        """Return what an environment draws."""
+        """Return an environment's picture or text."""
         with user_code("the environment", "cannot be drawn"):
             return self._envs[env].render()
 

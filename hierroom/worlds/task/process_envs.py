@@ -64,7 +64,7 @@ class Block(gymnasium.Env):
         self._arrays["totals"][envs] = totals
 
     def draw(self, env: int) -> Any:
-        """Return what an environment draws."""
+        """Return an environment's picture or text."""
         return self._envs.render(env)
 
 
@@ -102,7 +102,7 @@ class ProcessEnvs:
         return [_nested({path: shown[f"{_SHOWN}{name}"][env] for name, path in self._paths.items()}) for env in envs]
 
     def render(self, env: int) -> Any:
-        """Return what an environment draws."""
+        """Return an environment's picture or text."""
         block, place = divmod(env, self._n_places)
         return self._blocks.call("draw", place)[block]
 

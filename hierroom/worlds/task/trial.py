@@ -15,7 +15,7 @@ N_STEPS = 20
 
 
 def try_out(task: TaskParts) -> Trial:
-    """Take random steps in a new environment of a task; what is wrong with the task is raised as one line."""
+    """Take random steps in a new environment of a task; its faults are raised as one line."""
     env = task.new_env()
     actions = env.action_space
     if not isinstance(actions, spaces.Discrete):

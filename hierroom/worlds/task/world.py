@@ -65,14 +65,14 @@ class TaskWorld(BaseWorld):
         return self.task.features
 
     def begin(self, envs: NDArray[np.integer]) -> None:
-        """Begin the episodes of environments [M], each with the seed of its own."""
+        """Begin the episodes of environments [M], each with its own seed."""
         numbers = envs.tolist()
         seeds = [self.replayer.seed_of(self.identity(env)) for env in numbers]
         self._note(envs, *self._envs.reset(numbers, seeds))
         self._taken[envs], self._actions[envs], self._cut[envs] = 0, _NONE, False
 
     def identity(self, env: int) -> tuple[int, int, int, str | None]:
-        """Return what fixes the episode of an environment: seed, environment, number and part of the levels."""
+        """Return the identity of an environment's episode: seed, environment, number and part of the levels."""
         return int(self.seeds[env]), int(self.indices[env]), int(self.numbers[env]), self.config.levels
 
     def _note(self, envs: NDArray[np.integer], observations: list[Any], totals: NDArray) -> None:
@@ -89,7 +89,7 @@ class TaskWorld(BaseWorld):
         self._totals[where] = totals
 
     def shown(self, envs: NDArray[np.integer]) -> dict[str, NDArray]:
-        """Return what environments [M] show now, by name."""
+        """Return the observations of environments [M], by name."""
         return {name: array[envs] for name, array in self._shown.items()}
 
     def step(self, actions: NDArray[np.int64]) -> np.ndarray:

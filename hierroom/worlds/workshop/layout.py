@@ -28,7 +28,7 @@ SHOP = record_type(
 
 @dataclass(frozen=True)
 class WorkshopState:
-    """The exact state of N workshops: records [N] of `SHOP`, things [N, 3, T] and what was on the bench [N, V].
+    """The exact state of N workshops: records [N] of `SHOP`, things [N, 3, T] and past contents of the bench [N, V].
 
     ``visited`` is a table of keys (see `kernels.visit`); V is 0 where nothing asks for it.
     """

@@ -65,7 +65,7 @@ class Book(NamedTuple):
     recipes: Recipes
 
     def __reduce__(self) -> tuple[Any, tuple[Rules]]:
-        """Let copies share the recipes, which nobody can write to."""
+        """Let copies share the recipes, which are read-only."""
         return book_of, (self.rules,)
 
 

@@ -87,7 +87,7 @@ class WorkshopReplayer:
         return "\n".join(lines)
 
     def picture(self, state: WorkshopState, goal: int, tile_size: int, title: str = "") -> NDArray[np.uint8]:
-        """Draw a state: [H, W, 3] uint8, the shelf in rows, below it the bench, and the goal with what it takes."""
+        """Draw a state: [H, W, 3] uint8, the shelf in rows, below it the bench, and the goal with its recipe."""
         from PIL import Image, ImageDraw
 
         _only(state)

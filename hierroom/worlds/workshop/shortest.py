@@ -26,7 +26,7 @@ def _things(counts: NDArray[np.uint8]) -> set[int]:
 
 
 class Solver:
-    """Finds shortest solutions, and remembers what it found."""
+    """Finds shortest solutions, and caches them."""
 
     def __init__(self, recipes: Recipes) -> None:
         self._recipes = recipes

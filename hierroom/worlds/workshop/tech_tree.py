@@ -97,7 +97,7 @@ def _ask(
     *,
     is_last: bool,
 ) -> dict[str, int]:
-    """Return what a product is made of: one to three things, each with its count.
+    """Return the ingredients of a product: one to three things, each with its count.
 
     One at least was not used yet, so no two products are made of the same. As long as more than two things wait to be
     used, it takes two of them, so that the last product can take the rest.

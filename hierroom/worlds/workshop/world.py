@@ -28,7 +28,7 @@ from hierroom.worlds.workshop.view import WorkshopView
 from hierroom.worlds.world import Feature, Seeds
 
 MOST_VISITED = 2**16
-"""Slots of the table of what was on the bench, twice as many as steps; in longer episodes nothing is new at last."""
+"""Slots of the table of past benches, twice as many as steps; in longer episodes it fills up."""
 _KEYS = (*(f"K_{digit}" for digit in "1234567890"), *(f"K_{letter}" for letter in "qwertyuiopasdfghjklzxcvbnm"))
 
 
@@ -120,7 +120,7 @@ class WorkshopWorld(BaseWorld):
         return self.task.features
 
     def remember(self, memories: Iterable[str]) -> None:
-        """Remember what was on the bench, ``visited``, from the next `reset` on."""
+        """Remember the contents of the bench, ``visited``, from the next `reset` on."""
         for name in memories:
             if name != "visited":
                 raise InputError(f"a workshop can remember visited, not {name!r}")
@@ -160,17 +160,17 @@ class WorkshopWorld(BaseWorld):
         return WorkshopView(self.book, self.task.solver, shops, things)
 
     def observe(self, envs: NDArray[np.integer]) -> WorkshopView:
-        """Return what environments [M] show now, read-only; if they are all there are, the next step overwrites it."""
+        """Return the view of environments [M], read-only; if they are all, the next step overwrites it."""
         if envs is self.everywhere or len(self) == 1:
             return self._view(read_only(self._state.shops), read_only(self._state.things))
         return self.exact_view(envs)
 
     def exact_view(self, envs: NDArray[np.integer]) -> WorkshopView:
-        """Return what environments [M] show now, in read-only copies."""
+        """Return the view of environments [M], in read-only copies."""
         return freeze(self._view(self._state.shops[envs], self._state.things[envs]))
 
     def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> WorkshopView:
-        """Return what environments [M] show after the last step, those that ``ended`` [M] before they were reset."""
+        """Return the view of environments [M] after the last step; of those that ``ended`` [M], before the reset."""
         shops, things = self._state.shops[envs], self._state.things[envs]
         if self._autoreset:
             shops[ended], things[ended] = self._last_shops[envs[ended]], self._last_things[envs[ended]]
