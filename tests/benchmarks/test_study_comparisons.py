@@ -1,4 +1,4 @@
-"""Comparisons of methods that a file names, on tables whose answers are known."""
+"""Comparisons of methods that a file names, on tables with known answers."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""The study's table of what makes the difference, on tables whose answers are known."""
+"""The study's table of what makes the difference, on tables with known answers."""
 
 import sys
 from pathlib import Path

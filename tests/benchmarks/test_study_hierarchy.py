@@ -1,4 +1,4 @@
-"""The study's comparison of a method with a hierarchy and one without, on tables whose answers are known."""
+"""The study's comparison of a method with a hierarchy and one without, on tables with known answers."""
 
 import csv
 import sys

@@ -1,4 +1,4 @@
-"""The study's statistics, on tables whose answers are known."""
+"""The study's statistics, on tables with known answers."""
 
 import numpy as np
 import pytest

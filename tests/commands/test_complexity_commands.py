@@ -1,4 +1,4 @@
-"""Table 2 beside the paper's, and the two commands that print complexity."""
+"""Table 2 next to the paper's, and the two commands that print complexity."""
 
 import csv
 import io

@@ -1,4 +1,4 @@
-"""docs/own.md tells of everything that a user's own code is given, and of nothing else."""
+"""docs/own.md lists everything that user code is given, and nothing else."""
 
 import re
 from dataclasses import fields

@@ -1,4 +1,4 @@
-"""The file operations of a process below a folder, right before one of which it is killed."""
+"""The file operations of a process below a folder; it is killed right before one."""
 
 import builtins
 import io
@@ -60,15 +60,15 @@ class Places:
         def observed_open(file: Any, mode: str = "r", *arguments: Any, **named: Any) -> Any:
             opened = open_file(file, mode, *arguments, **named)
             if "b" in mode and not {*mode}.isdisjoint("wxa") and not isinstance(file, int) and self.has(file):
-                return Told(opened, self)
+                return Reported(opened, self)
             return opened
 
         os.write, os.fsync, io.open, builtins.open = observed_write, observed_fsync, observed_open, observed_open
         sys.addaudithook(self.audit)
 
 
-class Told:
-    """A file that tells of what is written to it."""
+class Reported:
+    """A file that reports its writes."""
 
     def __init__(self, file: Any, places: Places) -> None:
         self._file, self._places = file, places
@@ -76,7 +76,7 @@ class Told:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._file, name)
 
-    def __enter__(self) -> "Told":
+    def __enter__(self) -> "Reported":
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -22,7 +22,7 @@ DIGGING = ["wood", "wood", "table", "wood", "pickaxe", "stone", "stone", "tunnel
 
 
 def walk(rules, seed):
-    """The goals of a whole way, whose random numbers stay the same."""
+    """The goals of a whole way, with the same random numbers throughout."""
     search, marking, goals = DepthFirst(rules), rules.start_marking, []
     random = np.random.default_rng(seed).random(search.n_random)
     while (rule := search.next_rule(marking, random)) is not None:

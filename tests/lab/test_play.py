@@ -30,7 +30,7 @@ KEY_OF = {
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """A run that has hardly learned."""
+    """A run that has learned little."""
     out = tmp_path_factory.mktemp("played") / "run"
     small = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 8, "minibatches": 2, "steps": 256}
     hierroom.train(**small, meta="fixed-dfs", evaluations=0, out=out)

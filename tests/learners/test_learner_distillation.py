@@ -27,7 +27,7 @@ def draw(rng, n=6):
 
 
 def test_whitening_by_hand():
-    # Shares 1/4 and 3/4; then 1 in 101, whose one is clipped; then a column that never changes.
+    # Shares 1/4 and 3/4; then 1 in 101, with its one clipped; then a column that never changes.
     scale, shift = whitening(np.array([1.0, 3, 1, 100, 7]), np.array([2, 2, 1]))
     one, zero = scale + shift, shift
     np.testing.assert_allclose(zero, [-(3**-0.5), -(3**0.5), -0.1, -5, 0])

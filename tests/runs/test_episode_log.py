@@ -35,7 +35,7 @@ def ended(*successes: bool, length: int = 10) -> Any:
 
 
 def places(n: int) -> Any:
-    """Turns of which only the world is known, by what it says of the episodes that ended."""
+    """Turns with only a world, which reports the episodes that ended."""
     world = SimpleNamespace(
         everywhere=np.arange(n), variants_of=lambda envs: ["c"] * len(envs), milestones_of=lambda envs, goals: goals
     )

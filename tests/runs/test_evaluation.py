@@ -145,7 +145,7 @@ def test_another_meta_controller_gives_other_goals(evaluated):
 
 
 class Whole:
-    """A pair in disguise, of which `Play` cannot leave environments out."""
+    """A pair in disguise, so that `Play` cannot leave environments out."""
 
     def __init__(self, pair):
         self.step = pair.step

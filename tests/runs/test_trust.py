@@ -54,7 +54,7 @@ CALLS = {
 
 @pytest.fixture
 def run(tmp_path, monkeypatch) -> RunFolder:
-    """A run, and beside it and within it a module that leaves a file behind when it is imported."""
+    """A run, and next to it and within it a module that leaves a file behind when imported."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path])
     trainer, folder = session.begin(SMALL, Path("run"))

@@ -26,7 +26,7 @@ META = "def first(level):\n    return level.legal_goals[0]\n"
 
 @pytest.fixture(autouse=True)
 def elsewhere(tmp_path, monkeypatch):
-    """An empty folder, whose modules are forgotten afterwards."""
+    """An empty folder; its modules are forgotten afterwards."""
     monkeypatch.chdir(tmp_path)
     before = dict(sys.modules)
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])

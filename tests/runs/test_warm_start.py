@@ -108,7 +108,7 @@ def test_a_warm_start_is_resumed_without_the_run_it_came_from(run, tmp_path):
 
 
 def test_what_a_gpu_trained_plays_on_the_cpu(tmp_path, monkeypatch):
-    """A GPU trains through torch and the CPU plays with compiled kernels, whose optimiser keeps other records."""
+    """A GPU trains through torch and the CPU plays with compiled kernels; their optimiser keeps other records."""
     config = SMALL.changed(device="cuda")
     with monkeypatch.context() as without_kernels:
         without_kernels.setattr(ppo, "FusedBackend", lambda *arguments: TorchBackend(*arguments[:2], "cpu"))

@@ -1,4 +1,4 @@
-"""Agents in one file: those that ship, one's own, and files that are damaged or lie."""
+"""Agents in one file: those that ship, custom ones, and damaged or false files."""
 
 import json
 from pathlib import Path

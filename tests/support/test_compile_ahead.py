@@ -1,4 +1,4 @@
-"""After ``python -m hierroom compile`` nothing compiles any more, and a second call sees so at once."""
+"""After ``python -m hierroom compile`` nothing compiles any more, and a second call sees so fast."""
 
 import os
 from pathlib import Path

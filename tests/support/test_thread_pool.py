@@ -49,7 +49,7 @@ def test_a_pool_works_in_a_forked_process():
     assert pool.submit(pow, 3, 2).result() == 9
 
 
-@pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")  # Python 3.12 warns of forks beside threads
+@pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")  # Python 3.12 warns of forks with threads
 def test_a_world_that_was_stepped_with_two_threads_goes_on_in_a_forked_process():
     n = 2 * MIN_ENVS_PER_THREAD
     world, actions = Engine([NAMED_GRAPHS["a"]], n, size=19, threads=2), np.arange(n) % 5

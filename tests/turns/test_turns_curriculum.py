@@ -1,4 +1,4 @@
-"""Curricula: turns in environments whose graphs grow harder as the agent escapes, and easier as it does not."""
+"""Curricula: turns in environments with harder graphs as the agent escapes, and easier ones as it does not."""
 
 import numpy as np
 import pytest

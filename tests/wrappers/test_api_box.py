@@ -76,7 +76,7 @@ def test_pettingzoo_checkers(drop_key, capsys):
 
 @pytest.mark.parametrize("drop_key", [False, True])
 def test_turns_show_the_same_boxes_and_their_masks(drop_key):
-    """Played beside the dicts, with every action there is, legal or not."""
+    """Played next to the dicts, with every action, legal or not."""
     settings = {"drop_key": drop_key, "goal_mask": "existing", "subgoal_horizon": 5, "reward": "bonus"}
     env, plain = make_aec(**settings), hierroom.raw_env(graph="a", size=11, max_steps=60, **settings)
     assert env.observation_space("meta_0") == env.observation_space("controller_0")

@@ -31,7 +31,7 @@ def test_gymnasium_checker():
 @pytest.mark.parametrize("drop_key", [False, True])
 @pytest.mark.parametrize("meta", ["none", "fixed-dfs"])
 def test_the_view_equals_minigrid_s_observations_and_the_environment_s_steps(drop_key, meta):
-    """At random and on the way to the exit, beside the environment itself."""
+    """At random and on the way to the exit, next to the environment itself."""
     settings = {"graph": "e", "size": 13, "max_steps": 200, "drop_key": drop_key, "meta": meta, "reward": "bonus"}
     plain = gymnasium.make("hierroom/EscapeRoom-v0", **settings)
     env = hierroom.minigrid_view(gymnasium.make("hierroom/EscapeRoom-v0", **settings))

@@ -11,7 +11,7 @@ from hierroom.worlds.escape_room.layout import NO_MAPS, OUTCOME, State
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths, solve_levels
 
 EXIT_AMONG_KEYS = GoalGraph((0, 1), 1)
-"""A key lies in the exit's room: its shortest path may have to go around the exit."""
+"""A key is in the exit's room: its shortest path may have to go around the exit."""
 SIX_KEYS = GoalGraph((0, 0, 0, 0, 0, 0), 6)
 """All keys that there can be lie in the centre room."""
 GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 0, 1, 0, 2, 4), 5), SIX_KEYS, EXIT_AMONG_KEYS]
