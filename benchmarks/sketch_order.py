@@ -48,7 +48,7 @@ class PairsAhead:
     """In how many pairs of seeds a method is ahead of another, and what chance would give.
 
     Args:
-        twice: the doubled number, of which a tie counts 1.
+        twice: the doubled number; a tie counts 1.
         n: of pairs.
         chances: [2n + 1] the probability of each doubled number where the methods are equal.
     """
@@ -63,7 +63,7 @@ class PairsAhead:
 
         Args:
             first: [A] a value for each seed of the method.
-            second: [B] likewise of the other.
+            second: [B] a value for each seed of the other.
         """
         values = np.concatenate([first, second])
         everyone = np.arange(len(values))

@@ -1,4 +1,4 @@
-"""Memory, threads, open files and speed over an hour of everything at once, in one process.
+"""Memory, threads, open files and speed over an hour of everything together, in one process.
 
     python -m benchmarks.soak                # an hour
     python -m benchmarks.soak --minutes 3    # a look

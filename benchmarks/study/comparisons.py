@@ -54,7 +54,7 @@ class PlannedComparison:
 
     Args:
         method: the name of the one.
-        reference: that of the other, by whose steps those of the first are divided.
+        reference: that of the other; its steps divide those of the first.
         outcome: the milestone; None: that of the study's rules.
     """
 

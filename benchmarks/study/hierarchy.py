@@ -88,7 +88,7 @@ class Comparison:
         low: the lower end of its interval; NaN where a method has a single seed.
         high: the upper end.
         flat_success: median success rate at the end of training, 0 to 1.
-        hierarchical_success: likewise.
+        hierarchical_success: the same of the hierarchical method.
     """
 
     graph: str

@@ -84,7 +84,7 @@ def ratios(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[n
 
     Args:
         first: [G] steps, may hold ``inf``.
-        second: [G] likewise.
+        second: [G] steps of the other method.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(first == second, 1, first / second)

@@ -117,7 +117,7 @@ def _take_turns(name: str, network: PolicyNetwork, space: AgentSpace, n_envs: in
 
 
 def _compare(name: str, network: PolicyNetwork, space: AgentSpace) -> None:
-    """Refuse a network whose `sequence` gives another result than `step`, turn by turn, with an episode that ends."""
+    """Refuse a network if its `sequence` and turn by turn its `step` differ, with an episode that ends."""
     features = _turns(space, 2)
     resets = torch.zeros(_N_TURNS, 2, dtype=torch.bool)
     resets[-1, 0] = True  # in one environment an episode begins, in the other it goes on

@@ -111,7 +111,7 @@ def main(argv: Sequence[str]) -> int:
     for failed, reason in outcome.failures:
         print(f"failed: {failed.name}: {reason}")
     if replaced := [run.name for run in outcome.replaced]:
-        both = "give both values of an entry at once to keep a row of each"
+        both = "give both values of an entry together to keep a row of each"
         warn(f"the row of {_first_of(replaced)} stands in the place of one of another config; {both}")
     if sweep.plan.episodes is None and (note := _on_few_episodes(rows)):
         warn(note)

@@ -48,7 +48,7 @@ class SingleEnv:
         self._action = np.zeros(1, np.int64)
         self._all_legal = np.ones(self.turns.world.n_actions, np.int8)
         self._waits = NO_GOAL, self.turns.world.goals.no_goal_action
-        self._records: np.ndarray | None = None  # of which these are the values
+        self._records: np.ndarray | None = None  # the record of these values
         self._values = _AT_RESET
 
     def reset(self, seed: int | None, options: dict | None) -> dict[str, dict[str, Any]]:

@@ -50,7 +50,7 @@ class Situation(Observation):
         if given.shape != self.envs.shape or given.dtype.kind not in "iu":
             raise InputError(
                 f"the meta-controller's choice must be {len(self)} goal ids (whole numbers, one for each environment "
-                f"whose turn it is), not an array of {given.dtype} and shape {given.shape}"
+                f"that asks), not an array of {given.dtype} and shape {given.shape}"
             )
         in_range = (given >= NO_GOAL) & (given <= no_goal_action)
         choices = np.where(in_range, given, no_goal_action).astype(np.int64)  # an unsigned number has no place for -1

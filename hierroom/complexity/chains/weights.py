@@ -146,7 +146,7 @@ def can_reach(
 
 
 def closed_classes(weights: sp.csr_array) -> list[NDArray[np.int64]]:
-    """Find the closed classes: sets of nodes that reach each other and no other node, in one of which a walk ends."""
+    """Find the closed classes: sets of nodes that reach each other and no other node. A walk ends in one of them."""
     n_classes, labels = connected_components(weights, directed=True, connection="strong")
     edges = weights.tocoo()
     leaves = labels[edges.row] != labels[edges.col]

@@ -45,7 +45,7 @@ LEVEL = record_type(
     # Of a level that is drawn: top row, left col, bottom row, right col of rooms 0, 1, ...
     ("rectangles", "i4", (MAX_GRID_ROOMS, 4)),
     ("doors_at", "i4", (N_COLOURS, 2)),  # (row, col)
-    ("keys_at", "i4", (N_COLOURS, 2)),  # (row, col) where its key lies, or lay before it was picked up
+    ("keys_at", "i4", (N_COLOURS, 2)),  # (row, col) of its key, or of the key's cell before it was picked up
     ("exit_at", "i4", 2),  # (row, col)
     ("divider", "i4", 4),  # row or col at which each side of the centre is divided if it holds two rooms
     # The agent.

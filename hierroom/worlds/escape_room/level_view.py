@@ -128,7 +128,7 @@ class LevelView:
         """Ranks of goals in a depth-first walk, the next one highest, [M, 13]: exit, door of a key held, latest key."""
         opened_at = np.zeros((len(self), 1 + N_COLOURS), np.int64)  # of every room; the centre is open from step 0
         opened_at[:, 1:] = self.levels["opened_at"]
-        recency = opened_at[np.arange(len(self))[:, None], self.key_rooms]  # [M, 6] of the room the key lies in
+        recency = opened_at[np.arange(len(self))[:, None], self.key_rooms]  # [M, 6] of the key's room
         later = self.levels["max_steps"].astype(np.int64) + 1
         return self.by_goal(recency, recency + later[:, None], 2 * later)
 

@@ -40,7 +40,7 @@ RULES = (
     "the grid holds nothing else",
     "the agent stands on floor",
     "the bag holds the keys that are held, each once",
-    "the key to drop is the one picked up last whose door is locked",
+    "the key to drop is the last one picked up with a locked door",
     "has_ended is True at the exit and after the last step only",
     "all doors of a level that is drawn are opened from its first room",
 )

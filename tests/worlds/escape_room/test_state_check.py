@@ -94,7 +94,7 @@ BREAK = {
     "the grid holds nothing else": key_twice,
     "the agent stands on floor": lambda level, grid: grid.__setitem__((level.row, level.col), constants.WALL),
     "the bag holds the keys that are held, each once": lambda level, grid: setattr(level, "bag_size", 6),
-    "the key to drop is the one picked up last whose door is locked": lambda level, grid: setattr(level, "carried", 2),
+    "the key to drop is the last one picked up with a locked door": lambda level, grid: setattr(level, "carried", 2),
     "has_ended is True at the exit and after the last step only": lambda level, grid: setattr(level, "has_ended", True),
     "all doors of a level that is drawn are opened from its first room": lambda level, grid: setattr(
         level, "door_rooms", 1
