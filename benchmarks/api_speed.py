@@ -3,11 +3,11 @@
     python benchmarks/api_speed.py
 
 CPU time of this process (`time.process_time`) per turn or step, random actions, episodes begun anew where they end.
-Each repeat times each case once, one after another, so that a busy machine slows them all. The engine alone steps
-the same levels and encodes a fresh view [N, 7, 7, 3] of each; the vector environments are compared with it at the same
-number of environments, and give six arrays of observations (or one flat one), rewards, ends and infos besides.
-Wanted: an AEC turn without wrappers 15 microseconds or less, a parallel step 25, a Gymnasium step 12, and the vector
-environment 80% of the engine's speed at 128 and at 8192 environments, with dict and with flat observations.
+Each repeat times each case once, one after another, so that a busy machine slows them all. The engine alone steps the
+same levels and encodes a new view [N, 7, 7, 3] of each. The vector environments are compared with it at the same number
+of environments. They also give six arrays of observations (or one flat one), rewards, ends and infos. Wanted: an AEC
+turn without wrappers in at most 15 microseconds, a parallel step in 25, a Gymnasium step in 12. The vector environment
+should have 80% of the engine's speed at 128 and at 8192 environments, with dict and with flat observations.
 """
 
 import argparse
@@ -59,7 +59,7 @@ def aec(env) -> Run:
 
 
 def tictactoe(env) -> Run:
-    """Likewise, but among the legal actions: an illegal one ends the game."""
+    """Play with legal actions only: an illegal one ends the game."""
     env.reset(seed=0)
     rng = np.random.default_rng(0)
     boards = cycle([rng.permutation(9).tolist() for _ in range(256)])
@@ -192,10 +192,10 @@ def main() -> None:
                 shares = [a / b for a, b in zip(taken[f"engine, {n}"], taken[name], strict=True)]
                 low, share, high = statistics.quantiles(shares, n=4)
                 fastest = min(taken[f"engine, {n}"]) / min(taken[name])  # other processes only ever add to it
-                told = "met" if share >= MIN_SHARE else "MISSED"
+                verdict = "met" if share >= MIN_SHARE else "MISSED"
                 print(
                     f"{name}: {share:.0%} of the engine's speed ({low:.0%} to {high:.0%}; of the fastest repeats "
-                    f"{fastest:.0%}), wanted {MIN_SHARE:.0%} or more: {told}"
+                    f"{fastest:.0%}), wanted {MIN_SHARE:.0%} or more: {verdict}"
                 )
 
 

@@ -1,9 +1,9 @@
 """Count the files and functions of the package that a command passes through.
 
-Four ways are counted: to begin a run, from a second `hierroom.train` in one process to its first update; the part of
-that before the untrained agents are evaluated; a step of the controller in the AEC environment; and loading a
-checkpoint. A reader who follows one of these opens so many files and reads so many functions; a hand-over is a call
-from a function in one file to a function in another.
+Four paths are counted. Beginning a run: from a second `hierroom.train` in one process to its first update, and the part
+before the untrained agents are evaluated. A step of the controller in the AEC environment. Loading a checkpoint. A
+reader who follows one of these opens so many files and reads so many functions; a hand-over is a call from a function
+in one file to a function in another.
 
 python -m benchmarks.call_counts
 python -m benchmarks.call_counts step --by-file

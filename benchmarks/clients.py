@@ -1,8 +1,8 @@
 """Runs every client of the package that is installed, and prints docs/clients.md's table: versions, and whether it ran.
 
-``python benchmarks/clients.py`` runs those of this Python. Some libraries pin others so that no one environment holds
-all of them; ``--python PATH`` names further ones, in which each client is looked for in turn, and ``--out
-docs/clients.md`` writes the table into the page.
+``python benchmarks/clients.py`` runs those of this Python. Some libraries pin others, so that no environment has all of
+them. ``--python PATH`` names further Pythons, in which each client is looked for in turn. ``--out docs/clients.md``
+writes the table into the page.
 """
 
 from __future__ import annotations
@@ -112,8 +112,8 @@ def row(client: Client, pythons: tuple[Path, ...]) -> str:
             if done.returncode:
                 print(done.stderr[-2000:], file=sys.stderr)
             said = f"ran in {time.perf_counter() - started:.0f} s" if done.returncode == 0 else "**failed**"
-            told = ", ".join(f"{name} {version}" for name, version in found.items())
-            return f"| {client.name} | {told} | {client.view} | {example} | {said} |"
+            named = ", ".join(f"{name} {version}" for name, version in found.items())
+            return f"| {client.name} | {named} | {client.view} | {example} | {said} |"
     return f"| {client.name} | not installed | {client.view} | {example} | not run |"
 
 

@@ -1,4 +1,4 @@
-"""Cost of a complexity report against the number of nodes, beside deeptime's and a dense numpy solve.
+"""Cost of a complexity report against the number of nodes, next to deeptime's and a dense numpy solve.
 
     python benchmarks/complexity_scale.py
 

@@ -2,10 +2,10 @@
 
     python -m benchmarks.health_cost --pairs 300
 
-One training goes on; of each two updates one is checked and one is not, in an order drawn for each pair, so that both
-see the same levels, the same network and the same other work on the machine. Times are CPU time of its one thread. The
-cost is the median over the pairs of time with checks by time without, with an interval from resampling the pairs;
-beside it stands the share of the time in checked updates that is spent in the checks.
+In one training, one of each two updates is checked, in an order drawn for each pair. So both see the same levels, the
+same network and the same load of the machine. Times are CPU time of its one thread. The cost is the median over the
+pairs of time with checks by time without, with an interval from resampling the pairs. The next column is the share of
+the time in checked updates that the checks take.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ ROWS = Path(__file__).parent / "results" / "hindsight" / "runs.csv"
 
 
 def differences(rows: list[dict[str, str]], graph: str, column: str) -> np.ndarray:
-    """[S] the column without hindsight minus that with it, of each seed."""
+    """Return the column without hindsight minus that with it, of each seed [S]."""
     found = {(row["hindsight"], row["seed"]): float(row[column]) for row in rows if row["graph"] == graph}
     seeds = sorted({seed for _, seed in found})
     return np.array([found["no", seed] - found["yes", seed] for seed in seeds])

@@ -2,7 +2,7 @@
 
     python -m benchmarks.interval_coverage
 
-Scores are drawn from a distribution whose mean and interquartile mean are known.
+Scores are drawn from a distribution with known mean and interquartile mean.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Options:
 
 
 def coverage(statistic, draw, n_runs: int, n_graphs: int) -> float:
-    """Return the fraction of experiments whose interval holds the value that very many runs have."""
+    """Return the fraction of experiments with the value of very many runs inside their interval."""
     generator = np.random.default_rng(0)
     truth = statistic([draw(generator, 1_000_000)[:, None, None]])[0]
     covered = 0

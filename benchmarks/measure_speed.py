@@ -2,8 +2,8 @@
 
     python -m benchmarks.measure_speed
 
-Each time is CPU time of one thread, so that other processes do not lengthen it: the median of some repeats after a
-warm-up, with the spread from the least to the greatest; for a set of graphs it is the sum over the graphs. Levels are
+Each time is CPU time of one thread, so that other processes do not lengthen it. It is the median of some repeats after
+a warm-up, with the spread from the least to the greatest. For a set of graphs it is the sum over the graphs. Levels are
 measured once each.
 """
 

@@ -1,9 +1,9 @@
-"""Microseconds a choice of the two ways to write a meta-controller: for all environments at once, or level by level.
+"""Microseconds a choice of the two ways to write a meta-controller: for all environments, or level by level.
 
     python benchmarks/meta_speed.py
 
-Both are those of `examples/own_meta_controller.py`; fixed DFS, which ships, stands beside them. Each repeat times each
-of them once on the same situations, one after another, so that a busy machine slows them all.
+Both are those of `examples/own_meta_controller.py`; the third is fixed DFS, which ships. Each repeat times each of them
+once on the same situations, one after another, so that a busy machine slows them all.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Options:
     """Time choices.
 
     Args:
-        num_envs: environments that are asked about at once.
+        num_envs: environments of one call.
         repeats: timed passes over all of them, after one that is not.
     """
 

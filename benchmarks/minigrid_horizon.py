@@ -1,11 +1,11 @@
-"""The effective horizon of MiniGrid levels, beside the values that were published.
+"""The effective horizon of MiniGrid levels, next to the published values.
 
     python -m benchmarks.minigrid_horizon
 
 The settings are those of BRIDGE (Laidlaw, Russell and Dragan, Bridging RL Theory and Practice with the Effective
-Horizon, 2023): the level of seed 0; actions 0 to 5, without "done"; reward 1 for the mission, whenever; a horizon of
-100 steps. BRIDGE used MiniGrid 2.2. Its table of all MDPs is on Zenodo (record 8226192); the one level whose numbers
-stand in the authors' repository, github.com/cassidylaidlaw/effective-horizon, is MiniGrid-KeyCorridorS3R1-v0.
+Horizon, 2023). The level is that of seed 0, with actions 0 to 5, without "done". The mission gives 1 at any time; the
+horizon is 100 steps. BRIDGE used MiniGrid 2.2. Its table of all MDPs is on Zenodo (record 8226192); the one level whose
+numbers stand in the authors' repository, github.com/cassidylaidlaw/effective-horizon, is MiniGrid-KeyCorridorS3R1-v0.
 
 In the table, k is the least for which the MDP is k-QVI-solvable, W the effective planning window, and bound that on the
 effective horizon by theorem 5.4. H_1 and H_2 are by GORP's exact probability of success; what is published of H_1 is an

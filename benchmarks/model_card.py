@@ -1,6 +1,6 @@
 """Write the model card of the agents that ship: ``python -m benchmarks.model_card``.
 
-Each plays 1000 episodes on levels that training never used. The card stands beside the weights.
+Each plays 1000 episodes on levels that training never used. The card is next to the weights.
 """
 
 from __future__ import annotations

@@ -52,7 +52,7 @@ def write_correlations(name: str, milestone: Milestone | None) -> Path:
 
     Args:
         name: of the sweep.
-        milestone: whose steps are ranked; None: that of the study's rules.
+        milestone: the milestone that ranks runs by its steps; None: that of the study's rules.
 
     Raises:
         InputError: if no seed is whole, or as `benchmarks.study.statistics.study`.

@@ -35,9 +35,9 @@ FAINT_WORTH = 0.25
 """Worth of seeing a faint cell, where a hopeful one is worth 1; if they were worth the same, episodes on all seven
 graphs would be 4% longer. 0.1 and 0.5 do as well."""
 PATIENCE = 6
-"""Steps added to every way before the worth of what is to be seen at its end is divided by its length: without them
-glimpses close by win too often, and episodes are 4% longer; 5 and 8 do as well. To go for the nearest, whatever its
-worth, makes them 11% longer."""
+"""Steps added to the length of every way before the worth of its view is divided by it. Without them near glimpses win
+too often, and episodes are 4% longer; 5 and 8 do as well. To go for the nearest, whatever its worth, makes them 11%
+longer."""
 WANTED = KEY, LOCKED_DOOR, EXIT
 """The first tile code of each kind of goal: a key, a door, the exit."""
 LAST_ACTION = constants.PICKUP, constants.OPEN, constants.FORWARD
@@ -99,8 +99,8 @@ def survey(known, corner, is_done):
 def imagine(known, start, latest, kind, imagined):
     """Draw the map with the unseen cells that may hold a goal as faint or hopeful, others that may be floor as idle.
 
-    A key may lie in every room, the exit in every room but the centre; hopeful are the cells of the room opened last,
-    or of the centre while none is: as a rule the goal is there. Doors are in the walls of the centre.
+    A key may be in every room, the exit in every room but the centre. Hopeful are the cells of the room opened last, or
+    of the centre before that: the goal is usually there. Doors are in the walls of the centre.
 
     Args:
         known: the map.

@@ -3,10 +3,10 @@
     python -m benchmarks.sketch_order
 
 The steps come from three seeds of the paper's Table 3 on grids of 25, the success there from five other seeds. `pairs`
-is in how many of the pairs of a seed of each method PPO is ahead, ties counted by half. `lead` is by how many points of
-success its mean is ahead, with the 95% interval of Welch's test, `paper's lead` that of the paper, and `by chance` how
-often PPO would be as far ahead of an equal method where each has five seeds, as in the paper, that are drawn from our
-ten on the graph; of all graphs, their sum.
+is in how many of the pairs of a seed of each method PPO is ahead, ties counted by half. `lead` is the lead of its mean
+in points of success, with the 95% interval of Welch's test; `paper's lead` is that of the paper. `by chance` is how
+often PPO would lead an equal method as far, with five seeds each, as in the paper, drawn from our ten on the graph. The
+last row sums over the graphs.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class PairsAhead:
     """In how many pairs of seeds a method is ahead of another, and what chance would give.
 
     Args:
-        twice: the doubled number, of which a tie counts 1.
+        twice: the doubled number; a tie counts 1.
         n: of pairs.
         chances: [2n + 1] the probability of each doubled number where the methods are equal.
     """
@@ -63,7 +63,7 @@ class PairsAhead:
 
         Args:
             first: [A] a value for each seed of the method.
-            second: [B] likewise of the other.
+            second: [B] a value for each seed of the other.
         """
         values = np.concatenate([first, second])
         everyone = np.arange(len(values))
@@ -107,15 +107,15 @@ def table() -> ResultTable:
         lead = PAPER_TABLE_3["ppo", graph].success - PAPER_TABLE_3["ppo-sketch", graph].success
         leads.append(lead)
         chances.append(leads_by_chance(100 * np.concatenate(values), rng))
-        told = (*map(_spread, values), *found[-1].cells(), _lead(*values), f"{lead:.1f}")
-        lines.append((graph, f"{at / 1e6:.2f}M", *told, _share(chances[-1] >= lead)))
+        shown = (*map(_spread, values), *found[-1].cells(), _lead(*values), f"{lead:.1f}")
+        lines.append((graph, f"{at / 1e6:.2f}M", *shown, _share(chances[-1] >= lead)))
     together, in_all = reduce(PairsAhead.__add__, found), sum(leads)
     by_chance = _share(np.sum(chances, axis=0) >= in_all)
     return ResultTable(HEADINGS, (*lines, ("all", "", "", "", *together.cells(), "", f"{in_all:.1f}", by_chance)))
 
 
 def leads_by_chance(values: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
-    """[D] how far the mean of as many seeds as the paper has is above that of others, drawn from the same values.
+    """Return how far the mean of as many seeds as the paper has is above that of others from the same values [D].
 
     Args:
         values: [S] one for each seed.

@@ -1,16 +1,16 @@
-"""Memory, threads, open files and speed over an hour of everything at once, in one process.
+"""Memory, threads, open files and speed over an hour of everything together, in one process.
 
     python -m benchmarks.soak                # an hour
     python -m benchmarks.soak --minutes 3    # a look
 
-A round plays in environments of every API, which it makes, resets, steps at random, renders and closes; goes on with
-two long trainings (HiPPO whose meta-controller learns, and curiosity), saves and reads their checkpoints; and at
-every tenth round takes a short run of two threads from `hierroom.train` to its pictures, loads it and plays. Each tenth
-of the time is a row: mean memory, the largest number of threads and of open files, and medians of speed. On a machine
-that others use too, seconds tell who else was busy, and so does CPU time where a core changes its clock; so the same
-piece of work is timed before and after each part of a round, and speed is judged by the steps that are taken in the CPU
-time of one such piece. Steps a second and a CPU second are told beside it. Exit code 1 if from the second tenth to the
-last memory grew by more than 5%, a thread or a file was added, or a speed fell by more than a tenth.
+A round makes environments of every API, resets them, steps at random, renders and closes them. It goes on with two long
+trainings (HiPPO with a learned meta-controller, and curiosity) and saves and reads their checkpoints. Every tenth round
+takes a short run of two threads from `hierroom.train` to its pictures, loads it and plays. Each tenth of the time is a
+row: mean memory, the largest number of threads and of open files, and medians of speed. On a shared machine, seconds
+depend on other processes, and CPU time on the clock of a core. So the same piece of work is timed before and after each
+part of a round. Speed is judged by the steps taken in the CPU time of one such piece. Steps a second and a CPU second
+are printed too. Exit code 1 if from the second tenth to the last memory grew by more than 5%, a thread or a file was
+added, or a speed fell by more than a tenth.
 """
 
 from __future__ import annotations

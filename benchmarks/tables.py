@@ -25,7 +25,7 @@ A table of many rows is a CSV file. After a link to it the same words say what i
 `[factors](../benchmarks/results/study/factors.csv)<!-- factors study 10 hippo -->`. The site shows those of
 docs/tables.md.
 
-A file benchmarks/results/NAME/told.csv puts a column into the table of a sweep, with a text for each variant.
+A file benchmarks/results/NAME/given.csv puts a column into the table of a sweep, with a text for each variant.
 
 What `measures` shows was written by `benchmarks.study.statistics --out correlations.csv`, or, where a
 milestone stands before the measures, with `--outcome steps_to_50 --out correlations_steps_to_50.csv`.
@@ -122,8 +122,8 @@ def with_told(summary: Summary, path: Path) -> Summary:
     """Return a summary with what a file says of each variant after its name, if there is one."""
     if not path.exists():
         return summary
-    told = ResultTable.read(path)
-    said = {row[0]: row[1] for row in (told.headings, *told.rows)}
+    given = ResultTable.read(path)
+    said = {row[0]: row[1] for row in (given.headings, *given.rows)}
     columns = [(*line[:1], said[line[0]], *line[1:]) for line in (summary.headings, *summary.lines)]
     return replace(summary, headings=columns[0], n_names=summary.n_names + 1, lines=tuple(columns[1:]))
 

@@ -1,13 +1,13 @@
-"""Steps per second of training, and where the time goes, beside sb3-contrib's RecurrentPPO in the same run.
+"""Steps per second of training, and where the time goes, next to sb3-contrib's RecurrentPPO in the same run.
 
     pip install -c constraints.txt -e '.[bench]'
     python benchmarks/train_speed.py
 
 All train a flat PPO with an LSTM of 64 on graph c that reads the view: 128 environments x 128 steps, 4 epochs x 4
-minibatches. Theirs runs on the same Gymnasium environment, one process, with the view flattened: with its own network
-(policy and value have an LSTM and two layers of 64 each), and once with one shared LSTM and nothing after it, as ours
-has. HiPPO with 3 goals and with 13, with the features of the default, shows that the time does not grow with their
-number. Repeats take turns, so that a busy machine slows all alike.
+minibatches. Theirs runs on the same Gymnasium environment, one process, with the view flattened. It has its own network
+(policy and value have an LSTM and two layers of 64 each), and once one shared LSTM and nothing after it, like ours.
+HiPPO with 3 goals and with 13, with the features of the default, shows that the time does not grow with their number.
+Repeats take turns, so that a busy machine slows all alike.
 """
 
 from __future__ import annotations

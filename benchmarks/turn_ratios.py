@@ -3,8 +3,8 @@
     python -m benchmarks.turn_ratios --updates 60
 
 Few turns of a meta-controller are due at a time, so that its sequences span updates. A turn's ratio is its action's
-probability under the weights that learn from it, by that under the weights that took it (as collected) or by the one
-that the learner puts in its place (as learned from).
+probability under the weights that learn from it, divided by a reference. That is the probability under the weights that
+took it (as collected) or the learner's replacement (as learned from).
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Options:
 
 
 def log_probs_now(learner: Learner, batch: Batch) -> NDArray[np.floating]:
-    """[T, M] log-probabilities of a batch's actions under the current weights, replayed from the stored states."""
+    """Return log-probabilities [T, M] of a batch's actions under the current weights, from the stored states."""
     with torch.no_grad():
         logits, _ = learner.network.sequence(  # pyright: ignore[reportCallIssue] - a PolicyNetwork has it
             *map(torch.from_numpy, (batch.features, batch.initial_states, batch.resets))

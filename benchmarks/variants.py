@@ -37,7 +37,7 @@ class RepeatedBonus(Bonus):
     """1 for each key, door and the exit as often as it is achieved: a key that was dropped can be picked up again."""
 
     def rewards(self, step: Step) -> NDArray[np.float64]:
-        """[N] whether something was achieved."""
+        """Return 1 where a goal was achieved [N]."""
         return (step.events >= 0).astype(np.float64)
 
 
@@ -85,7 +85,7 @@ class PlainLSTM(nn.Module):
         return *self._heads(output[0]), torch.cat([hidden[0], cell[0]], dim=-1)
 
     def sequence(self, features: Tensor, state: Tensor, resets: Tensor) -> tuple[Tensor, Tensor]:
-        """Several turns; see `PolicyNetwork.sequence`. Runs of turns without a reset are computed at once."""
+        """Several turns; see `PolicyNetwork.sequence`. Runs of turns without a reset are computed together."""
         inputs, outputs = self._inputs(features), []
         starts = [0, *(t for t in range(1, len(inputs)) if bool(resets[t].any())), len(inputs)]
         for start, end in pairwise(starts):

@@ -1,4 +1,4 @@
-"""Steps per second of the world beside MiniGrid's, in the same process and minute.
+"""Steps per second of the world and of MiniGrid, in the same process and minute.
 
     python benchmarks/world_speed.py
 

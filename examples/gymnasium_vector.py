@@ -1,4 +1,4 @@
-"""The controller alone in 64 environments at once, its goals picked along a random depth-first path."""
+"""The controller alone in 64 environments, with goals along a random depth-first path."""
 
 import time
 

@@ -1,4 +1,4 @@
-"""A meta-controller of one's own that learns which goals can be reached, while its controller learns to reach them.
+"""A custom meta-controller that learns which goals can be reached, while its controller learns to reach them.
 
 python -m hierroom train --meta own_learning_meta:ReachedMostOften --goal-mask existing --subgoal-horizon 50
 """
@@ -11,7 +11,7 @@ N_KINDS = 2 * (EXIT + 7)
 
 
 def kinds_of(observations, seen):
-    """[M, 13] the kind of each goal: key, door, door whose key is held or exit behind so many doors; seen or not."""
+    """Return the kind of each goal [M, 13]: key, door, door of a key held, exit behind so many doors; seen or not."""
     keys, doors = observations["keys_held"].astype(int), observations["doors_open"].astype(int)
     exits = EXIT + doors.sum(axis=1, keepdims=True)
     return 2 * np.concatenate([np.full_like(keys, KEY), DOOR + keys, exits], axis=1) + seen
@@ -31,7 +31,7 @@ class ReachedMostOften:
         return cls(num_envs)
 
     def choose(self, observations, legal, situation):
-        """[M] goal ids; with the situation's uniforms the choice is the same in whatever batch it is made."""
+        """Return goal ids [M]; the situation's uniforms make the choice independent of the batch."""
         kinds = kinds_of(observations, situation.levels["seen"][:, None] >> np.arange(13) & 1)
         uniforms, is_random = situation.uniforms[:, :13], situation.uniforms[:, 13:] < 0.1
         scores = np.where(is_random, uniforms, (self.reached / self.tried)[kinds] + 1e-6 * uniforms)

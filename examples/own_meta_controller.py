@@ -1,4 +1,4 @@
-"""Two meta-controllers of one's own: a class that chooses for all environments at once, and a function of one level.
+"""Two custom meta-controllers: a class that chooses for all environments, and a function of one level.
 
 python -m hierroom train --meta own_meta_controller:NearestKeyFirst
 python -m hierroom train --meta own_meta_controller:nearest
@@ -11,7 +11,7 @@ class NearestKeyFirst:
     """The nearest legal key by Manhattan distance; where there is none a door, then the exit."""
 
     def choose(self, observations, legal, situation):
-        """[M] goal ids: 0 to 5 the keys by colour, 6 to 11 the doors, 12 the exit."""
+        """Return goal ids [M]: 0 to 5 the keys by colour, 6 to 11 the doors, 12 the exit."""
         agents = np.stack([situation.levels["row"], situation.levels["col"]], axis=1)  # [M, 2]
         distances = abs(situation.levels["keys_at"] - agents[:, None]).sum(axis=2)  # [M, 6], by the room it opens
         ranks = situation.by_goal(-distances, np.full_like(distances, -200), np.full(len(legal), -300))

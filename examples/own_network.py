@@ -1,4 +1,4 @@
-"""A controller network of one's own: python -m hierroom train --network own_network:GatedMemory."""
+"""A custom controller network: python -m hierroom train --network own_network:GatedMemory."""
 
 import torch
 from torch import nn
@@ -17,7 +17,7 @@ class GatedMemory(nn.Module):
         self.heads = nn.Linear(hidden_size, space.n_actions + 1)
 
     def initial_state(self, n):
-        """[n, S] the state of n environments whose episode begins."""
+        """Return the state [n, S] of n environments at the start of an episode."""
         return self.heads.weight.new_zeros(n, self.core.hidden_size)
 
     def step(self, features, state):

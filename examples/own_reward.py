@@ -1,4 +1,4 @@
-"""Rewards of one's own: shaping by the distance to the goal, and a cost for each step.
+"""Custom rewards: shaping by the distance to the goal, and a cost for each step.
 
 python -m hierroom train --reward own_reward:Closer
 python -m hierroom train --method ppo --reward own_reward:hurry
@@ -13,12 +13,12 @@ class Closer:
     ends_with_option = True  # the next goal is another task: nothing after the option is this goal's merit
 
     def rewards(self, step):
-        """[N] the rewards of the N environments."""
+        """Return the rewards of the N environments [N]."""
         before = -0.02 * step.before.distances(step.goals)
         after = -0.02 * step.after.distances(step.goals) * ~step.return_terminated  # at its end the potential is zero
         return step.reached + GAMMA * after - before
 
 
 def hurry(step):
-    """[N] 1 at the exit, and 0.001 less for each step: a whole reward is a function of a step, too."""
+    """Return 1 at the exit, and 0.001 less for each step [N]: a function of a step is a reward, too."""
     return step.extrinsic - 0.001

@@ -1,4 +1,4 @@
-"""A meta-controller of one's own that watches: it remembers what it gave in vain this episode, and gives that last.
+"""A custom meta-controller that watches: it remembers goals given in vain this episode, and gives them last.
 
 python -m hierroom train --meta own_watching_meta:OthersFirst --goal-mask existing --subgoal-horizon 50
 """
@@ -34,7 +34,7 @@ class OthersFirst:
         self.failures[failed, step.goals[failed]] += 1
 
     def choose(self, observations, legal, situation):
-        """[M] goal ids; with the situation's uniforms the choice is the same in whatever batch it is made."""
+        """Return goal ids [M]; the situation's uniforms make the choice independent of the batch."""
         scores = situation.uniforms[:, :13] - self.failures[situation.envs]
         return np.where(legal, scores, -np.inf).argmax(axis=1)
 

@@ -1,4 +1,4 @@
-r"""Policy sketches: a network of sub-policies, one for each goal, as a network of one's own.
+r"""Policy sketches: a custom network of sub-policies, one for each goal.
 
 python -m hierroom train --method ppo-sketch --network policy_sketches:PolicySketches \
     --features symbol view direction keys previous-action doorway-places frontier-places
@@ -21,8 +21,8 @@ class PolicySketches(nn.Module):
     """One sub-policy for each symbol, no parameter shared; the first feature of an observation is the symbol.
 
     After Andreas, Klein & Levine, Modular Multitask Reinforcement Learning with Policy Sketches (2017), section 3.1: a
-    task is a sequence of symbols (its sketch), each symbol has a sub-policy of its own, and one acts after the other.
-    What differs, and why:
+    task is a sequence of symbols (its sketch). Each symbol has its own sub-policy, and they act in turn. What differs,
+    and why:
 
     - Their sub-policies end by an action of their own, STOP; here the end of an option does.
     - Theirs have no memory. Ours are recurrent, and hand the state on to each other; so the gradient of one's loss
@@ -38,14 +38,14 @@ class PolicySketches(nn.Module):
         hidden_size: units H of each sub-policy.
 
     Raises:
-        InputError: if there is no feature beside the symbol.
+        InputError: if there is no feature besides the symbol.
     """
 
     def __init__(self, space: AgentSpace, hidden_size: int) -> None:
         super().__init__()
         n_symbols, *rest = space.cardinalities
         if not rest:
-            raise InputError("sub-policies need something to see beside the symbol")
+            raise InputError("sub-policies need a feature besides the symbol")
         seen = AgentSpace(tuple(rest), space.n_actions)
         self.parts = nn.ModuleList(RecurrentActorCritic(seen, hidden_size) for _ in range(n_symbols))
 

@@ -139,7 +139,7 @@ class Actor:
         return features, masked(logits[0], masks), values[0], states
 
     def act(self, observation: Observation) -> np.ndarray:
-        """[M] actions, all legal."""
+        """Return legal actions [M]."""
         _, policy, _, self.states[observation.envs] = self.look(observation)
         return policy.sample().numpy()
 
@@ -165,7 +165,7 @@ class Learner(Actor):
         self.sequences: list[tuple[np.ndarray, np.ndarray]] = []
 
     def act(self, observation: Observation) -> np.ndarray:
-        """[M] actions, all legal; first it learns, if enough sequences are complete."""
+        """Learn, if enough sequences are complete; return legal actions [M]."""
         envs = observation.envs
         features, policy, values, states = self.look(observation)
         complete = envs[self.n_turns[envs] == self.ppo.sequence_length]
@@ -199,7 +199,7 @@ class Learner(Actor):
             self.turns[name][envs, self.n_turns[envs]] = of_envs
 
     def advantages(self, turns: dict[str, Tensor]) -> Tensor:
-        """[T, M] generalised advantages (Schulman et al. 2016), a turn discounted by the steps that it lasted."""
+        """Return generalised advantages [T, M] (Schulman et al. 2016); a turn is discounted by its length in steps."""
         advantages, discounts = torch.zeros_like(turns["value"]), self.ppo.gamma ** turns["elapsed"]
         for t in reversed(range(self.ppo.sequence_length)):
             terminated, truncated = turns["terminated"][t], turns["truncated"][t]

@@ -155,7 +155,13 @@ def register(name: str, graph: GraphSpecs, exclude: GraphSpecs = ()) -> str:
         exclude: graphs to leave out of them.
 
     Returns:
-        the id. It takes all other arguments of the environments where it is made.
+        the id. It takes all other arguments of the environments at `gymnasium.make`.
+
+    Examples:
+        >>> hierroom.register("fork", hierroom.GoalGraph((0, 1, 1), exit_room=3))
+        'hierroom/EscapeRoom-fork-v0'
+        >>> gymnasium.make("hierroom/EscapeRoom-fork-v0", size=25).get_wrapper_attr("complexity").exit_depth
+        4
     """
     from hierroom.goals import plain_specs
     from hierroom.support.errors import InputError

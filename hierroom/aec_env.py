@@ -9,7 +9,7 @@
 | and for meta_0 | ``outcome``: 0 no goal before, 1 it was reached, 2 its horizon ran out, 3 the episode ended |
 | rewards | meta_0: 1 for the exit; controller_0: by ``reward`` |
 | infos | ``goal_event``, ``elapsed``, ``illegal_actions``, ``success``, ``length``, ``shortest_length``: always all |
-| ends | terminated at the exit, truncated after ``max_steps`` primitive steps; both agents at once |
+| ends | terminated at the exit, truncated after ``max_steps`` primitive steps; both agents together |
 
 ``meta_0`` acts at reset and whenever its option ends, ``controller_0`` at every other moment. An action that
 is not legal is never an error: the meta-controller's counts as no goal, the controller's only costs the step.
@@ -42,6 +42,12 @@ class raw_env(TwoAgentEnv, AECEnv):
 
     Attributes:
         complexity: the report of its goal graph, of the hardest one it may draw, or of its rules.
+
+    Examples:
+        >>> env = hierroom.raw_env("a")
+        >>> env.reset(seed=0)
+        >>> env.agent_selection, env.complexity.exit_depth
+        ('meta_0', 2)
     """
 
     metadata = {**class_metadata(), "is_parallelizable": False}  # noqa: RUF012 - PettingZoo reads it from the class
@@ -66,7 +72,7 @@ class raw_env(TwoAgentEnv, AECEnv):
             raise InputError("reset the environment before its first step")
 
     def last(self, observe: bool = True) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Return what the selected agent observes and was rewarded with, whether it ended, and its infos."""
+        """Return the selected agent's observation, reward, termination, truncation and info."""
         self._require_reset()
         return super().last(observe)
 
@@ -76,7 +82,7 @@ class raw_env(TwoAgentEnv, AECEnv):
         return super().agent_iter(max_iter)
 
     def observe(self, agent: str) -> dict[str, NDArray]:
-        """Return what an agent sees now, in fresh arrays."""
+        """Return an agent's present observation, in new arrays."""
         self._require_reset()
         return self.single.observe(agent)
 
@@ -88,7 +94,7 @@ class raw_env(TwoAgentEnv, AECEnv):
             self._was_dead_step(action)
             return
         if action is None:
-            raise InputError(f"{agent} is to act; None is for agents whose episode has ended")
+            raise InputError(f"{agent} must act; None is for agents with an ended episode")
         self._cumulative_rewards[agent] = 0.0
         if agent == META:
             self.single.choose(action)
@@ -102,5 +108,16 @@ class raw_env(TwoAgentEnv, AECEnv):
 
 
 def env(graph: GraphSpecs = "c", **entries: Any) -> AECEnv:
-    """Return the AEC environment with PettingZoo's checks of order and bounds; the arguments are those of `raw_env`."""
+    """Return the AEC environment with PettingZoo's checks of order and bounds; the arguments are those of `raw_env`.
+
+    Examples:
+        >>> env = hierroom.env("a", size=11, max_steps=200)
+        >>> env.reset(seed=0)
+        >>> for agent in env.agent_iter():
+        ...     observation, reward, terminated, truncated, info = env.last()
+        ...     mask = observation["action_mask"]
+        ...     env.step(None if terminated or truncated else env.action_space(agent).sample(mask))
+        >>> env.agents
+        []
+    """
     return OrderEnforcingWrapper(AssertOutOfBoundsWrapper(raw_env(graph, **entries)))

@@ -1,4 +1,4 @@
-"""The controller: what it observes."""
+"""The controller's observations."""
 
 from __future__ import annotations
 
@@ -27,6 +27,12 @@ class Observation:
             was none of them.
         outcomes: [M] int, how the last option ended: ``NO_OUTCOME``, ``REACHED``, ``TIMED_OUT`` or ``OTHER``.
         masks: [M, A] bool, the legal actions of the agent.
+
+    Examples:
+        >>> turns = hierroom.load("a").turns(num_envs=2, seed=1)
+        >>> observation = turns.observe("controller_0", np.arange(2))
+        >>> observation.levels["steps"].tolist(), observation.as_dict()["goal"].shape
+        ([0, 0], (2, 9))
     """
 
     envs: NDArray[np.integer]

@@ -33,6 +33,12 @@ class EscapeRoom(RegisteredEnv, gymnasium.Env):
 
     Attributes:
         complexity: the report of its goal graph, of the hardest one it may draw, or of its rules.
+
+    Examples:
+        >>> env = gymnasium.make("hierroom/EscapeRoom-a-v0", meta="fixed-dfs", size=11)
+        >>> observation, info = env.reset(seed=0)
+        >>> observation["observation"].shape, env.action_space
+        ((7, 7, 3), Discrete(5))
     """
 
     metadata = {"render_modes": list(RENDER_MODES), "render_fps": FRAMES_PER_SECOND}  # noqa: RUF012 - read from the class

@@ -1,4 +1,4 @@
-"""Meta-controllers: who picks the controller's goals. The protocol, those that ship, and how a user's own is found."""
+"""Meta-controllers: who picks the controller's goals. The protocol, those that ship, and how custom ones are found."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import NO_GOAL
-from hierroom.support.errors import InputError, own_code, shown
+from hierroom.support.errors import InputError, shown, user_code
 from hierroom.support.plugins import load_plugin
 from hierroom.support.read_only import read_only
 from hierroom.turns.records import META, Step
@@ -29,30 +29,36 @@ GIVE_TRAINED = "give that of a trained run, in Python hierroom.load(RUN).meta_co
 class MetaController(Protocol):
     """Chooses goals. Any class with `choose` will do.
 
-    Two methods more are used where it has them. ``reset(envs)`` is called with the places in the batch [M] of the
-    environments whose episode begins, before they are asked about for the first time. ``observe(step, turns)`` is
-    called after every primitive step, in training and in play: with the `Step`, which tells what it did in all N
-    environments, and the `Turns`, in which environments whose episode ended may have begun the next one already;
-    ``turns.final_observation`` has what was seen last. What it remembers goes into checkpoints by ``state_dict`` and
-    ``load_state_dict``, as for a `LearningMeta`.
+    Two further methods are optional. ``reset(envs)`` is called where episodes begin, before the first choice, with the
+    places [M] of these environments in the batch. ``observe(step, turns)`` is called after every primitive step, in
+    training and in play. The `Step` describes all N environments. In the `Turns` the next episodes may have begun;
+    ``turns.final_observation`` is the last observation of those that ended. Methods ``state_dict`` and
+    ``load_state_dict`` keep its memory in checkpoints, as for a `LearningMeta`.
+
+    Examples:
+        >>> class First:
+        ...     def choose(self, observations, legal, situation): return legal.argmax(axis=1)
+        ...
+        >>> env = gymnasium.make("hierroom/EscapeRoom-a-v0", meta=First())
+        >>> env.reset(seed=0)[0]["goal"][:3].tolist()  # a key, not a door or the exit
+        [1.0, 0.0, 0.0]
     """
 
     def choose(
         self, observations: Mapping[str, NDArray], legal: NDArray[np.bool_], situation: Situation
     ) -> NDArray[np.integer]:
-        """Choose a goal for each of the M environments whose turn it is.
+        """Choose a goal for each of M environments.
 
         Args:
             observations: the observations of ``meta_0`` in the AEC environment, batched: ``observation``
                 [M, 7, 7, 3] uint8, ``goal`` [M, 9] (the last one), ``action_mask`` [M, 14] and the rest.
-            legal: [M, 13] bool, the goals that may be chosen; a row may be empty. Whether no goal is legal is the last
-                column of the action mask.
-            situation: everything else there is to know, read-only; ``situation.level(m)`` is the m-th environment in
-                words.
+            legal: [M, 13] bool, the goals that may be chosen; a row may be empty. The last column of the action mask
+                says whether no goal is legal.
+            situation: all other facts, read-only; ``situation.level(m)`` is the m-th environment as objects.
 
         Returns:
-            [M] goal ids 0 to 12, or -1 or 13 for no goal, which asks the controller for something new (see
-            `ledger.Ledger`); a goal that is not legal counts as no goal.
+            Goal ids [M] int, 0 to 12; -1 or 13 is no goal, which asks the controller for something new (see
+            `ledger.Ledger`). A goal that is not legal counts as no goal.
         """
         ...
 
@@ -60,16 +66,22 @@ class MetaController(Protocol):
 class LearningMeta(MetaController, Protocol):
     """A user's meta-controller that learns while its controller does.
 
-    `learn`, and the two methods that save it, are needed, or what it learned would be lost; the others are optional.
-    Where there is an attribute ``statistics`` too, its numbers by name go into the metrics.
+    `learn`, `state_dict` and `load_state_dict` are needed. Numbers in a dict ``statistics`` go into the metrics.
+
+    Examples:
+        >>> class Counter(hierroom.meta.FixedDFS):
+        ...     n_options = 0
+        ...     def learn(self, step): self.n_options += int(step.option_ended.sum())
+        ...     def state_dict(self): return {"n_options": self.n_options}
+        ...     def load_state_dict(self, state): self.n_options = state["n_options"]
+        ...
+        >>> hierroom.meta.make_meta(Counter(), num_envs=8).state_dict()
+        {'n_options': 0}
     """
 
     @classmethod
     def for_training(cls, num_envs: int) -> LearningMeta:
-        """Make one for training in a number of environments; without this, the class is made without arguments.
-
-        One that has this has `for_play` too.
-        """
+        """Make one for training; needs `for_play`. Default: the class, called without arguments."""
         ...
 
     def learn(self, step: Step) -> None:
@@ -77,15 +89,15 @@ class LearningMeta(MetaController, Protocol):
         ...
 
     def for_play(self, num_envs: int, *, seed: int) -> MetaController:
-        """Return what it has learned as a meta-controller that learns no more, for a number of other environments."""
+        """Return a copy that learns no more, for ``num_envs`` other environments."""
         ...
 
     def state_dict(self) -> dict:
-        """Everything that decides what happens next, as tensors and plain types: it goes into checkpoints."""
+        """Return its whole state as tensors and plain types, for checkpoints."""
         ...
 
     def load_state_dict(self, state: dict) -> None:
-        """Go back to what `state_dict` gave."""
+        """Restore a state that `state_dict` returned."""
         ...
 
 
@@ -101,10 +113,10 @@ class FixedDFS:
 
 
 class RandomGoals:
-    """A legal choice at random."""
+    """Legal goals at random, and no goal where that is legal, all with the same probability."""
 
     def choose(self, observations, legal, situation: Situation) -> NDArray[np.integer]:
-        """Each legal goal, and no goal where that is legal, with the same probability."""
+        """Return goals, as all meta-controllers do."""
         return random_choice(situation.masks, situation.uniforms)
 
 
@@ -123,7 +135,7 @@ class NoGoals:
     """Never a goal: the flat methods."""
 
     def choose(self, observations, legal, situation: Situation) -> NDArray[np.integer]:
-        """No goal in any environment."""
+        """Return no goal, -1, for each environment."""
         return np.full(len(situation), NO_GOAL)
 
 
@@ -152,14 +164,9 @@ class LevelMeta:
         raise InputError(f"{name} must return a goal of the level, a goal id (0 to {n_goals - 1}) or None, not {given}")
 
 
-META_CONTROLLERS: Mapping[str, type] = {
-    "fixed-dfs": FixedDFS,
-    "random": RandomGoals,
-    "oracle": OracleGoals,
-    "none": NoGoals,
-}
+META_CONTROLLERS: Mapping[str, type]
+META_CONTROLLERS = {"fixed-dfs": FixedDFS, "random": RandomGoals, "oracle": OracleGoals, "none": NoGoals}
 """The meta-controllers that learn nothing, by the name that users type; `LEARNED` is one more."""
-
 
 MetaSpec = str | MetaController | Callable[[Any], Any]
 """A meta-controller as `make_meta` takes it."""
@@ -169,10 +176,15 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
     """Return the meta-controller that a user means.
 
     Args:
-        spec: a name in `META_CONTROLLERS`; the name of an entry point in the group ``hierroom.meta_controllers``;
-            ``package.module:Class`` or ``package.module:function``, looked for in the current folder too; a
-            meta-controller itself; or a function from a `Level` to one of its goals.
+        spec: a name in `META_CONTROLLERS` or of an entry point ``hierroom.meta_controllers``; ``package.module:Class``
+            or ``package.module:function``, in the current folder too; a meta-controller; or a function from a `Level`
+            to one of its goals.
         num_envs: environments it is to be trained in; None outside training.
+
+    Examples:
+        >>> [type(hierroom.meta.make_meta(name)).__name__ for name in ("fixed-dfs", "random", "oracle", "none")]
+        ['FixedDFS', 'RandomGoals', 'OracleGoals', 'NoGoals']
+        >>> meta = hierroom.meta.make_meta(lambda level: min(level.legal_goals, key=lambda goal: goal.distance))
     """
     if not isinstance(spec, str):
         return checked_meta(LevelMeta(spec) if _is_function(spec) else spec, shown(spec))
@@ -184,7 +196,7 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
     )
     if _is_function(make):
         return LevelMeta(make)
-    with own_code(f"the meta-controller {spec!r}", "cannot be made"):
+    with user_code(f"the meta-controller {spec!r}", "cannot be made"):
         if not isinstance(make, type) and hasattr(make, "choose"):
             raise InputError(f"{spec!r} is an object with a method choose; name its class, to be made by a run")
         if not hasattr(make, "for_training"):
@@ -195,12 +207,12 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
             meta = make.for_training(num_envs)
             if meta is None:
                 raise InputError(f"for_training of the meta-controller {spec!r} must return one, not None")
-    with own_code(f"the meta-controller {spec!r}"):  # to look at an attribute may run code
+    with user_code(f"the meta-controller {spec!r}"):  # to look at an attribute may run code
         return checked_meta(meta, repr(spec))
 
 
 def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integer]:
-    """Return what a meta-controller chooses [M], after it is reset where an episode begins."""
+    """Return a meta-controller's goals [M], after a reset where an episode begins."""
     beginning = situation.envs[situation.meta_turns == 0]
     observations, legal = situation.as_dict(), situation.legal.copy()
     shown = situation if type(meta) in META_CONTROLLERS.values() else _unwritable(situation)
@@ -211,7 +223,6 @@ def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integ
 
 
 def _unwritable(situation: Situation) -> Situation:
-    """Return the same situation in arrays that cannot be written to, as those of the view are."""
     arrays = {name: read_only(value) for name, value in vars(situation).items() if isinstance(value, np.ndarray)}
     return replace(situation, **arrays)
 
@@ -236,16 +247,15 @@ def show_step(meta: MetaController, step: Step, turns: Turns) -> None:
 
 
 def _moment(turns: Turns) -> tuple[bytes, bytes]:
-    """Return what any action or reset changes."""
     return turns.ledger.records.tobytes(), turns.world.clocks().tobytes()
 
 
 def running(meta: MetaController) -> AbstractContextManager[None]:
-    """Return a context for code of a meta-controller: what a user's own raises becomes one line (`InputError`)."""
+    """Return a context for code of a meta-controller: errors of a custom one become one line (`InputError`)."""
     if type(meta) in META_CONTROLLERS.values():
         return nullcontext()
     named = meta.function if isinstance(meta, LevelMeta) else type(meta)
-    return own_code(f"the meta-controller {getattr(named, '__name__', shown(named))}")
+    return user_code(f"the meta-controller {getattr(named, '__name__', shown(named))}")
 
 
 def random_choice(choices: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> NDArray[np.integer]:
@@ -260,10 +270,7 @@ def checked_meta(meta: Any, name: str) -> Any:
     if isinstance(meta, (np.ndarray, np.generic)) or not callable(getattr(meta, "choose", None)):  # NumPy's is another
         raise InputError(f"a meta-controller has a method choose(observations, legal, situation); {name} has none")
     if hasattr(meta, "for_training") and not hasattr(meta, "for_play"):
-        raise InputError(
-            f"a meta-controller that for_training makes for a number of environments has a method "
-            f"for_play(num_envs, *, seed) too, to play in others; {name} has none"
-        )
+        raise InputError(f"a meta-controller with for_training needs for_play(num_envs, *, seed); {name} has none")
     for method in ("reset", "observe", "learn", "state_dict", "load_state_dict", "for_play"):
         if not callable(getattr(meta, method, print)):
             raise InputError(f"{method} of a meta-controller is a method; that of {name} is {getattr(meta, method)!r}")
@@ -274,10 +281,7 @@ def checked_meta(meta: Any, name: str) -> Any:
         if not (isinstance(entry, str) and _is_number(value)):
             raise InputError(f"{rule}; {shown(entry)} of {name} is {shown(value)}")
     if hasattr(meta, "learn") and not (hasattr(meta, "state_dict") and hasattr(meta, "load_state_dict")):
-        raise InputError(
-            f"a meta-controller that learns has the methods state_dict and load_state_dict too, or what it learned "
-            f"would be lost; {name} has not both"
-        )
+        raise InputError(f"a meta-controller that learns needs state_dict and load_state_dict; {name} lacks one")
     return meta
 
 
@@ -290,7 +294,6 @@ def _is_number(value: Any) -> bool:
 
 
 def _is_function(thing: Any) -> TypeGuard[Callable[[Any], Any]]:
-    """Return whether it takes a level: a function, or another callable that does not choose by itself."""
     return callable(thing) and not isinstance(thing, type) and not hasattr(thing, "choose")
 
 

@@ -31,6 +31,14 @@ class parallel_env(TwoAgentEnv, ParallelEnv):
 
     Attributes:
         complexity: the report of its goal graph, of the hardest one it may draw, or of its rules.
+
+    Examples:
+        >>> env = hierroom.parallel_env("a", reward="bonus")
+        >>> observations, infos = env.reset(seed=0)
+        >>> goal = int(np.flatnonzero(observations["meta_0"]["action_mask"])[0])
+        >>> observations, rewards, terminations, truncations, infos = env.step({"meta_0": goal, "controller_0": 0})
+        >>> rewards
+        {'meta_0': 0.0, 'controller_0': 0.0}
     """
 
     metadata = class_metadata()

@@ -38,10 +38,10 @@ class TrainArguments:
         config_file: a TOML file of options named as here, with underscores (num_envs = 32), or the config.json of a run
             to repeat; options on the command line win.
         out: the run folder, new; by default runs/ and a name that shows what differs from the preset.
-        resume: a run folder to go on with; it allows only --steps, --threads and --device.
+        resume: a run folder to continue; it allows only --steps, --threads and --device.
         trust_run: run custom code that the config.json of --config or --resume names, but this command line does not.
         log: where to show the run while it trains: tensorboard, wandb, mlflow (install these two), joined by commas, or
-            none. Name it again to go on there with a resumed run.
+            none. Name it again for a resumed run.
     """
 
     config: Annotated[TrainConfig, tyro.conf.arg(name="")]
@@ -95,21 +95,26 @@ def train(
     quiet: bool = False,
     **entries: Any,
 ) -> TrainedAgent:
-    """Train an agent as the command does, with a progress bar and a run folder; return it as `hierroom.load` does.
+    """Train an agent, with a progress bar and a run folder; return it as `hierroom.load` does.
 
     Ctrl-C saves, and then raises KeyboardInterrupt; the command line goes on with ``--resume``.
 
     Args:
-        config: what to train, such as `hierroom.find_preset` gives. None: the ``preset`` among the entries, else
-            ``default``, or ``learned`` where ``meta="learned"``.
+        config: a config, such as from `hierroom.find_preset`. None: the ``preset`` among the entries, else ``default``,
+            or ``learned`` with ``meta="learned"``.
         out: the run folder, new or empty; None: a new one in ``runs/``, named after what differs from the preset.
         log: ``"tensorboard"``, ``"wandb"``, ``"mlflow"``, several joined by commas, or ``"none"``.
-        callback: called with the `Trainer` after each update. If it returns a true value the run stops: it is saved as
-            after Ctrl-C, so that ``--resume`` goes on with it, and `TrainedAgent.is_finished` of what is returned is
-            False. What it raises is raised here, after the run is saved.
-        quiet: print nothing: no progress, no results, no warnings of the run (Python's own follow Python's filters).
+        callback: called with the `Trainer` after each update. If it returns a true value, the run is saved and stops,
+            as after Ctrl-C; ``--resume`` goes on with it. Its errors are raised here, after the run is saved.
+        quiet: print nothing: no progress, results or warnings of the run.
         **entries: changed entries of the config, named as on the command line but with underscores: ``graph="f"``,
             ``steps=2_000_000``, ``method="ppo"``. The ``task`` may be a `hierroom.Task` that a module holds.
+
+    Examples:
+        >>> tiny = dict(graph="a", size=11, max_steps=50, steps=256, num_envs=8, evaluations=0)
+        >>> agent = hierroom.train(**tiny, out="run", quiet=True)
+        >>> agent.is_finished, hierroom.load("run").steps
+        (True, 256)
     """
     from hierroom.runs.logs.output import silence
     from hierroom.runs.rehearsal import rehearse

@@ -27,10 +27,9 @@ VECTOR_RENDER_MODES = ("ansi", "rgb_array")
 class EscapeRooms(RegisteredEnv, VectorEnv):
     """N environments on the batch engine.
 
-    Observations and infos are laid out as Gymnasium's own ``SyncVectorEnv`` lays out those of N `EscapeRoom` with
-    ``env_index`` 0, 1, ..., in each of its modes: where an episode ended, the next one begins in the next step (whose
-    action is ignored there), in the same step (then ``final_obs`` and ``final_info`` tell of the last step, and
-    everything else of the new episode), or where the next ``reset`` says so.
+    Observations and infos have the layout of Gymnasium's ``SyncVectorEnv`` of N `EscapeRoom` with ``env_index`` 0, 1,
+    ... Its three modes decide when the next episode begins: in the next step, which ignores the action; in the same
+    step, with ``final_obs`` and ``final_info`` of the ended episode; or at the next ``reset``.
 
     Args:
         num_envs: N.
@@ -46,8 +45,15 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
 
     Attributes:
         complexity: the report of its goal graph, of the hardest one it may draw, or of its rules.
-        have_ended: [N] bool, whose episode has ended and whose next one has not begun yet.
+        have_ended: [N] bool, whether the episode has ended and the next one has not begun.
         copies: whether observations are new arrays.
+
+    Examples:
+        >>> envs = gymnasium.make_vec("hierroom/EscapeRoom-a-v0", num_envs=4, size=11)
+        >>> observations, infos = envs.reset(seed=0)
+        >>> observations, rewards, terminated, truncated, infos = envs.step(np.zeros(4, int))
+        >>> rewards.tolist()
+        [0.0, 0.0, 0.0, 0.0]
     """
 
     metadata = {  # noqa: RUF012 - Gymnasium reads it from the class
@@ -110,8 +116,8 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         """Begin an episode in every environment: the first one of a seed, or without a seed each one's next.
 
         Args:
-            seed: 0 to 2**63 - 1; one for all environments, whose indices make their episodes differ, or a list with
-                one, or None, for each.
+            seed: 0 to 2**63 - 1; one for all environments (their indices make episodes differ), or a list with one, or
+                None, for each.
             options: ``{"reset_mask": mask}``, [N] bool, begins an episode in those environments only;
                 ``{"complexity": True}`` puts the complexity report into the infos; of other keys it warns.
         """
@@ -167,12 +173,10 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         return tuple(self._screen.render(env, goal) for env, goal in enumerate(self.turns.goals.tolist()))
 
     def _show_last_goals(self, observations: Any) -> None:
-        """Show the goal pursued last where an episode has ended and none has begun yet."""
         if (step := self.turns.last_step) is not None and self._has_ended:
             self._arrays.observations.write_goals(observations, step.goals, np.flatnonzero(self.have_ended))
 
     def _seeds(self, seed: Seeds) -> Seeds:
-        """Return seeds as `Turns.reset` takes them; draw those that nobody has given yet."""
         if not is_list(seed):
             return fresh_seed() if seed is None and not self._is_seeded else seed
         if len(seed) != self.num_envs:

@@ -43,7 +43,7 @@ def row(observations, m):
 
 
 def record(config: EnvConfig, num_envs=2, n_steps=160, seed=5):
-    """[N][T] moments of environments played half well, half wildly, with nonsense in between."""
+    """Return moments [N][T] of environments played half well, half wildly, with nonsense in between."""
     rng = np.random.default_rng(seed)
     turns = Turns(config, num_envs, measure_shortest=True)
     turns.reset(seed)

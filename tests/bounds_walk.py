@@ -44,7 +44,7 @@ def walk(mask: str, *, drop_key: bool, size: int, num_envs: int, n_steps: int) -
 
 
 def learn(**entries) -> None:
-    """Some updates, with sizes of which no tile or minibatch is a multiple."""
+    """Some updates, with sizes that no tile or minibatch divides."""
     preset = hierroom.find_preset("learned" if entries.get("meta") == "learned" else "default")
     sizes = {"num_envs": 7, "sequence_length": 9, "minibatches": 3, "hidden_size": 37, "meta_start_success": 0.0}
     meta_ppo = PPOConfig(sequence_length=3, sequences_per_update=5, minibatches=2, hidden_size=19)

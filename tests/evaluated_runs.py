@@ -22,7 +22,7 @@ def make_run(
     episodes: int = 200,
     **entries: Any,
 ) -> Path:
-    """Write a run whose success rate on each graph is a function of the steps; a failed episode takes 1000 steps."""
+    """Write a run with success rates that are functions of the steps; a failed episode takes 1000 steps."""
     graph = {} if len(curves) > 1 or "graph" in entries else {"graph": next(iter(curves))}
     folder = RunFolder.create(path, TrainConfig().changed(**{**graph, **entries}))
     rows = []

@@ -9,7 +9,7 @@ from PIL import Image, ImageSequence
 
 
 def pixels(path: Path) -> NDArray[np.int64]:
-    """[H, W, 3] the colours of a PNG, which are not all one."""
+    """Return the colours of a PNG [H, W, 3], which are not all one."""
     with Image.open(path) as image:
         assert image.format == "PNG"
         colours = np.asarray(image.convert("RGB")).astype(int)
@@ -18,7 +18,7 @@ def pixels(path: Path) -> NDArray[np.int64]:
 
 
 def has_colour(colours: NDArray[np.int64], name: str, tolerance: int = 8) -> NDArray[np.bool_]:
-    """[H, W] whether a pixel has a colour that matplotlib knows."""
+    """Return flags [H, W] of pixels with a colour that matplotlib knows."""
     from matplotlib.colors import to_rgb
 
     return abs(colours - np.round(255 * np.array(to_rgb(name)))).max(axis=2) <= tolerance

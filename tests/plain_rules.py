@@ -100,7 +100,7 @@ def random_rules(seed):
 
 
 def play(moves, n_walks, seed):
-    """Return after how many steps each of many walks reaches the target; a wait is drawn at once."""
+    """Return the steps of each of many walks to the target; a wait is one draw."""
     rng, nodes = np.random.default_rng(seed), list(moves)
     index = {node: i for i, node in enumerate(nodes)}
     most = max(map(len, moves.values()))

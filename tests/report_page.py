@@ -58,11 +58,11 @@ class Page(HTMLParser):
 
 
 def hostile_run(folder: Path) -> Path:
-    """A run whose folder, graph and provenance try to be more than text."""
+    """A run with a folder, graph and provenance that try to be more than text."""
     path = folder / HOSTILE
     graph = hierroom.GoalGraph((0,), 1, label="</script><script>alert(2)</script>")
     evaluated_runs.make_run(path, {graph.name: evaluated_runs.line(1.0)}, graph=(graph,))
-    told = {"started": "<svg onload=alert(3)>", "command": "</dd></dl><script>alert(4)</script>"}
-    sessions = [{**told, "packages": {"<b>": "</b>"}}, "no session"]
+    given = {"started": "<svg onload=alert(3)>", "command": "</dd></dl><script>alert(4)</script>"}
+    sessions = [{**given, "packages": {"<b>": "</b>"}}, "no session"]
     (path / "provenance.json").write_text(json.dumps({"sessions": sessions}))
     return path

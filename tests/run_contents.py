@@ -75,8 +75,8 @@ def check_evaluations(folder: RunFolder, config: TrainConfig) -> LearningCurve:
         assert n == config.evaluation_episodes or (config.evaluation_episodes is None and n in range(25, 101, 25))
         assert rate * n == pytest.approx(round(rate * n), abs=1e-3)
         interval = binomtest(round(rate * n), n).proportion_ci(method="wilson")
-        told = float(row["success_low"]), float(row["success_high"])
-        assert told == pytest.approx((interval.low, interval.high), abs=1e-6)
+        in_row = float(row["success_low"]), float(row["success_high"])
+        assert in_row == pytest.approx((interval.low, interval.high), abs=1e-6)
         assert 1 <= float(row["length"]) <= config.env.max_steps
     return LearningCurve.of_rows(rows)
 

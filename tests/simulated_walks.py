@@ -16,7 +16,7 @@ def simulate_passage_times(
 ) -> NDArray[np.int64]:
     """First-passage times [n_walks] of independent walks, in steps; `NEVER` for those given up.
 
-    The time spent at a node before leaving it is drawn at once, geometric with mean 1 / (chance to leave), so the cost
+    The time spent at a node before leaving it is one draw, geometric with mean 1 / (chance to leave), so the cost
     follows the number of moves and not the number of steps.
     """
     moves = as_moves(weights)

@@ -1,4 +1,4 @@
-"""Deterministic MDPs whose measures can be worked out by hand, and GORP played out rollout by rollout."""
+"""Deterministic MDPs with measures worked out by hand, and GORP played out rollout by rollout."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ def lock(n, n_actions=2):
 
 
 def random_mdp(seed, n_states=6, n_actions=3):
-    """Random moves among the states, one of which earns the reward and ends the episode."""
+    """Random moves among the states; one of them earns the reward and ends the episode."""
     rng = np.random.default_rng(seed)
     transitions = rng.integers(n_states, size=(n_states, n_actions))
     transitions[-1] = n_states - 1

@@ -15,16 +15,16 @@ SHOP = {"task": "workshop:3", "max_steps": 25, "subgoal_horizon": 6}
 def trace() -> str:
     digest = hashlib.sha256()
 
-    def record(told) -> None:
-        if isinstance(told, dict):
-            record([*told.items()])
-        elif isinstance(told, (tuple, list)) or (isinstance(told, np.ndarray) and told.dtype == object):
-            for one in told:
+    def record(observed) -> None:
+        if isinstance(observed, dict):
+            record([*observed.items()])
+        elif isinstance(observed, (tuple, list)) or (isinstance(observed, np.ndarray) and observed.dtype == object):
+            for one in observed:
                 record(one)
-        elif isinstance(told, np.ndarray):
-            digest.update(np.ascontiguousarray(told))
+        elif isinstance(observed, np.ndarray):
+            digest.update(np.ascontiguousarray(observed))
         else:
-            digest.update(repr(told).encode())
+            digest.update(repr(observed).encode())
 
     rng = np.random.default_rng(0)
     for mask in ("reachable", "existing", "seen", "none"):
@@ -32,9 +32,9 @@ def trace() -> str:
             env = hierroom.raw_env(**settings, goal_mask=mask, reward="novelty")
             env.reset(seed=1)
             for _ in range(60):
-                told = env.last()
-                record(told)
-                env.step(None if told[2] or told[3] else int(rng.integers(-1, 15)))
+                observed = env.last()
+                record(observed)
+                env.step(None if observed[2] or observed[3] else int(rng.integers(-1, 15)))
                 if not env.agents:
                     env.reset()
     for settings in ({}, {"flat": True, "autoreset_mode": "NextStep"}, {"meta": "fixed-dfs", "copy": False}):
@@ -42,8 +42,8 @@ def trace() -> str:
         record([envs.reset(seed=2), one.reset(seed=2)])
         for _ in range(60):
             record(envs.step(rng.integers(7, size=4)))
-            told = one.step(int(rng.integers(7)))
-            record([told, one.reset() if told[3] else None])
+            observed = one.step(int(rng.integers(7)))
+            record([observed, one.reset() if observed[3] else None])
     return digest.hexdigest()
 
 

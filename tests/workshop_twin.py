@@ -24,7 +24,7 @@ CRAFT = Rules(
     capacity={"wood": 3, "stick": 3, "gem": 2},
     start={"wood": 1},
 )
-"""Sources; alternatives, of which the last asks for the same as another, so that it never applies; two rules that ask
+"""Sources. Alternatives; the last asks for the same as another, so that it never applies. Two rules that ask
 for the same, one that needs and uses a thing, two that give the target."""
 MELT = Rules(
     {
@@ -40,7 +40,7 @@ MELT = Rules(
 
 
 def random_rules(rng):
-    """Rules of five facts, the last of which gives everything."""
+    """Rules of five facts; the last gives everything."""
 
     def counts(share):
         return {fact: int(rng.integers(1, 3)) for fact in "abcde" if rng.random() < share}

@@ -33,6 +33,6 @@ class Bootstrap:
             raise InputError(f"the level must be between 0 and 1, not {self.level}")
 
     def interval(self, drawn: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """[...] the ends of the middle part of resamples [R, ...], not interpolated, as they may be infinite."""
+        """Return the ends of the middle part of resamples [R, ...], not interpolated, as they may be infinite."""
         low = np.quantile(drawn, (1 - self.level) / 2, axis=0, method="lower")
         return low, np.quantile(drawn, (1 + self.level) / 2, axis=0, method="higher")

@@ -54,7 +54,7 @@ class PlannedComparison:
 
     Args:
         method: the name of the one.
-        reference: that of the other, by whose steps those of the first are divided.
+        reference: that of the other; its steps divide those of the first.
         outcome: the milestone; None: that of the study's rules.
     """
 
@@ -74,7 +74,7 @@ def read_comparisons(path: Path) -> list[PlannedComparison]:
     entries = others.pop("comparisons", [])
     if others or not isinstance(entries, list) or not entries:
         found = f", and holds {', '.join(others)}" if others else ""
-        raise InputError(f"{path} needs comparisons alone, each of which begins with [[comparisons]]{found}")
+        raise InputError(f"{path} takes only comparisons, each beginning with [[comparisons]]{found}")
     return [_planned(entry, f"{path}, comparison {number}") for number, entry in enumerate(entries, start=1)]
 
 

@@ -131,7 +131,7 @@ def estimates(
 
 
 def resampled(outcomes: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
-    """[G, S] seeds of each graph drawn with replacement, as many as it has, ``nan`` where they were.
+    """Draw the seeds of each graph with replacement [G, S], as many as it has, ``nan`` in the same places.
 
     Args:
         outcomes: [G, S] with ``nan`` at the end of a row for what is missing.
@@ -227,7 +227,7 @@ def interval(value: float, resamples: ArrayLike, level: float, bound: float = 1.
 
 
 def rank_correlations(columns: NDArray[np.float64]) -> NDArray[np.float64]:
-    """[K, K] Pearson's correlations of the ranks of K columns; ``nan`` where a column is constant.
+    """Return Pearson's correlations [K, K] of the ranks of K columns; ``nan`` where a column is constant.
 
     `scipy.stats.spearmanr` is the same, but gives a single ``nan`` for all columns if one is constant.
     """

@@ -3,12 +3,11 @@
     python -m benchmarks.study.factors TABLE.csv --reference "hippo as it is"
 
 TABLE.csv is a table of training runs as `benchmarks.study.statistics` takes it. On each graph the median steps of a
-method are divided by those of the reference, and of these ratios the median over the graphs is taken; the interval is
-of resamples of the graphs, and of the seeds of each. Above 1 the reference is faster. Where only the other method never
-gets there the ratio is infinite, where only the reference does not it is 0; where neither does it counts as 1. A graph
-on which the two have the same runs, as where one goal alone can be reached at any time and it does not matter who picks
-it, tells nothing about their difference, and has no ratio. Success is the median over all graphs, in brackets the
-quartiles.
+method are divided by those of the reference. The table shows the median of these ratios over the graphs, with an
+interval from resamples of the graphs and of the seeds of each. Above 1 the reference is faster. Where only the other
+method never gets there the ratio is infinite, where only the reference does not it is 0; where neither does it counts
+as 1. A graph has no ratio if the two have the same runs on it. That happens where only one goal can be reached at any
+time, so that it does not matter who picks it. Success is the median over all graphs, in brackets the quartiles.
 """
 
 from __future__ import annotations
@@ -42,8 +41,8 @@ class Options:
         table: the training runs.
         reference: the method that the others are held against.
         measures: the measures of the goal graphs, which know which of them are twins.
-        outcome: the milestone whose steps are compared; by default, for each method, steps_to_95, or steps_to_50 if it
-            or the reference never got there on more than a third of the graphs.
+        outcome: the milestone to compare steps by; by default, for each method, steps_to_95, or steps_to_50 if it or
+            the reference never got there on more than a third of the graphs.
         seeds: only seeds 0, 1, ..., so many of them, as of a sweep that goes on; all by default.
         bootstrap: how intervals are computed.
     """
@@ -58,7 +57,7 @@ class Options:
 
 @dataclass(frozen=True)
 class Factor:
-    """A method beside the reference.
+    """A method compared with the reference.
 
     Args:
         method: its name.
@@ -83,7 +82,7 @@ class Factor:
 
 
 def factors(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> list[Factor]:
-    """Each method of a table, the reference first, beside the reference.
+    """Compare each method of a table, the reference first, with the reference.
 
     Args:
         rows: of the table of training runs.

@@ -31,7 +31,7 @@ MARKS = "osD^v"
 FEW = 12
 """Of so many goal graphs the paper's are labelled by their letters."""
 WIDE = 20
-"""A measure whose largest value is more than so many times its smallest has a logarithmic axis."""
+"""Least ratio of a measure's largest to its smallest value for a logarithmic axis."""
 FEW_EACH = 4
 """A measure that has on average so many graphs at each of its values, or more, is a count."""
 SPREAD = 0.7
@@ -48,7 +48,7 @@ class Options:
 
     Args:
         table: the training runs.
-        out: the picture; its ending says of which format.
+        out: the picture; its suffix chooses the format.
         shown: the measures, a panel each.
         measures: the measures of the goal graphs.
         outcome: what says how hard a graph was.
@@ -110,7 +110,7 @@ def figure_of(options: Options) -> Figure:
 
 
 def _spread(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """[G] the values, those of a count side by side, as many graphs share each."""
+    """Return the values [G], those of a count side by side, as many graphs share each."""
     distinct, where, shared = np.unique(values, return_inverse=True, return_counts=True)
     if len(distinct) * FEW_EACH > len(values) or len(distinct) < 2:
         return values

@@ -31,17 +31,17 @@ from hierroom.support.errors import InputError
 MARGIN = 1.6
 """The edge is this factor beyond the last finite number."""
 BESIDE = 1.1
-"""The mark of what lies beyond the edge stands this factor from its arrow."""
+"""Factor between the arrow of a value beyond the edge and its mark."""
 GAP = 0.7
 """Between the methods of two milestones, in lines."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options(factors.Options):
-    """Draw the methods of a table beside one of them.
+    """Draw the methods of a table compared with one of them.
 
     Args:
-        out: the picture; its ending says of which format.
+        out: the picture; its suffix chooses the format.
     """
 
     out: Path
@@ -51,14 +51,14 @@ def draw(found: Sequence[Factor]) -> Figure:
     """Return the figure.
 
     Args:
-        found: each method beside the reference, the reference first.
+        found: each method compared with the reference, the reference first.
 
     Raises:
         InputError: if there is no other method.
     """
     reference, *others = found
     if not others:
-        raise InputError(f"there is no method beside {reference.method}")
+        raise InputError(f"there is no method besides {reference.method}")
     others = _in_groups(others)
     ratios = np.array([one.ratio for one in others], float)  # [methods, (value, low, high)]
     finite = ratios[np.isfinite(ratios) & (ratios > 0)]
@@ -97,7 +97,7 @@ def draw(found: Sequence[Factor]) -> Figure:
 
 
 def _in_groups(others: Sequence[Factor]) -> list[Factor]:
-    """Those of one milestone together, and of these those whose names begin alike, each group where its first stood."""
+    """Group methods by milestone, then by the beginning of their names, each group at the place of its first."""
     outcomes = list(dict.fromkeys(one.outcome for one in others))
     methods = list(dict.fromkeys(one.method.split()[0] for one in others))
     return sorted(others, key=lambda one: (outcomes.index(one.outcome), methods.index(one.method.split()[0])))

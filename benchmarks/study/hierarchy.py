@@ -5,7 +5,7 @@
 TABLE.csv is a table of training runs as `benchmarks.study.statistics` takes it. On each graph the median steps of the
 flat method are divided by those of the hierarchical one; the interval is of resamples of the seeds of both. Where only
 the flat method never gets there the ratio is infinite, where only the hierarchical one does not it is 0; where neither
-does nothing can be told, and it counts as 1.
+does the ratio is unknown, and counts as 1.
 """
 
 from __future__ import annotations
@@ -50,10 +50,10 @@ class Options:
         flat: the method without a hierarchy.
         hierarchical: the method with one.
         measures: the measures of the goal graphs.
-        outcome: the milestone whose steps are compared; by default steps_to_95, or steps_to_50 if one of the methods
-            never got there on more than a third of the graphs.
-        by: what tells the rows of the table apart: the number of goals that must be achieved before the exit can be
-            reached, the largest number of rooms at the same depth, which is 1 of a chain, or the number of rooms.
+        outcome: the milestone to compare steps by; by default steps_to_95, or steps_to_50 if one of the methods never
+            got there on more than a third of the graphs.
+        by: the rows of the table: the number of goals before the exit (exit depth), the largest number of rooms at the
+            same depth (width, 1 for a chain), or the number of rooms.
         hardest_by: the measure that says which graphs are the hardest.
         seeds: only seeds 0, 1, ..., so many of them, as of a sweep that goes on; all by default.
         bootstrap: how intervals are computed.
@@ -88,7 +88,7 @@ class Comparison:
         low: the lower end of its interval; NaN where a method has a single seed.
         high: the upper end.
         flat_success: median success rate at the end of training, 0 to 1.
-        hierarchical_success: likewise.
+        hierarchical_success: the same of the hierarchical method.
     """
 
     graph: str
@@ -141,8 +141,8 @@ def compare(found: Paired, measured: Sequence[Row], options: Options) -> list[Co
 def markdown(found: Sequence[Comparison], options: Options) -> str:
     """Return a row for each exit depth, or value of `options.by`: on how many graphs hierarchy pays and a method works.
 
-    Numbers are medians over the graphs, in brackets the quartiles. Whether hierarchy pays or costs cannot be told of
-    single seeds. Where there is no middle graph, the median number of steps is the larger one.
+    Numbers are medians over the graphs, in brackets the quartiles. A single seed does not show whether
+    hierarchy pays or costs. Where there is no middle graph, the median number of steps is the larger one.
     """
     both = options.hierarchical, options.flat
     header = [
@@ -159,7 +159,7 @@ def markdown(found: Sequence[Comparison], options: Options) -> str:
         alike = [one for one in found if getattr(one, options.by) == value]
         steps = [one.hierarchical for one in alike], [one.flat for one in alike]
         pays, costs = (sum(ahead) for ahead in ([one.low > 1 for one in alike], [one.high < 1 for one in alike]))
-        told = ["-", "-"] if any(np.isnan(one.low) for one in alike) else [str(pays), str(costs)]
+        answers = ["-", "-"] if any(np.isnan(one.low) for one in alike) else [str(pays), str(costs)]
         ratios = [one.ratio for one in alike]
         middle = float(median_ratios(np.array([ratios]))[0])
         reached = [str(np.isfinite(several).sum()) for several in steps]
@@ -169,7 +169,7 @@ def markdown(found: Sequence[Comparison], options: Options) -> str:
                 str(len(alike)),
                 *map(_steps, steps),
                 _between(_ratio(middle), ratios, _ratio),
-                *told,
+                *answers,
                 *reached,
                 *_working(alike),
             ]

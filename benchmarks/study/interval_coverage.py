@@ -107,8 +107,8 @@ def main(options: Options) -> None:
             held += (low <= truth) & (truth <= high)
             widths.append(high[0] - low[0])
         covered, zero_held = (f"{share:.1%}" for share in held / options.tables)
-        told = (f"{population.r}", f"{population.noise}", f"{population.n_seeds}", f"{population.never:.0%}")
-        rows.append((*told, f"{truth[0]:.3f}", covered, f"{np.mean(widths):.3f}", zero_held))
+        described = (f"{population.r}", f"{population.noise}", f"{population.n_seeds}", f"{population.never:.0%}")
+        rows.append((*described, f"{truth[0]:.3f}", covered, f"{np.mean(widths):.3f}", zero_held))
     headings = ("r", "noise", "seeds", "never arrive", "truth", "covered", "mean width", "difference holds 0")
     ResultTable(headings, tuple(rows)).publish(options.out)
 

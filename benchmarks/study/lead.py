@@ -47,10 +47,10 @@ def sentence(found: Paired, names: tuple[str, str]) -> str:
         found: the two methods.
         names: of the two, in the same order.
     """
-    told = [*zip(names, leads(found), strict=True)]
+    found_leads = [*zip(names, leads(found), strict=True)]
     milestone = found.outcome.removeprefix("steps_to_")
-    first = ", ".join(f"{name} on {one.first} (every seed on {one.with_every_seed})" for name, one in told)
-    reached = ", ".join(f"{name} on {one.reached} ({one.runs_reached} of {one.runs} runs)" for name, one in told)
+    first = ", ".join(f"{name} on {one.first} (every seed on {one.with_every_seed})" for name, one in found_leads)
+    reached = ", ".join(f"{name} on {one.reached} ({one.runs_reached} of {one.runs} runs)" for name, one in found_leads)
     return f"First to {milestone}%, of {len(found.graphs)} goal graphs: {first}. Every seed gets there: {reached}."
 
 

@@ -1,10 +1,10 @@
-"""Does hierarchy pay on other levels? Two methods beside each other on each kind of levels, on the same goal graphs.
+"""Does hierarchy pay on other levels? Two methods compared on each kind of levels, on the same goal graphs.
 
     python -m benchmarks.study.levels benchmarks/results/study_levels/sweep.csv
 
-The table is one of training runs as `benchmarks.study.factors` takes it. A variant is called as its levels, a comma and
-its method: what stands before the comma, such as `larger grid`, tells which runs are held against each other, and each
-ratio and its interval are those of `benchmarks.study.factors`.
+The table is one of training runs as `benchmarks.study.factors` takes it. A variant is named by its levels, a comma and
+its method. Runs with the same levels, such as `larger grid`, are compared. Ratios and intervals are those of
+`benchmarks.study.factors`.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Options(factors.Options):
 
 
 def levels(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> dict[str, list[Factor]]:
-    """For each kind of levels the methods, the reference first, beside the reference.
+    """Compare the methods with the reference on each kind of levels, the reference first.
 
     Args:
         rows: of the table of training runs.

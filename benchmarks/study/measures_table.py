@@ -84,7 +84,7 @@ def measured_row(graph: GoalGraph, settings: Settings, twin_of: str = "") -> dic
     Args:
         graph: the graph.
         settings: how it is measured.
-        twin_of: the name of the graph of which it is a copy with other numbers of rooms.
+        twin_of: the name of the same graph with other numbers of rooms, if it is a copy.
     """
     report = analyze(graph)
     mdp = measure_mdp(graph_mdp(report.augmented), settings.horizon)
@@ -116,7 +116,7 @@ def make_table(graphs: Mapping[str, tuple[GoalGraph, str]], settings: Settings, 
     """Measure the graphs that the table at a path lacks, writing it after each.
 
     Args:
-        graphs: by name each graph, and the name of that of which it is a twin, or nothing.
+        graphs: each graph by name, and the name of its twin, or nothing.
         settings: how they are measured.
         path: the table; its folder is made.
 

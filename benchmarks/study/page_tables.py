@@ -54,7 +54,7 @@ def milestone_and_words(words: Sequence[str]) -> tuple[Milestone | None, Sequenc
 
 
 def correlations_file(milestone: Milestone | None) -> str:
-    """Return the name of the table of correlations beside the rows of a sweep."""
+    """Return the name of the table of correlations next to the rows of a sweep."""
     return "correlations.csv" if milestone is None else f"correlations_{milestone}.csv"
 
 

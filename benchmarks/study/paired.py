@@ -23,7 +23,7 @@ class Paired:
     """Two methods on the G goal graphs that both were trained on.
 
     Args:
-        outcome: the milestone whose steps are compared.
+        outcome: the milestone to compare steps by.
         graphs: [G] names, in the order of the table.
         steps: of each method, [G, S]: ``inf`` where a seed never got there, ``nan`` after a graph's last seed.
         success: of each method, [G]: the median success rate at the end of training, 0 to 1.
@@ -43,22 +43,22 @@ class Paired:
 
     @property
     def medians(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """[G] of each method, the median steps."""
+        """Median steps of each method [G]."""
         first, second = self.steps
         return medians(first), medians(second)
 
     @property
     def ratios(self) -> NDArray[np.float64]:
-        """[G] the median steps of the first method by those of the second."""
+        """Median steps of the first method by those of the second [G]."""
         return ratios(*self.medians)
 
     @property
     def has_single_seed(self) -> NDArray[np.bool_]:
-        """[G] where a method has a single seed, of which resamples tell nothing."""
+        """Flags [G] of graphs with a single seed of a method, which resamples cannot vary."""
         return np.minimum(*((~np.isnan(steps)).sum(axis=1) for steps in self.steps)) < 2
 
     def resampled_ratios(self, bootstrap: Bootstrap) -> NDArray[np.float64]:
-        """[R, G] the ratios of so many resamples of the seeds of both."""
+        """Return the ratios [R, G] of so many resamples of the seeds of both."""
         rng = np.random.default_rng(bootstrap.seed)
         return np.array([self._resampled(rng, slice(None)) for _ in range(bootstrap.resamples)])
 
@@ -74,24 +74,24 @@ class Paired:
         return Estimate(float(median_ratios(self.ratios[None])[0]), float(low), float(high))
 
     def _resampled(self, rng: np.random.Generator, graphs: NDArray[np.int64] | slice) -> NDArray[np.float64]:
-        """[B] the ratios of B graphs, a graph as often as it is drawn, and each time with seeds of its own."""
+        """Return the ratios of B graphs [B]; a graph drawn twice has new seeds each time."""
         first, second = (medians(resampled(steps[graphs], rng)) for steps in self.steps)
         return ratios(first, second)
 
 
 def ratios(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
-    """[G] the first by the second; 1 where both are infinite, or both 0.
+    """Return the first by the second [G]; 1 where both are infinite, or both 0.
 
     Args:
         first: [G] steps, may hold ``inf``.
-        second: [G] likewise.
+        second: [G] steps of the other method.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(first == second, 1, first / second)
 
 
 def median_ratios(of_graphs: NDArray[np.float64]) -> NDArray[np.float64]:
-    """[R] the median of each row, the geometric mean of the two in the middle where their number is even.
+    """Return the median of each row [R]; the geometric mean of the middle two where their number is even.
 
     Where one of these is 0 and the other infinite it is 1, as neither direction has more.
 
@@ -157,8 +157,8 @@ def graphs_of_equal_runs(rows: Sequence[Row], methods: tuple[str, str]) -> froze
     for row, name in zip(rows, method_names(rows), strict=True):
         for n, method in enumerate(methods):
             if name == method:
-                told = (row["seed"], row.get("area_under_curve", ""), *_results(row))
-                ends.setdefault(row["graph"], [set(), set()])[n].add(told)
+                given = (row["seed"], row.get("area_under_curve", ""), *_results(row))
+                ends.setdefault(row["graph"], [set(), set()])[n].add(given)
     return frozenset(
         graph for graph, (first, second) in ends.items() if any(float(area or 0) for _, area, *_ in first & second)
     )

@@ -29,7 +29,7 @@ def write(make: Callable[[], Figure], path: Path) -> None:
 
     Args:
         make: makes the figure.
-        path: of the picture; its ending says of which format, PNG where it has none.
+        path: the picture; its suffix chooses the format, by default PNG.
 
     Raises:
         InputError: as `make` does, or if it cannot be written, or not in the format of this ending.
@@ -50,18 +50,18 @@ def write(make: Callable[[], Figure], path: Path) -> None:
 
 def digest(figure: Figure) -> str:
     """Of its texts and colours, and of its points to four digits."""
-    told = hashlib.sha256()
+    hasher = hashlib.sha256()
     for legend in figure.legends:
-        told.update(repr([text.get_text() for text in legend.get_texts()]).encode())
+        hasher.update(repr([text.get_text() for text in legend.get_texts()]).encode())
     for axes in figure.axes:
-        told.update(repr([axes.get_xlabel(), axes.get_ylabel(), axes.get_title()]).encode())
-        told.update(repr([text.get_text() for text in axes.texts]).encode())
+        hasher.update(repr([axes.get_xlabel(), axes.get_ylabel(), axes.get_title()]).encode())
+        hasher.update(repr([text.get_text() for text in axes.texts]).encode())
         if isinstance(axes.yaxis.get_major_locator(), FixedLocator):  # names, not numbers that matplotlib chose
-            told.update(repr([label.get_text() for label in axes.get_yticklabels()]).encode())
+            hasher.update(repr([label.get_text() for label in axes.get_yticklabels()]).encode())
         for colour, points in _marks(axes):
-            told.update(colour.encode())
-            told.update(" ".join(f"{number:.4g}" for number in np.asarray(points, dtype=float).ravel()).encode())
-    return told.hexdigest()
+            hasher.update(colour.encode())
+            hasher.update(" ".join(f"{number:.4g}" for number in np.asarray(points, dtype=float).ravel()).encode())
+    return hasher.hexdigest()
 
 
 def _marks(axes: Axes) -> Iterator[tuple[str, ArrayLike]]:

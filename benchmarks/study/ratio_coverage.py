@@ -57,7 +57,7 @@ class Options:
 
 
 def drawn(n_graphs: int, n_seeds: int, apart: float, noise: float, rng: np.random.Generator) -> Paired:
-    """Two methods whose median ratio is 1."""
+    """Two methods with a median ratio of 1."""
     difficulty, log_ratio = rng.normal(size=(n_graphs, 1)), apart * rng.normal(size=(n_graphs, 1))
     shape = (n_graphs, n_seeds)
     first, second = (np.exp(mean + noise * rng.normal(size=shape)) for mean in (difficulty, difficulty + log_ratio))
@@ -69,8 +69,8 @@ def main(options: Options) -> None:
     rng, console = np.random.default_rng(options.seed), Console(stderr=True)
     rows = []
     for n_graphs, n_seeds, apart, noise in CASES:
-        told, n_held = f"{n_graphs} graphs, apart {apart}, noise {noise}", 0
-        for number in track(range(options.tables), told, console=console, transient=True):
+        described, n_held = f"{n_graphs} graphs, apart {apart}, noise {noise}", 0
+        for number in track(range(options.tables), described, console=console, transient=True):
             found = drawn(n_graphs, n_seeds, apart, noise, rng).median_ratio(Bootstrap(options.resamples, seed=number))
             n_held += found.low <= 1 <= found.high
         rows.append((str(n_graphs), str(n_seeds), f"{apart}", f"{noise}", f"{n_held / options.tables:.1%}"))

@@ -40,8 +40,8 @@ class Result:
         graphs: how many goal graphs.
         twins: how many of these have a twin.
         seeds: the fewest and the most seeds of a goal graph.
-        estimates: by measure and statistic, and those of `NOISE`: on how many graphs half of the seeds never got to the
-            milestone, the split-half reliability of the seeds, and the correlation and the factor between twins.
+        estimates: by measure and statistic. Those of `NOISE` are the number of graphs on which half of the seeds missed
+            the milestone, the split-half reliability of the seeds, and the correlation and factor between twins.
     """
 
     method: str
@@ -96,9 +96,12 @@ def side_by_side(results: Sequence[Result], shown: Sequence[str]) -> str:
     """
     for one in results:
         _check_known(one, shown)
-    header = [f"{one.method}: {told}" for one in results for told in (_outcome_text(one), "minus exit depth")]
+    header = [f"{one.method}: {quantity}" for one in results for quantity in (_outcome_text(one), "minus exit depth")]
     rows = [
-        [name, *(str(one.estimates[name, told]) for one in results for told in ("spearman", "minus exit depth"))]
+        [
+            name,
+            *(str(one.estimates[name, quantity]) for one in results for quantity in ("spearman", "minus exit depth")),
+        ]
         for name in shown or results[0].measures
     ]
     return markdown_table(["measure", *header], rows)

@@ -42,7 +42,7 @@ def known_measures(path: Path) -> list[Row]:
 
 
 def first_seeds(rows: Sequence[Row], n_seeds: int | None) -> list[Row]:
-    """Return the rows of seeds 0, 1, ..., of which the seeds of an unfinished sweep are the first.
+    """Return the rows of seeds 0, 1, ...; an unfinished sweep has the first of them.
 
     Args:
         rows: of a table of training runs.

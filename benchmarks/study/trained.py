@@ -102,7 +102,7 @@ def by_rule(rows: Sequence[Row], measured: Sequence[Row]) -> dict[Milestone, lis
 
     Args:
         rows: as for `read_trained`, with ``steps_to_50`` if a method needs it.
-        measured: likewise.
+        measured: as for `read_trained`.
 
     Raises:
         InputError: as `read_trained`.
@@ -145,8 +145,8 @@ def read_trained(rows: Sequence[Row], measured: Sequence[Row], outcome: Outcome)
     """Return the rows of a table of training runs, method by method.
 
     Args:
-        rows: a row for each run: ``graph``, ``method``, ``seed``, the outcome, and ``steps`` if they are told.
-        measured: rows of the table of measures, which know each graph and of which it is a twin.
+        rows: a row for each run: ``graph``, ``method``, ``seed``, the outcome, and ``steps`` if known.
+        measured: rows of the table of measures, with each graph and its twin.
         outcome: the column that says how hard a graph was. An empty number of steps: never reached.
 
     Raises:

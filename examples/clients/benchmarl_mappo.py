@@ -1,4 +1,4 @@
-"""BenchMARL: MAPPO for the two agents, as a task of one's own, in the box view of the parallel environment."""
+"""BenchMARL: MAPPO for the two agents, as a custom task, in the box view of the parallel environment."""
 
 import copy
 import tempfile

@@ -21,7 +21,7 @@ optimizer = torch.optim.Adam([*actor.parameters(), *critic.parameters()], lr=1e-
 
 
 def as_tensor(observations):
-    """[N, K] float32."""
+    """Return a tensor [N, K] float32."""
     return torch.as_tensor(observations, dtype=torch.float32)
 
 

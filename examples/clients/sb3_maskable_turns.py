@@ -20,7 +20,7 @@ class SB3ActionMaskWrapper(BaseWrapper, gymnasium.Env):
         return self.observe(self.agent_selection), {}
 
     def step(self, action):
-        """Take the turn of the agent whose turn it is."""
+        """Take the next agent's turn."""
         current_agent = self.agent_selection
         super().step(action)
         next_agent = self.agent_selection
@@ -37,7 +37,7 @@ class SB3ActionMaskWrapper(BaseWrapper, gymnasium.Env):
         return super().observe(agent)["observation"]
 
     def action_mask(self):
-        """Return the mask of the agent whose turn it is."""
+        """Return the mask of the next agent."""
         return super().observe(self.agent_selection)["action_mask"]
 
 

@@ -15,7 +15,7 @@ torch.set_num_threads(1)  # so small a network gains nothing by more
 
 
 def make_env() -> PettingZooEnv:
-    """Both agents have the same spaces: one box that holds everything, and the mask beside it."""
+    """Both agents have the same spaces: one box with everything, and the mask."""
     return PettingZooEnv(hierroom.box_view(hierroom.env(graph="a", size=11, max_steps=100, subgoal_horizon=20)))
 
 

@@ -10,8 +10,8 @@
 Goals are ``get ITEM``, ``place ITEM`` and ``go to ZONE``, as far as the target can need them. A transformation that
 does several of these is one goal: ``get key, go to hall``. Facts of the rules are ITEM, ``ITEM in ZONE``, ``at ZONE``.
 
-Where the rules are simpler than the world: they ask for no maximum; of each fact they count no more than some rule asks
-for; of several transformations that achieve a goal they apply the first that can be.
+The rules are simpler than the world. They ask for no maximum. Of each fact they count no more than some rule asks for.
+Of several transformations that achieve a goal they apply the first possible one.
 """
 
 from collections import Counter, defaultdict

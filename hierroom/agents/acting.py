@@ -1,4 +1,4 @@
-"""Acting by the observations of any API, in a user's own loop."""
+"""Acting by the observations of any API, in a user's loop."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ def act(
 ) -> tuple[Any, Policy | None]:
     """Return actions and the next state: see `TrainedAgent.act`."""
     if not isinstance(observations, Mapping):
-        raise InputError(f"act takes observations that are dicts, not {shown(observations)}: {_WRAP}")
+        raise InputError(f"observations must be dicts, not {shown(observations)}: {_WRAP}")
     if not (state is None or isinstance(state, Policy)):
-        raise InputError(f"the state is what the last act returned, or None, not {shown(state)}")
+        raise InputError(f"the state must come from the last act, or be None, not {shown(state)}")
     if META in observations and CONTROLLER in observations:
         chosen = {}
         for name in AGENTS:
@@ -41,7 +41,7 @@ def act(
         require_number("seed", seed, 0, 2**63 - 1, is_whole=True)
         policy = controller.learner.policy(len(envs), seed=seed)
     elif state.num_envs != len(envs):
-        raise InputError(f"the state is of {state.num_envs} environments, and the observations are of {len(envs)}")
+        raise InputError(f"the state has {state.num_envs} environments, but the observations have {len(envs)}")
     else:
         policy = state.next(_flags(begins, len(envs)))
     masks = _masks(observations.get("action_mask"), len(envs), controller.learner.space.n_actions)
@@ -66,12 +66,12 @@ def _masks(given: Any, n: int, n_actions: int) -> NDArray[np.bool_]:
         return np.ones((n, n_actions), bool)
     masks = np.atleast_2d(given)
     if masks.dtype.kind not in "biu":
-        raise InputError(f"an action mask is of bool or whole numbers, not of {masks.dtype}")
+        raise InputError(f"an action mask must be bool or whole numbers, not {masks.dtype}")
     return masks.astype(bool)
 
 
 def _flags(given: ArrayLike, n: int) -> NDArray[np.bool_]:
     flags = np.asarray(given)
     if flags.dtype != bool or flags.shape not in ((), (n,)):
-        raise InputError(f"begins is True, False or {n} of these, not {flags.dtype} of shape {flags.shape}")
+        raise InputError(f"begins must be True, False or {n} of them, not {flags.dtype} of shape {flags.shape}")
     return np.broadcast_to(flags, n)

@@ -64,7 +64,7 @@ METHODS: Mapping[str, Method] = {
 
 
 def require_features(name: str, given: object, known: Collection[str] | None = None) -> None:
-    """Refuse what is not a list of features, or of ``known`` ones; ``name`` is for the message."""
+    """Refuse anything but a list of features, or of ``known`` ones; ``name`` is for the message."""
     if not isinstance(given, (list, tuple)):
         raise InputError(f"{name} are given as a list of names, not as {shown(given)}")
     unknown = [str(one) for one in given if not isinstance(one, str) or one not in (given if known is None else known)]
@@ -84,23 +84,23 @@ class AgentsConfig:
     """The two agents.
 
     Args:
-        method: a pair of agents; the other entries replace what they have.
+        method: a pair of agents; the other entries change parts of it.
         meta: who picks the goals: fixed-dfs, random, oracle, learned, none, an entry point, package.module:Class or
             package.module:function. None: the method's own. In a task fixed-dfs can go in circles where each of two
             rules takes away what the other gave; random does not.
         network: the controller's network: recurrent (an encoder, which for a task is chosen from its observation
             space: convolutions for images, layers for vectors, embeddings for discrete numbers, side by side for dicts;
             then an LSTM), an entry point or package.module:Class.
-        features: what the controller's network reads of an observation, in EscapeRooms any of view, view-ids, goal,
-            goal-in-view, goal-place, object-places, doorway-places, frontier-places, symbol, direction, keys,
-            previous-action and goal-status; methods without goals leave out goal, goal-in-view, goal-place and symbol.
-            None: what the task says.
+        features: inputs of the controller's network. In EscapeRooms any of view, view-ids, goal, goal-in-view,
+            goal-place, object-places, doorway-places, frontier-places, symbol, direction, keys, previous-action and
+            goal-status. Methods without goals leave out goal, goal-in-view, goal-place and symbol. None: the task's
+            own.
         curiosity_weight: the weight of curiosity in the reward of ppo-rnd, its returns scaled to deviation 1; the
-            environment's own reward, such as 1 at the exit, comes on top. On graph a (one seed, 1.5M steps, a discount
-            of 0.98) 0.05 ended at 100% success, 0.2 at 82%, 0.5, as in Burda et al. 2018, at 92%.
-        meta_features: what the network of a learned meta-controller reads. Where these are goal-status and goal-outcome
-            alone, in EscapeRooms one network is shared by all colours (`agents.goal_network`); else it is the recurrent
-            one that ships. None: what the task says.
+            environment's own reward comes on top. On graph a (one seed, 1.5M steps, a discount of 0.98) 0.05 ended at
+            100% success, 0.2 at 82%, 0.5, as in Burda et al. 2018, at 92%.
+        meta_features: inputs of a learned meta-controller's network. With goal-status and goal-outcome alone, in
+            EscapeRooms one network is shared by all colours (`agents.goal_network`); else it is the recurrent one that
+            ships. None: the task's own.
         meta_start_success: a learned meta-controller chooses goals at random until this share of 100 episodes reaches
             the target, such as the exit; then it learns.
     """

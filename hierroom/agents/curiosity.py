@@ -1,4 +1,4 @@
-"""Curiosity: a reward for what is new to the controller in its environments."""
+"""Curiosity: a reward for novel observations of the controller."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hierroom.support.errors import InputError
 
 
 class Curiosity:
-    """Random network distillation of what the controller observes of its levels: no goals, nothing of what it did.
+    """Random network distillation of the controller's observations of its levels, without goals and past actions.
 
     Args:
         features: the controller's.
@@ -30,7 +30,7 @@ class Curiosity:
     ) -> None:
         names = features.subset(of_world=True)
         if not names:
-            raise InputError(f"curiosity is about the level, of which {', '.join(features.names)} shows nothing")
+            raise InputError(f"curiosity needs features of the level; {', '.join(features.names)} has none")
         self.features = Features(features.world, names)
         if self.features.arrays:
             raise InputError("the curiosity of ppo-rnd reads categories; the task's observations hold arrays")
@@ -40,15 +40,15 @@ class Curiosity:
         )
 
     def rewards(self, observation: Observation) -> NDArray[np.float64]:
-        """Return the rewards [N] for a step by what was observed after it, still in the same episode."""
+        """Return the rewards [N] for a step by the observation after it, still in the same episode."""
         return self._weight * self._distillation.rewards(self.features.encode(observation))
 
     def learn(self) -> dict[str, float]:
-        """Get used to what was observed since the last call, and return `STATISTICS` by name."""
+        """Learn from the observations since the last call, and return `STATISTICS` by name."""
         return self._distillation.learn()
 
     def state_dict(self) -> dict:
-        """Return everything that decides what happens next, as tensors and plain types."""
+        """Return the complete state, as tensors and plain types."""
         return self._distillation.state_dict()
 
     def load_state_dict(self, state: dict) -> None:

@@ -29,7 +29,7 @@ class EpisodeDecisions:
 
 
 class DecisionTape:
-    """Lets a pair play the first episode of each of N fresh environments, and keeps what its agents computed."""
+    """Lets a pair play the first episode of each of N new environments, and keeps its agents' decisions."""
 
     def __init__(self, pair: Pair) -> None:
         self._pair = pair

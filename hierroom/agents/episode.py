@@ -76,6 +76,11 @@ class Episode:
         shortest: the shortest possible length, or -1 if that was not measured.
         observations: [L + 1, ...] each, the controller's observations by the names of their entries, before each step
             and after the last one; None unless they were asked for.
+
+    Examples:
+        >>> episode = next(hierroom.rollout("oracle", hierroom.EnvConfig("a"), episodes=1))
+        >>> episode.success, [event.label for event in episode.events]
+        (True, ['key 1', 'door 1', 'exit'])
     """
 
     start: Any
@@ -162,7 +167,7 @@ class Episode:
         return self.replayer.replay(self.start, self.actions)
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain types with labels, for JSON."""
+        """Return plain types with labels, for JSON."""
         return {
             "seed": self.seed,
             "env": self.env,

@@ -14,7 +14,7 @@ from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 
 Achievements = list[tuple[int, int]]
-"""Steps, counted from 1, and what was achieved in them."""
+"""Steps, counted from 1, and the goals achieved in them."""
 
 
 @dataclass(frozen=True)

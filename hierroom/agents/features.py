@@ -1,4 +1,4 @@
-"""Features: what a network reads of an observation, as small whole numbers."""
+"""Features: the inputs of a network, as small whole numbers."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ ENTRY, CHOICE = "features", "choice"
 def offered(world: WorldSpec) -> dict[str, Feature]:
     """Return all features that networks can read in a world, by name.
 
-    Every world has symbol, the goal as one of G + 1, no goal the last; goal, the same by the goal's vector;
-    previous-action, the controller's last action; and goal-outcome, for the last goal how its option ended, for the
-    others 0, which is for meta-controllers.
+    Every world has symbol (the goal as one of G + 1, no goal the last), goal (the same by the goal's vector) and
+    previous-action (the controller's last action). For meta-controllers it has goal-outcome: how the last goal's option
+    ended, and 0 for other goals.
     """
     n, ids = len(world.goals), np.arange(len(world.goals))
 
@@ -65,10 +65,10 @@ class Features:
     def __post_init__(self) -> None:
         require_features("features", self.names, offered(self.world))
         if self.agent == CONTROLLER and "goal-outcome" in self.names:
-            raise InputError("goal-outcome is how the last option ended: one of meta_features, not of features")
+            raise InputError("goal-outcome belongs to meta_features, not to features")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Copy and pickle what it is made of."""
+        """Copy and pickle only the parts."""
         return Features, (self.world, self.names, self.agent)
 
     @cached_property
@@ -107,12 +107,12 @@ class Features:
 
     @property
     def are_by_goal(self) -> bool:
-        """Return whether each of them has one number for each goal, so that a network can treat all colours alike."""
+        """Return whether each has one number for each goal, so that a network can treat all colours alike."""
         return all(feature.is_by_goal for feature in self._chosen)
 
     @property
     def memories(self) -> tuple[str, ...]:
-        """Return what the world must remember for them."""
+        """Return the memories of the world that they need."""
         return tuple(memory for feature in self._chosen for memory in feature.memories)
 
     def encode(self, observation: Observation) -> NDArray[np.uint8]:

@@ -13,9 +13,9 @@ from hierroom.learners.networks.recurrent import ResetLSTM
 class GoalNetwork(nn.Module):
     r"""An actor-critic over goals that treats all colours alike.
 
-    Colours are drawn anew for each episode, so what is learned of one holds for all. Each of the P parts of a level,
-    such as six colours and the exit, has a recurrent state of its own under shared weights, and sees itself and the
-    mean of all (deep sets: Zaheer et al. 2017). With encoder E (one for colours, one for the exit) and features x:
+    Each episode draws the colours anew, so what is learned of one is true of all. Each of the P parts of a level, such
+    as six colours and the exit, has its own recurrent state under shared weights. It sees itself and the mean of all
+    (deep sets: Zaheer et al. 2017). With encoder E (one for colours, one for the exit) and features x:
 
     .. math::
         e_p = E(x_p), \qquad h_p = \mathrm{LSTM}\big(e_p, \tfrac1P \sum_q e_q\big), \qquad
@@ -55,7 +55,7 @@ class GoalNetwork(nn.Module):
         return self.core.weight.new_zeros(n, self._n_parts * 2 * self._hidden_size)
 
     def step(self, features: Tensor, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """One turn; see `PolicyNetwork.step`. Each part is a row of its own to the core."""
+        """Compute one turn; see `PolicyNetwork.step`. Each part is a separate row for the core."""
         n = len(features)
         hidden, state = self.core.step(self._encode(features).flatten(0, 1), state.reshape(n * self._n_parts, -1))
         return *self._heads(hidden.reshape(n, self._n_parts, -1)), state.reshape(n, -1)
@@ -69,7 +69,7 @@ class GoalNetwork(nn.Module):
         return self._heads(hidden.reshape(length, n, n_parts, -1))
 
     def _encode(self, features: Tensor) -> Tensor:
-        """[..., K] features to [..., P, 2 H]: each part and the mean of all."""
+        """Encode features [..., K] as [..., P, 2 H]: each part and the mean of all."""
         by_feature = features.unflatten(-1, (self._n_features, self._n_goals))  # [..., I, G]
         *kinds, exits = by_feature.split((*(self._n_alike,) * self.colour_head.out_features, 1), dim=-1)
         colours = self.colour_encoder(torch.cat(kinds, dim=-2).transpose(-1, -2))  # [..., P - 1, H]
@@ -77,7 +77,7 @@ class GoalNetwork(nn.Module):
         return torch.cat([parts, parts.mean(-2, keepdim=True).expand_as(parts)], dim=-1)
 
     def _heads(self, hidden: Tensor) -> tuple[Tensor, Tensor]:
-        """[..., P, H] to logits [..., G + 1] of the kinds, the exit and no goal, and values [...]."""
+        """Map [..., P, H] to logits [..., G + 1] of the kinds, the exit and no goal, and to values [...]."""
         mean, colours = hidden.mean(-2), hidden[..., :-1, :]
         means = mean.unsqueeze(-2).expand_as(colours)
         kinds = self.colour_head(torch.cat([colours, means], dim=-1)).unbind(-1)  # [..., P - 1] each

@@ -1,4 +1,4 @@
-"""The controller's network: those that ship, how a user's own is found, and its trial before it is trained."""
+"""The controller's network: those that ship, how custom ones are found, and its trial before it is trained."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from torch import Tensor, nn
 from hierroom.agents.config import DEFAULT_NETWORK
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
 from hierroom.learners.networks.array_network import ArrayActorCritic
-from hierroom.support.errors import InputError, own_code, shown
+from hierroom.support.errors import InputError, shown, user_code
 from hierroom.support.plugins import load_plugin
 
 ENTRY_POINT_GROUP = "hierroom.networks"
 Vectors = Sequence[NDArray | None] | None
 _N_TURNS = 3
 _TOLERANCE = 1e-3
-"""By how much the outputs of `PolicyNetwork.step` and of `PolicyNetwork.sequence` may differ, absolute and relative."""
+"""Tolerance between outputs of `PolicyNetwork.step` and of `PolicyNetwork.sequence`, absolute and relative."""
 _one_tries = Lock()
 
 
@@ -48,7 +48,7 @@ def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vector
     if spec in NETWORKS:
         return NETWORKS[spec](space, hidden_size, vectors)
     make = load_plugin(spec, "network", NETWORKS, ENTRY_POINT_GROUP)
-    with own_code(f"the network {spec!r}", "cannot be made"):
+    with user_code(f"the network {spec!r}", "cannot be made"):
         network = make(space, hidden_size)
     if not isinstance(network, nn.Module) or not isinstance(network, PolicyNetwork):
         raise InputError(f"the network {spec!r} must be a torch.nn.Module with initial_state, step and sequence")
@@ -66,7 +66,7 @@ def try_network(name: str, network: nn.Module, space: AgentSpace) -> None:
         raise InputError(f"{name} has no weights to learn: no parameter requires a gradient")
     policy = cast(PolicyNetwork, network)
     modes = {module: module.training for module in network.modules()}
-    with own_code(f"{name}, in its first turns,"), _one_tries, torch.random.fork_rng([]):
+    with user_code(f"{name}, in its first turns,"), _one_tries, torch.random.fork_rng([]):
         before = deepcopy(network.state_dict())
         buffers = {path: (buffer, buffer.clone()) for path, buffer in network.named_buffers()}  # in no state, some
         for n_envs in (2, 1):
@@ -83,7 +83,6 @@ def try_network(name: str, network: nn.Module, space: AgentSpace) -> None:
 
 
 def _turns(space: AgentSpace, n_envs: int) -> Tensor:
-    """[T, N, K] uint8, the first value of each feature, then one between, then the last."""
     last = torch.tensor(space.cardinalities) - 1
     turns = torch.stack([last * t // (_N_TURNS - 1) for t in range(_N_TURNS)]).byte()
     for start, array in space.arrays:
@@ -118,7 +117,7 @@ def _take_turns(name: str, network: PolicyNetwork, space: AgentSpace, n_envs: in
 
 
 def _compare(name: str, network: PolicyNetwork, space: AgentSpace) -> None:
-    """Refuse a network whose `sequence` gives another result than `step`, turn by turn, with an episode that ends."""
+    """Refuse a network if its `sequence` and turn by turn its `step` differ, with an episode that ends."""
     features = _turns(space, 2)
     resets = torch.zeros(_N_TURNS, 2, dtype=torch.bool)
     resets[-1, 0] = True  # in one environment an episode begins, in the other it goes on

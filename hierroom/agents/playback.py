@@ -20,7 +20,7 @@ from hierroom.support.files import to_json, usable_path, write_atomically
 
 FILE_FORMATS = (*FORMATS, ".txt", ".json")
 CARD_FRAMES = 10
-"""For how many pictures an episode's end is shown, or which steps are left out: a second at the usual speed."""
+"""Pictures that show an episode's end, or the steps left out: a second at the usual speed."""
 MOST_IN_GIF = 200
 """Steps of an episode that a GIF shows: so many take about 400 kB; an MP4 is smaller and shows all."""
 N_LAST_ACTIONS = 12
@@ -59,7 +59,6 @@ def pictures(episode: Episode, tile_size: int | None = None, most: int | None = 
 
 
 def _picture(episode: Episode, state: Any, goal: int, tile_size: int, title: str) -> NDArray[np.uint8]:
-    """Draw a state of an episode, next to it its rules with what was achieved and what there is."""
     picture, rules = episode.replayer.picture(state, goal, tile_size, title), episode.graph
     state_of = getattr(episode.replayer, "rules_state", None)
     if state_of is None or not isinstance(rules, Rules):

@@ -1,4 +1,4 @@
-"""Playing without learning: who plays, and the one loop that plays episodes to be counted."""
+"""Playing without learning: the players, and the one loop that plays episodes to be counted."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Actor(Protocol):
     """An agent that plays: it acts, and takes note of the turns that a step ended."""
 
     def act(self, observation: Any) -> NDArray[np.integer]:
-        """[M] actions in the environments of an observation."""
+        """Return actions [M] in the environments of an observation."""
         ...
 
     def record(self, step: Step, turns: Turns) -> None:
@@ -120,11 +120,11 @@ SHARE_KEPT = 0.5
 
 
 class Play:
-    """Lets a player play the first episodes of each of N fresh environments: how many is fixed beforehand (`quotas`).
+    """Lets a player play the first episodes of each of N new environments; `quotas` fixes their number.
 
-    Were the first episodes to end counted instead, short ones would be counted too often. An environment that has
-    played its own is left out sooner or later where the player can do without it; what is played in the others does not
-    depend on that, but for rounding where torch computes the network.
+    Counting the first episodes to end instead would count short ones too often. Environments that have played their
+    quota are left out later, where the player can do without them. That changes nothing in the others, except rounding
+    where torch computes the network.
 
     It yields each primitive `Step`, of M environments: all N at first, fewer once some have played all their episodes.
 
@@ -148,7 +148,7 @@ class Play:
             self._leave_out()
             step = self._player.step(self.turns)
             if not isinstance(step, Step):
-                raise InputError(f"step of a player must return what turns.step gave, a Step, not {shown(step)}")
+                raise InputError(f"step of a player must return the Step that turns.step returned, not {shown(step)}")
             yield step
             ended = self.counted[step.episode_ended[self.counted]]
             if len(ended):
@@ -157,7 +157,6 @@ class Play:
                 self._progress(int(self.played.sum()))
 
     def _leave_out(self) -> None:
-        """Go on in the environments that are still counted, if that can be done and saves enough."""
         if type(self._player) is not Pair or not self.turns.can_split:
             return
         if len(self.counted) <= SHARE_KEPT * len(self.envs) and (part := self._player.subset(self.counted)):
@@ -166,7 +165,7 @@ class Play:
 
 
 def quotas(episodes: int, num_envs: int) -> NDArray[np.int64]:
-    """Return how many episodes each environment plays, [N]: equally many, or the first ones one more."""
+    """Return the numbers of episodes of the environments [N]: equally many, or the first ones one more."""
     if episodes < 1:
         raise InputError(f"play at least one episode, not {episodes}")
     return episodes // num_envs + (np.arange(num_envs) < episodes % num_envs)

@@ -66,7 +66,7 @@ class PPOAgent:
         return self.learner.ready
 
     def act(self, observation: Observation) -> NDArray[np.integer]:
-        """[M] actions, all legal, in the environments of an observation: its turns begin."""
+        """Begin turns: return legal actions [M] in the environments of an observation."""
         if self._warm_up is not None and not self.is_learning:
             assert isinstance(observation, Situation)  # only meta-controllers warm up
             return self._warm_up.choose(observation)
@@ -101,7 +101,7 @@ class PPOAgent:
         return {**learning, **self._updated}
 
     def frozen(self, num_envs: int, *, seed: int, is_greedy: bool = False) -> FrozenAgent:
-        """Return what it has learned, acting in other environments and learning no more.
+        """Return the trained agent for other environments, where it learns no more.
 
         If ``is_greedy``, it takes its most probable action instead of drawing one.
         """
@@ -121,7 +121,7 @@ class PPOAgent:
             theirs = state["description"].get(what)
             if ours != theirs:
                 found = " ".join(theirs.split()) if isinstance(theirs, str) else shown(theirs)
-                raise InputError(f"these weights are of another agent: its {what} is {found}, here it is {ours}")
+                raise InputError(f"these weights belong to another agent: its {what} is {found}, not {ours}")
         self.learner.take_weights(state["learner"])
 
     @property
@@ -134,7 +134,7 @@ class PPOAgent:
         }
 
     def state_dict(self) -> dict[str, Any]:
-        """Everything that decides what happens next, as tensors and plain types."""
+        """Return the complete state, as tensors and plain types."""
         known = {name: float(value) for name, value in self._updated.items() if not isnan(value)}
         state: dict[str, Any] = {"description": self._description, "learner": self.learner.state_dict()}
         state["statistics"] = known  # rows are written between two updates of a meta-controller, too
@@ -155,7 +155,7 @@ class PPOAgent:
         for name, part in restored.items():
             part.load_state_dict(state[name])
         if not self.is_learning and self.learner.has_begun.any():
-            raise InputError("no turn of the learner can have begun before its warm-up has ended")
+            raise InputError("the learner cannot be in a turn before its warm-up has ended")
         self._updated = dict.fromkeys(self._updated, float("nan")) | state["statistics"]
 
 
@@ -173,11 +173,11 @@ class FrozenAgent:
 
     @property
     def decision(self) -> Decision | None:
-        """Return what its policy computed for its last turn; None before the first."""
+        """Return the policy's outputs for the last turn; None before the first."""
         return self._policy.decision
 
     def act(self, observation: Observation) -> NDArray[np.integer]:
-        """[M] actions, all legal, in the environments of an observation."""
+        """Return legal actions [M] in the environments of an observation."""
         return self._act(observation.envs, self.features.encode(observation), observation.masks)
 
     def record(self, step: Step, turns: Turns) -> None:

@@ -53,7 +53,7 @@ class _Observed:
         self.see(turns, every, every)
 
     def see(self, turns: Turns, rows: NDArray[np.integer], envs: NDArray[np.integer]) -> None:
-        """Note what is observed now in places [M] of these turns, which are the environments ``envs`` [M]."""
+        """Record the observations at places [M] of these turns, which are the environments ``envs`` [M]."""
         shown = turns.observe(CONTROLLER, turns.due(CONTROLLER)).as_dict()
         for row, env in zip(rows.tolist(), envs.tolist(), strict=True):
             self._so_far[env].append((shown, row))

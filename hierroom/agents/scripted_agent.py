@@ -1,4 +1,4 @@
-"""Any meta-controller as an agent: those that ship, and users' own, which may learn by themselves."""
+"""Any meta-controller as an agent: those that ship, and custom ones, which may learn."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hierroom.controller import Observation
 from hierroom.meta import META_CONTROLLERS, LevelMeta, MetaController, checked_meta, choose_goals, running, show_step
-from hierroom.support.errors import own_code
+from hierroom.support.errors import user_code
 from hierroom.turns.records import Step
 from hierroom.turns.situation import Situation
 from hierroom.turns.turns import Turns
@@ -27,7 +27,7 @@ class ScriptedAgent:
         self._learn = getattr(meta, "learn", None) if is_training else None
 
     def act(self, observation: Observation) -> NDArray[np.integer]:
-        """[M] goal ids, or 13 or -1 for no goal, in the environments of a `Situation`."""
+        """Return goal ids [M], or 13 or -1 for no goal, in the environments of a `Situation`."""
         assert isinstance(observation, Situation)  # scripted agents are meta-controllers
         return choose_goals(self.meta, observation)
 
@@ -54,11 +54,11 @@ class ScriptedAgent:
                 meta = self.meta.for_play(num_envs, seed=seed)
             return ScriptedAgent(checked_meta(meta, f"what for_play of {type(self.meta).__name__} returned"))
         needs = "cannot be copied to play elsewhere, and has no method for_play(num_envs, *, seed)"
-        with own_code(f"the meta-controller {type(self.meta).__name__}", needs):
+        with user_code(f"the meta-controller {type(self.meta).__name__}", needs):
             return ScriptedAgent(deepcopy(self.meta))
 
     def state_dict(self) -> dict[str, Any]:
-        """Return what the meta-controller saves of itself, nothing where it saves nothing."""
+        """Return the meta-controller's own state dict, empty if it has none."""
         with running(self.meta):
             return self.meta.state_dict() if hasattr(self.meta, "state_dict") else {}
 
@@ -66,7 +66,7 @@ class ScriptedAgent:
         """Go back to what `state_dict` gave."""
         if not hasattr(self.meta, "load_state_dict"):
             return
-        with own_code(f"the meta-controller {type(self.meta).__name__}", "cannot load its state"):
+        with user_code(f"the meta-controller {type(self.meta).__name__}", "cannot load its state"):
             self.meta.load_state_dict(state)
 
 

@@ -31,7 +31,7 @@ class TrainedGoals:
     def choose(
         self, observations: Mapping[str, NDArray], legal: NDArray[np.bool_], situation: Situation
     ) -> NDArray[np.integer]:
-        """Return a goal for each of the M environments whose turn it is, drawn as in training.
+        """Return a goal for each of M environments, drawn as in training.
 
         This one's seed and an environment's seed, episode and turn fix what is drawn, in whatever batch.
         """
@@ -42,10 +42,8 @@ class TrainedGoals:
     def reset(self, envs: NDArray[np.integer]) -> None:
         """Forget the last episode of some environments [M]."""
         if envs.max(initial=0) >= self._num_envs:
-            raise InputError(
-                f"this meta-controller was made for {self._num_envs} environments, but here is one of number "
-                f"{envs.max()}; say so: meta_controller(num_envs=...)"
-            )
+            made_for = f"this meta-controller was made for {self._num_envs} environments"
+            raise InputError(f"{made_for}, not for environment {envs.max()}; use meta_controller(num_envs=...)")
         self._policy.reset(envs)
 
     def for_play(self, num_envs: int, *, seed: int) -> TrainedGoals:

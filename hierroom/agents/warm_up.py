@@ -13,7 +13,7 @@ from hierroom.turns.records import Step
 from hierroom.turns.situation import Situation
 
 WINDOW = 100
-"""Episodes whose success decides whether the warm-up ends."""
+"""Episodes that decide by their success whether the warm-up ends."""
 
 
 class WarmUp:
@@ -42,7 +42,7 @@ class WarmUp:
         self.has_ended = len(self._successes) == WINDOW and rate >= self._start_success
 
     def state_dict(self) -> dict:
-        """Return everything that decides what happens next, as plain types."""
+        """Return the complete state, as plain types."""
         return {"has_ended": self.has_ended, "successes": list(self._successes)}
 
     def load_state_dict(self, state: dict) -> None:

@@ -23,7 +23,7 @@ class AgentArguments:
     Args:
         run: the run's folder, an agent's .safetensors file, or an agent that ships (a to g, learned-g); it comes
             before --graph, --exclude and --layout, which take all words up to the next option.
-        checkpoint: the steps of an earlier checkpoint than the newest.
+        checkpoint: steps of an earlier checkpoint; by default the newest is loaded.
         trust_run: run custom code that the run's config names (a network, a reward, a meta-controller).
         graph: other goal graphs than those trained on, given as in training.
         exclude: goal graphs to leave out; without --graph, in addition to those left out in training.

@@ -22,7 +22,7 @@ STAMP = "hierroom-compiled.json"
 
 @dataclass(frozen=True)
 class CompileArguments:
-    """Compile all kernels now, so that nothing waits for it later; what is compiled already is left as it is.
+    """Compile all kernels now, so that nothing waits for it later; kernels compiled before are kept.
 
     The compiled code is kept on disk, for this machine's processor and this version of Numba.
     """
@@ -56,7 +56,7 @@ def main(argv: Sequence[str]) -> int:
 def compile_all() -> int:
     """Use every kernel once in each way it is used, in two processes; return how many were compiled.
 
-    This process then uses all of them: a kernel whose types another process has compiled is read from the disk.
+    This process then uses all of them: it reads kernels that another process has compiled from the disk.
     """
     from hierroom.support.compile.clock import compile_clock
     from hierroom.support.compile.side_by_side import n_compiled, side_by_side
@@ -177,7 +177,6 @@ def _step(env: Any, n: int | None) -> None:
 
 
 def _is_complete(stamp: Path) -> bool:
-    """Return whether the command has compiled all of this source, and every file that it left is still there."""
     try:
         written = read_json(stamp)
         files = [Path(file) for file in written["files"]]
@@ -187,7 +186,6 @@ def _is_complete(stamp: Path) -> bool:
 
 
 def _made_of() -> str:
-    """Return a digest of all that decides what is compiled."""
     import numba
     from llvmlite import binding
 

@@ -44,8 +44,8 @@ class ComplexityArguments:
         task: a task instead, by its rules: package.module:name of a hierroom.Task, or a world that ships.
         graph: letters from a to g, names such as keys-0-1-exit-2 (the room of each key, and of the exit), TOML files,
             rooms:N for every graph of N rooms, 2 to 8, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH.
-        layout: levels of your own instead, paths of text maps (see train): the goal graph is read off each.
-        exclude: goal graphs to leave out, given in the same way and found however their rooms are numbered.
+        layout: your own levels instead, as paths of text maps (see train); each gives its goal graph.
+        exclude: goal graphs to leave out, in the same forms and whatever the numbers of their rooms.
         all: list the paper's seven graphs.
         drop: let the controller drop keys.
         sort: sort the list by this column in ascending order.
@@ -55,19 +55,19 @@ class ComplexityArguments:
         markdown: print the list as a Markdown table.
         draw: draw the goal graph and its augmented graph, or --from-play's reach curves, into this .png, .pdf or .svg.
         walk: probabilities of one step of the assumed walk: to stay, to move, to start again.
-        reading: interpretation of the paper's augmented graph: from where a key is picked up (accessible, way to the
-            start, own room), where a room leads (accessible, neighbours, through the start), and where dropping a key
-            leads (accessible, key room, start).
-        from_play: measure the chain from play instead of assuming the random walk: of a run's trained agents (give its
-            folder), of random actions (random), or of shortest solutions (oracle); by default on the run's graph, or c.
-            With --task or --out: estimate what must be achieved before what, an upper bound of what is needed.
+        reading: interpretation of the paper's augmented graph. KEYS: from where a key is picked up (accessible, way to
+            the start, own room). ROOMS: where a room leads (accessible, neighbours, through the start). DROP: where
+            dropping a key leads (accessible, key room, start).
+        from_play: measure the chain from play instead of assuming the random walk. Give a run's folder for its trained
+            agents, random for random actions, or oracle for shortest solutions; by default on the run's graph, or c.
+            With --task or --out: estimate the order of goals from play, an upper bound of the true needs.
         out: with --from-play, write the rules that play showed into this .toml file.
         measures: list measures such as the effective horizon and the covering length, on the augmented graph's MDP.
         levels: with --measures, measure so many levels of each graph by their exact states instead.
         horizon: with --measures, steps of an episode: by default 20 on goal graphs and 1000 in levels.
         size: cells of the grid's side in play; by default the run's, or 19 for random and oracle.
         max_steps: steps after which an episode of play is truncated; by default the run's, or 1000.
-        episodes: how many episodes to play.
+        episodes: number of episodes to play.
         seed: seed of the levels, the actions and the bootstrap.
         trust_run: run custom code that the run's config names (a network, a reward, a meta-controller).
     """
@@ -150,7 +150,6 @@ def show(options: ComplexityArguments) -> None:
 
 
 def _rules_of(task: str) -> Rules | GoalGraph:
-    """Return what a task declares."""
     rules = getattr(find_task(task), "rules", None)
     if rules is None:
         raise InputError(f"the task {task!r} declares no rules, from which its complexity would follow")

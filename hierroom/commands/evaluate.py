@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from hierroom.runs.evaluation import Evaluation
 
 MOST_EPISODES = 1000
-"""Episodes to play where nobody says how many, at most."""
+"""Most episodes to play by default."""
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,8 @@ class EvaluateArguments(AgentArguments):
     """Evaluate a trained agent: success, length and steps to each goal, sampling its actions and greedily.
 
     Args:
-        episodes: episodes to play; by default 1000, or fewer of an agent that fails, once it is clear how often.
-        num_envs: environments to play in side by side.
+        episodes: episodes to play; by default 1000, or fewer once the success rate of a failing agent is clear.
+        num_envs: number of environments that play in parallel.
         json: print JSON for machines; what has no value, such as the mean step of a goal never reached, is null.
     """
 

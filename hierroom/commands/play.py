@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 class PlayArguments:
     """Play levels yourself in a window, next to a goal graph that lights up as you reach goals.
 
-    Arrows or wasd move, space picks up or opens what is in front, o shows the oracle's next action, t lets a trained
-    agent take over, f switches fog, n begins the next level, r this one again, q quits.
+    Keys: arrows or wasd move, space picks up or opens what is in front, o shows the oracle's next action. t lets a
+        trained agent take over, f switches fog, n begins the next level, r this one again, q quits.
 
     Args:
         graph: goal graphs, given as in training; each level samples one. By default c, or the agent's own.
-        layout: levels of your own, as paths of text maps: see train.
+        layout: your own levels, as paths of text maps: see train.
         size: cells of the grid's side; by default 13, or the agent's own.
         max_steps: steps after which a level ends; by default 1000, or the agent's own.
         drop_key: whether keys can be dropped; with --agent as that was trained.

@@ -32,7 +32,7 @@ class ReportArguments:
         runs: folders of runs, or folders that contain them, such as that of a sweep.
         out: the file to write or replace; by default a new one, report.html, report-2.html, ...
         by: entries of the config that make a group: meta, or method,gamma; the default is that of compare.
-        replays: how many runs' trained agents play, the first of each group and graph; 0: none.
+        replays: number of runs with agents that play, the first of each group and graph; 0: none.
         episodes: episodes of each that the page replays; a success and a failure come first, where there are.
         played: episodes of each that measure success and steps to each goal.
         seed: fixes the levels and the actions; training never sees the levels, whatever its seed.
@@ -75,7 +75,6 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _fresh(path: Path) -> Path:
-    """Return the first of the files path, path-2, path-3, ... that does not exist."""
     several = (path.with_stem(f"{path.stem}-{number}") for number in count(2))
     return next(one for one in chain([path], several) if not os.path.lexists(one))
 
@@ -148,7 +147,6 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
 
 
 def _in_turn(runs: Sequence[ReportedRun], curves: Curves) -> list[ReportedRun]:
-    """Return the first run of each group on each graph, the groups in turn."""
     firsts: dict[int, dict[tuple[str, ...], ReportedRun]] = {}
     for one in runs:
         firsts.setdefault(curves.group_of[str(one.path)], {}).setdefault(tuple(one.graphs or one.config.env.names), one)

@@ -32,20 +32,20 @@ class SweepArguments:
     """Train every combination of some values, and gather the results in one table.
 
     Writes OUT/sweep.csv, a row for each finished run, and OUT/runs/, a complete folder for each run. The same command
-    goes on with what is missing, and makes a run again if its config has changed, as with another preset.
+    trains missing runs, and repeats a run if its config has changed, as with another preset.
 
     Args:
         what: entries of training, each with the values to try (method=hippo,ppo-bonus gamma=0.9,0.99 steps=200_000),
             optionally after a TOML file of such entries. Give lists as 'features=[["view","goal"],["view"]]'.
-        out: the folder to write to, or to go on with.
+        out: the folder to write to, new or of the same sweep.
         graphs: goal graphs or sets of them, such as a b rooms:4; each graph gets runs.
         seeds: seeds 0, 1, ... of each run.
-        episodes: of the evaluations at the end of each run; by default 1000, or as many as take a quarter of the steps
-            of training together, but no fewer than 100.
-        metas: other meta-controllers to evaluate the trained controllers with, where these see goals.
+        episodes: episodes of the evaluations at the end of each run; by default 1000, or as many as take a quarter of
+            the steps of training together, but no fewer than 100.
+        metas: further meta-controllers to evaluate the trained controllers with, if these see goals.
         processes: runs at a time; by default one for each core.
-        shard: a part of the runs, such as 3/8 for the third of eight machines that share OUT or nothing.
-        ray: address of a Ray cluster that does the runs: auto, HOST:6379 or ray://HOST:10001.
+        shard: a part of the runs, such as 3/8 for the third of eight machines, with or without a shared OUT.
+        ray: address of a Ray cluster that trains the runs: auto, HOST:6379 or ray://HOST:10001.
         list: list the runs, and which of them are done, and train nothing.
         markdown: print the table of medians in Markdown, of the runs that are done, and train nothing.
     """
@@ -73,7 +73,7 @@ class SweepArguments:
 
     @property
     def command(self) -> str:
-        """The command without what decides no result (where, how many at a time), so that it names no machine."""
+        """The command without options that change no result (folder, processes), so that it names no machine."""
         words = [Path(word).name if Path(word).is_absolute() else word for word in self.what]
         for name, value in self._settings.items():
             words += [f"--{name}", *map(str, value if isinstance(value, tuple) else (value,))]
@@ -111,7 +111,7 @@ def main(argv: Sequence[str]) -> int:
     for failed, reason in outcome.failures:
         print(f"failed: {failed.name}: {reason}")
     if replaced := [run.name for run in outcome.replaced]:
-        both = "give both values of an entry at once to keep a row of each"
+        both = "give both values of an entry together to keep a row of each"
         warn(f"the row of {_first_of(replaced)} stands in the place of one of another config; {both}")
     if sweep.plan.episodes is None and (note := _on_few_episodes(rows)):
         warn(note)
@@ -126,7 +126,6 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _on_few_episodes(rows: pd.DataFrame) -> str:
-    """Return a note on evaluations that were cut short; empty if none was."""
     import pandas as pd
 
     from hierroom.lab.sweep.job import MOST_EPISODES
@@ -146,7 +145,6 @@ def _first_of(names: Sequence[str]) -> str:
 
 
 def _entries_first(argv: Sequence[str]) -> list[str]:
-    """Return the words with the plan and entries before the options, as the parser wants them."""
     first, options, option = [], [], ""
     for word in argv:
         if word.startswith("-"):
@@ -161,7 +159,6 @@ def _entries_first(argv: Sequence[str]) -> list[str]:
 
 
 def _notes(plan: Plan, runs: Sequence[PlannedRun]) -> list[str]:
-    """Return a note on each of the plan's graphs that another one stands for, and on each value that no run reads."""
     given = {name for values in (plan.values, *(plan.variants or {}).values()) for name in values}
     unread = given.intersection(*(entries_without_effect(run.config) for run in runs))
     lines = [f"{name} is given, and has no effect on any run of the sweep" for name in sorted(unread)]

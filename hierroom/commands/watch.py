@@ -26,11 +26,11 @@ _SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER")
 class WatchArguments(AgentArguments):
     """Watch a trained agent play: in a window, in the terminal, or in a file.
 
-    Without --out a window opens where there is a screen (space pauses, the right arrow takes one step, up and down
-    change the speed, n shows the next episode, q ends it); elsewhere the episodes are printed as text.
+    Without --out a window opens where there is a screen; elsewhere the episodes are printed as text. Keys: space
+    pauses, the right arrow takes one step, up and down change the speed, n shows the next episode, q quits.
 
     Args:
-        episodes: how many episodes to show.
+        episodes: number of episodes to show.
         failures: show only episodes that did not reach their target, such as the exit; see --most.
         most: the most episodes to play in search of failures.
         greedy: let the controller take its most probable action instead of drawing one.

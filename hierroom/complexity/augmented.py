@@ -23,11 +23,16 @@ MAX_NODES = 100_000
 
 
 class Node(NamedTuple):
-    """A node of the augmented graph."""
+    """A node of the augmented graph.
+
+    Examples:
+        >>> hierroom.complexity.Node("key", room=2, doors=(1,)).label
+        'key 2, open 1'
+    """
 
     kind: str  # `"room"`, `"key"` or `"exit"`
     room: int  # the room where the agent is, the room that the key opens, or the room of the exit
-    doors: tuple[int, ...]  # the rooms whose doors are open, ascending; empty for the exit, which is a single node
+    doors: tuple[int, ...]  # rooms with open doors, ascending; empty for the exit, which is a single node
 
     @property
     def label(self) -> str:
@@ -42,10 +47,22 @@ class Node(NamedTuple):
 
 @dataclass(frozen=True)
 class AugmentedGraph:
-    """A goal graph unrolled over the sets of open doors, and the random walk on it."""
+    """A goal graph unrolled over the sets of open doors, and the random walk on it.
+
+    Args:
+        graph: the goal graph.
+        drop_key: whether a key can be dropped, which adds moves back from key nodes.
+        walk: the probabilities of one step.
+        reading: interpretation of the appendix.
+
+    Examples:
+        >>> augmented = hierroom.complexity.AugmentedGraph(hierroom.GoalGraph.named("a"))
+        >>> augmented.labels
+        ('start', 'key 1, all closed', 'start, open 1', 'room 1, open 1', 'exit')
+    """
 
     graph: GoalGraph
-    drop_key: bool = False  # whether a key can be dropped, which adds moves back from key nodes
+    drop_key: bool = False
     walk: Walk = PAPER_WALK
     reading: Reading = TABLE_READING
 
@@ -60,7 +77,7 @@ class AugmentedGraph:
 
     @cached_property
     def levels(self) -> tuple[tuple[int, ...], ...]:
-        """Every set of doors that can be open at once, the smallest first; these are no levels of a world."""
+        """Every set of doors that can be open together, the smallest first; these are no levels of a world."""
         found, frontier = [()], [()]
         while frontier:
             grown = {tuple(sorted((*doors, key))) for doors in frontier for key in self.keys_in_reach(doors)}
@@ -181,6 +198,10 @@ def count_nodes(graph: GoalGraph) -> int:
     A set of open doors is a subtree of the tree of keys that contains room 0. The number of subtrees with root r is
     c(r) = prod over its children of (1 + c(child)). By the product rule this also sums, over these subtrees, their
     rooms (a room node each) and the children just outside them (a key node each). The exit is one more.
+
+    Examples:
+        >>> hierroom.complexity.count_nodes(hierroom.GoalGraph.named("g"))
+        14
     """
     subtrees = [(1, 1)] * graph.n_rooms  # their number, and the nodes they give
     for room in np.argsort(graph.depths)[::-1]:

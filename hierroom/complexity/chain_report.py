@@ -25,6 +25,12 @@ class ChainReport(WalkReport):
     Args:
         chain: the walk.
         walk: the probabilities of one step, where the chain was made of a graph and the paper's walk.
+
+    Examples:
+        >>> import networkx as nx
+        >>> report = hierroom.complexity.analyze(nx.path_graph(4), source=0, target=3)
+        >>> report.name, round(report.expected_steps, 1)
+        ('0 to 3', 50.8)
     """
 
     chain: Chain
@@ -53,7 +59,7 @@ class ChainReport(WalkReport):
         return as_moves(self.chain.weights).nnz
 
     def described(self) -> dict[str, Any]:
-        """Return what the report is of, as plain types."""
+        """Return a description of the chain, as plain types."""
         return {"chain": self.name}
 
     @property

@@ -31,13 +31,13 @@ _ROOMS = re.compile(r"rooms:(\d{1,4})", re.ASCII)
 
 
 class GraphSet:
-    """Goal graphs, each once: two graphs that differ in the numbers of their rooms only are the same graph.
+    """A set of goal graphs, each once: graphs that differ only in the numbers of their rooms are the same.
 
     Args:
-        specs: one of these, or a list or tuple of them: a letter, a name such as ``keys-0-1-exit-2``, a `GoalGraph`, a
-            path to a TOML file, ``rooms:N`` for every goal graph of N rooms, and ``hitting_time:LOW..HIGH`` or
-            ``expected_steps:LOW..HIGH`` for every goal graph of up to 7 rooms in between. The paper's hitting time
-            saturates near 100 and does not separate the hardest graphs; the expected steps do.
+        specs: one or several (list or tuple) of: a letter, a name such as ``keys-0-1-exit-2``, a `GoalGraph`, a path to
+            a TOML file, or ``rooms:N`` for every goal graph of N rooms. ``hitting_time:LOW..HIGH`` or
+            ``expected_steps:LOW..HIGH`` is every goal graph of up to 7 rooms in between. The hitting time saturates
+            near 100 and does not separate the hardest graphs; the expected steps do.
         exclude: the same for graphs to leave out, however their rooms are numbered.
         max_rooms: largest N of ``rooms:N``; by default the most rooms that a grid can hold.
         walk: the walk by which difficulties are computed.
@@ -45,7 +45,12 @@ class GraphSet:
     Attributes:
         graphs: the graphs in the order of the specs, those of an interval from the easiest on, with their given names.
         excluded: the graphs that are left out, in the same order.
-        alike: pairs of names, of a graph and of the same graph given before it, which is taken for both.
+        alike: pairs of names: a graph, and the same graph given before it, which stands for both.
+
+    Examples:
+        >>> graphs = hierroom.complexity.GraphSet(["a", "rooms:3"], exclude="c")
+        >>> [graph.name for graph in graphs.graphs]
+        ['a', 'b', 'keys-0-1-exit-1']
     """
 
     def __init__(
@@ -136,12 +141,17 @@ class GraphSet:
 
 
 class Curriculum:
-    """Moves through a set of goal graphs depending on how often the agent escapes; the caller keeps the stage.
+    """A curriculum over a set of goal graphs, by how often the agent escapes; the caller keeps the stage.
 
     Args:
         n_stages: number of parts into which the set is divided, at least 1; see `GraphSet.stages`.
         promote_at: the next stage begins at this success rate or above.
         demote_at: the previous stage returns below this success rate; 0 <= demote_at < promote_at <= 1.
+
+    Examples:
+        >>> curriculum = hierroom.complexity.Curriculum(hierroom.complexity.GraphSet("rooms:3"), n_stages=2)
+        >>> curriculum.advance(0, 0.9), curriculum.advance(1, 0.1)
+        (1, 0)
     """
 
     def __init__(self, graphs: GraphSet, n_stages: int = 5, promote_at: float = 0.8, demote_at: float = 0.2):

@@ -38,6 +38,16 @@ class MarkingGraph:
 
     From a marking leads one edge for each rule that can be applied and changes it. All markings that have the target
     are one node, the last; the start is the first. Rules that do not matter for the target are left out.
+
+    Args:
+        rules: the rules.
+        walk: the probabilities of one step.
+
+    Examples:
+        >>> rules = hierroom.Rules({"wood": {"gives": "wood"}, "raft": {"uses": "wood", "gives": "raft"}}, "raft")
+        >>> marking_graph = hierroom.complexity.MarkingGraph(rules)
+        >>> marking_graph.labels, marking_graph.fewest
+        (('start', 'wood 1', 'raft'), 2)
     """
 
     rules: Rules
@@ -157,7 +167,7 @@ class MarkingGraph:
 
     @property
     def _multipliers(self) -> NDArray[np.int64]:
-        """Factors [F] whose products with the counts sum to the code of a marking.
+        """Return factors [F]; their products with the counts sum to the code of a marking.
 
         They number all markings where 63 bits suffice. Else they are random: with 10^5 markings two of them then have
         the same code with probability 10^-9.
@@ -183,7 +193,6 @@ class MarkingGraph:
         return facts, given
 
     def _refuse_many(self, batch: NDArray[np.integer], moves: Moves) -> None:
-        """Refuse early where rules that only add lead to too many markings."""
         facts, given = (of_rules[moves.rules] for of_rules in self._adders)
         left = (self.relevant or self.rules).limits[facts] - batch[moves.sources, facts]
         steps = np.where(given > 0, left // np.maximum(given, 1), 0)

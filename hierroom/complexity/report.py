@@ -53,17 +53,20 @@ def analyze(
     source: Any = "start",
     target: Any = "exit",
 ) -> ComplexityReport | RulesReport | ChainReport:
-    """Compute how hard something is to explore by the paper's random walk, each quantity on first access.
+    """Report how hard something is to explore, by the paper's random walk; each quantity is computed on first access.
 
     Args:
         subject: a goal graph (a letter `"a"` to `"g"`, a name such as `"keys-0-1-exit-2"`, a `GoalGraph`, or a path to
-            a TOML file), `Rules`, something that declares its ``rules``, such as a task, a networkx graph, or a
-            `Chain`, which has a walk already.
+            a TOML file), `Rules`, an object with ``rules`` such as a task, a networkx graph, or a `Chain`.
         drop_key: whether keys of a goal graph can be dropped.
         walk: the probabilities of one step.
         reading: interpretation of the paper's augmented graph.
         source: the node of a networkx graph at which the walk starts.
         target: the node of a networkx graph to reach.
+
+    Examples:
+        >>> [round(hierroom.complexity.analyze(graph).expected_steps) for graph in "abcg"]
+        [28, 63, 74, 154]
     """
     rules = getattr(subject, "rules", None)
     if isinstance(rules, (Rules, GoalGraph)):
@@ -85,7 +88,13 @@ def analyze(
 
 @dataclass(frozen=True)
 class ComplexityReport(WalkReport):
-    """Depth, width and passage times of a goal graph; created by `analyze`."""
+    """Depth, width and passage times of a goal graph; created by `analyze`.
+
+    Examples:
+        >>> report = hierroom.complexity.analyze("c")
+        >>> report.exit_depth, report.width, round(report.hitting_time, 2), round(report.expected_steps, 2)
+        (4, 1, 15.07, 73.82)
+    """
 
     graph: GoalGraph
     drop_key: bool = False
@@ -135,7 +144,7 @@ class ComplexityReport(WalkReport):
         return expected_states(self.chain.weights, self.chain.source, t, *alike_nodes(self.augmented))
 
     def described(self) -> dict[str, Any]:
-        """Return what the report is of, as plain types."""
+        """Return a description of the graph, as plain types."""
         return {
             "graph": self.graph.name,
             "key_rooms": {f"key {room}": home for room, home in enumerate(self.graph.key_rooms, start=1)},

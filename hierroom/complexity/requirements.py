@@ -62,7 +62,7 @@ def links(rules: Rules) -> list[tuple[int, int, bool]]:
 
 
 def required(way: Alternative) -> dict[str, int]:
-    """Return how many of each fact must be there: of one that is both needed and used, the larger count."""
+    """Return the required count of each fact: the larger count of one that is both needed and used."""
     return {fact: max(way.needs.get(fact, 0), way.uses.get(fact, 0)) for fact in (*way.needs, *way.uses)}
 
 

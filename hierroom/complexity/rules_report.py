@@ -31,6 +31,12 @@ class RulesReport(WalkReport):
 
     The walk is on the marking chain, and its exit is the node of all markings that have the target. Goals by which one
     can ask are facts; goals that get easier are rules.
+
+    Examples:
+        >>> rules = hierroom.Rules({"wood": {"gives": "wood"}, "raft": {"uses": "wood", "gives": "raft"}}, "raft")
+        >>> report = hierroom.complexity.analyze(rules)
+        >>> report.exit_depth, report.fewest, round(report.expected_steps, 1)
+        (1, 2, 10.8)
     """
 
     rules: Rules
@@ -118,7 +124,7 @@ class RulesReport(WalkReport):
         return dict(sorted(zip(unrolled.goals, sums.tolist(), strict=True), key=lambda item: item[1]))
 
     def described(self) -> dict[str, Any]:
-        """Return what the report is of, as plain types."""
+        """Return a description of the rules, as plain types."""
         return {"rules": self.name, "target": self.rules.target, "capacity": self._capacity, "start": self._start}
 
     def to_dict(self) -> dict[str, Any]:

@@ -75,6 +75,14 @@ def to_frame(
     """Return reports as a DataFrame, one row each, indexed by the names of their graphs.
 
     A chain from play, such as a report of `measure`, has a row for each number, observed and of the chain.
+
+    Args:
+        reports: one report or several of the same kind, as `analyze` or `measure` return them.
+
+    Examples:
+        >>> reports = [hierroom.complexity.analyze(graph) for graph in "ab"]
+        >>> hierroom.complexity.to_frame(reports)["width"].to_dict()
+        {'a': 1, 'b': 2}
     """
     import pandas as pd  # it and the next one load slowly, and few programs need them
 

@@ -58,7 +58,7 @@ class WalkReport(ABC):
 
     @abstractmethod
     def described(self) -> dict[str, Any]:
-        """Return what the report is of, as plain types."""
+        """Return a description of the subject, as plain types."""
 
     @property
     @abstractmethod
@@ -167,7 +167,7 @@ class WalkReport(ABC):
     def _figure(self) -> Figure: ...
 
     def draw(self, path: str | Path) -> None:
-        """Draw what is explored and its walk into a .png (the default), .pdf or .svg file."""
+        """Draw the graph or rules and the walk into a .png (the default), .pdf or .svg file."""
         from hierroom.complexity.drawing.draw import save_figure  # matplotlib loads slowly, and few reports are drawn
 
         save_figure(self._figure(), path)

@@ -41,7 +41,7 @@ class TwoAgentEnv:
         return self.single.complexity
 
     def state(self) -> NDArray[np.uint8]:
-        """Return the whole grid [size, size, 4], as the world's `global_state` lays it out."""
+        """Return the whole grid [size, size, 4]: the world's `global_state`."""
         return self.single.turns.world.global_state(self.single.goal)
 
     def render(self) -> str | NDArray[np.uint8] | None:

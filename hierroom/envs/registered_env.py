@@ -15,13 +15,13 @@ from hierroom.worlds.env_config import EnvConfig
 
 
 def checked_options(options: Any, *known: str) -> dict[str, Any]:
-    """Return the options of a reset, none as an empty dict; warn once of what is not among those that are known."""
+    """Return the options of a reset, none as an empty dict; warn once of unknown ones."""
     if options is None:
         return {}
     if not isinstance(options, Mapping):
         raise InputError(f"options of a reset are a dict or None, not {shown(options)}")
     if ignored := [shown(name) for name in options if name not in known]:
-        made = "graph and the like are given when the environment is made"
+        made = "pass graph and the like when making the environment"
         warn_once(f"a reset takes the options {' and '.join(known)}; it ignores {', '.join(ignored)} ({made})")
     return dict(options)
 

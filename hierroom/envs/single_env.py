@@ -48,7 +48,7 @@ class SingleEnv:
         self._action = np.zeros(1, np.int64)
         self._all_legal = np.ones(self.turns.world.n_actions, np.int8)
         self._waits = NO_GOAL, self.turns.world.goals.no_goal_action
-        self._records: np.ndarray | None = None  # of which these are the values
+        self._records: np.ndarray | None = None  # the record of these values
         self._values = _AT_RESET
 
     def reset(self, seed: int | None, options: dict | None) -> dict[str, dict[str, Any]]:
@@ -67,7 +67,7 @@ class SingleEnv:
 
     @property
     def complexity(self) -> Any:
-        """Return the `ComplexityReport` of what is played: of several goal graphs, of the hardest."""
+        """Return the report of the goal graph or rules; of several goal graphs, that of the hardest."""
         return self.turns.world.complexity
 
     @property
@@ -82,14 +82,14 @@ class SingleEnv:
         return last_goal if has_ended else int(self.turns.ledger.goals[0])
 
     def observation(self, agent: str) -> Observation:
-        """Return what an agent observes now, as a batch of one; the controller after the end what it saw last."""
+        """Return an agent's observation, as a batch of one; after the end, the controller's last one."""
         step = self.turns.last_step
         if agent == CONTROLLER and step is not None and step.episode_ended[0]:
             return self.turns.final_observation(CONTROLLER, step, _ONLY)
         return self.turns.observe(agent, _ONLY)
 
     def observe(self, agent: str) -> dict[str, NDArray]:
-        """Return what an agent observes now, as `Observation.as_dict` of its `observation` has it, in fresh arrays."""
+        """Return an agent's observation, as `Observation.as_dict`, in new arrays."""
         if agent not in AGENTS:
             raise InputError(f"the agents are {META} and {CONTROLLER}; there is no {agent!r}")
         turns, ledger, is_meta = self.turns, self.turns.ledger, agent == META
@@ -140,10 +140,10 @@ class SingleEnv:
     def infos(self) -> dict[str, dict[str, Any]]:
         """Return the infos of both agents, in fresh dicts: the same keys at every moment.
 
-        They are ``goal_event``, the goal id that the last primitive step achieved, or -1; ``elapsed``, primitive steps
-        since the agent's last turn; ``illegal_actions``, how many it took this episode; ``success``, whether the exit
-        was reached; ``length``, primitive steps of the episode so far; ``shortest_length``, the length that the whole
-        episode could have had.
+        ``goal_event`` is the goal id that the last primitive step achieved, or -1. ``elapsed`` counts primitive steps
+        since the agent's last turn, ``illegal_actions`` those of this episode. ``success`` says whether the exit was
+        reached. ``length`` counts primitive steps of the episode so far, ``shortest_length`` those of a shortest
+        solution.
         """
         return {META: self.info(META), CONTROLLER: self.info(CONTROLLER)}
 
@@ -161,7 +161,7 @@ class SingleEnv:
         }
 
     def _last(self) -> tuple:
-        """Return what the last step did, in Python's numbers; before the first one, what is known at reset."""
+        """Return the last step's record in Python's numbers; before the first one, that of the reset."""
         records = self.turns.last_records
         if records is None:
             return (*_AT_RESET[:3], int(self.turns.ledger.shortest[0]), *_AT_RESET[4:])

@@ -41,7 +41,6 @@ class VectorArrays:
         self._no_step = np.zeros(self._n, STEP)
 
     def _empty_results(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
-        """Return arrays of rewards, ends and infos, and of which environments have infos."""
         n = self._n
         rewards, terminated, truncated = np.empty(n), np.empty(n, _BOOL), np.empty(n, _BOOL)
         infos = np.empty(n, _BOOL), *(np.empty(n, _INT64) for _ in INFOS[1:])
@@ -61,7 +60,7 @@ class VectorArrays:
         return observations, rewards, terminated, truncated, _by_name(infos, has_info)
 
     def at_reset(self, where: NDArray[np.bool_]) -> tuple[Any, dict[str, Any]]:
-        """Return what the controller observes everywhere, and the infos of the environments whose episode begins."""
+        """Return the controller's observations everywhere, and the infos of environments where an episode begins."""
         results, _ = self._empty_results()
         observations = self._write(self._no_step, False, results)
         shortest = self._turns.ledger.shortest * where
@@ -69,7 +68,6 @@ class VectorArrays:
         return observations, _by_name(infos, where.copy())
 
     def _write(self, steps: np.ndarray, begins_anew: bool, results: tuple[NDArray, ...]) -> Any:
-        """Write a step's results and new observations, and return the observations."""
         arrays, parts = self._kept or self._pool.take()
         _compiled_results()(steps, self._turns.ledger.records, begins_anew, *results)
         self.observations.write(self._turns.ledger.goals, arrays)
@@ -97,7 +95,6 @@ def rows(observation: Observation, space: spaces.Dict | None, dtype: Any = np.fl
 
 
 def _by_name(infos: Iterable[NDArray], has_info: NDArray[np.bool_]) -> dict[str, NDArray]:
-    """Return infos by name, with Gymnasium's entries that say which environments have them."""
     named = {}
     for name, values in zip(INFOS, infos, strict=True):
         named[name], named[f"_{name}"] = values, has_info.copy()
@@ -106,7 +103,6 @@ def _by_name(infos: Iterable[NDArray], has_info: NDArray[np.bool_]) -> dict[str,
 
 @cache
 def _compiled_results() -> Callable[..., None]:
-    """Compile `kernels.write_results` for the types of a batch's arrays."""
     flag, numbers = np.zeros(1, _BOOL), [np.zeros(1, _INT64) for _ in range(5)]
     return compiled(
         write_results, np.zeros(1, STEP), np.zeros(1, LEDGER), True, np.zeros(1), flag, flag, flag, *numbers, flag

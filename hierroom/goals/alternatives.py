@@ -1,4 +1,4 @@
-"""Alternatives of a rule, as users write them and as files hold them."""
+"""Alternatives of a rule, in the forms of users and files."""
 
 from __future__ import annotations
 

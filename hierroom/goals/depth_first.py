@@ -11,11 +11,10 @@ from hierroom.goals.rules import Rules
 class DepthFirst:
     """Finds the next goal on a random depth-first way to the target.
 
-    Random numbers order the alternatives and the facts. With the same numbers throughout an episode the way is the
-    same one, as far as what happens allows: of the alternatives only those are kept without which, in this order, the
-    target could not be reached; then the first requirement that is not there yet is pursued, and its own first, and so
-    on down to a rule that applies. Of two requirements that one comes later whose way takes away what the other's asks
-    for, or which the other's takes away. Where each does so, the way can go in circles.
+    Random numbers order the alternatives and the facts; the same numbers throughout an episode keep the way the same.
+    Alternatives are dropped in this order as long as the target stays in reach. Then the first missing requirement is
+    pursued, and its own first, down to a rule that applies. A requirement that takes away what another one asks for
+    comes after it. If each takes away what the other asks for, the way can go in circles.
 
     Args:
         rules: the rules.

@@ -1,4 +1,4 @@
-"""A goal graph as a small picture: the tree of its rooms, as notebooks show it."""
+"""A goal graph as a small picture for notebooks: the tree of its rooms."""
 
 from __future__ import annotations
 

@@ -26,8 +26,8 @@ class GoalSet:
         kinds: names of the kinds of goals, by which training reports how many options reach their goal.
         kind_of: [G], the kind of each goal.
         milestones: evaluations report the first step of each; a world says which one a goal is in an episode.
-        n_alike: of how many things that mean the same in all episodes there is a goal of each kind but the last, such
-            as six colours: goals 0 to 5 are of the first kind, 6 to 11 of the second, and 12 is the target. 0: of none.
+        n_alike: number of interchangeable things, such as six colours, each with a goal of every kind but the last.
+            Then goals 0 to 5 are of the first kind, 6 to 11 of the second, and 12 is the target. 0: none.
     """
 
     names: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Goal graphs: the room in which each key lies, and the room that holds the exit."""
+"""Goal graphs: the room of each key, and the room of the exit."""
 
 from __future__ import annotations
 
@@ -32,15 +32,32 @@ _DESCRIBED = re.compile(rf"keys-({_ROOM}(?:-{_ROOM})*)-exit-({_ROOM})")
 
 @dataclass(frozen=True)
 class GoalGraph:
-    """The room in which each key lies, and the room that holds the exit.
+    """A goal graph: the room of each key, and the room of the exit.
 
     Room 0 is the centre; room ``r`` in ``1..n_rooms - 1`` is a branch room behind a locked door in the centre's wall.
 
     Args:
-        key_rooms: entry ``r - 1`` is the room in which the key of room ``r`` lies; the rooms must form a tree rooted at
-            room 0.
-        exit_room: the room that holds the exit, 1 to ``n_rooms - 1``.
-        label: the graph's name in every output; None for that of `name`. It does not count for equality.
+        key_rooms: for rooms 1, 2, ... the room of the key, 0 to ``n_rooms - 1``; they form a tree rooted at room 0.
+        exit_room: the room of the exit, 1 to ``n_rooms - 1``.
+        label: the graph's name in every output; None for that of `name`. Equality ignores it.
+
+    Examples:
+        >>> graph = hierroom.GoalGraph(key_rooms=(0, 1), exit_room=2)
+        >>> graph.name, graph.exit_depth, graph.width
+        ('c', 4, 1)
+        >>> graph.open_goals(keys=[True, False], doors=[False, False]).tolist()  # the first key is held: its door
+        [False, False, True, False, False]
+        >>> graph == hierroom.GoalGraph.named("c") == hierroom.GoalGraph((2, 0), exit_room=1).canonical()
+        True
+        >>> print(graph.to_toml("chain.toml"), end="")
+        key_rooms = [0, 1]
+        exit_room = 2
+        >>> hierroom.GoalGraph.from_toml("chain.toml").to_dict()
+        {'name': 'chain', 'key_rooms': [0, 1], 'exit_room': 2}
+        >>> hierroom.GoalGraph.from_dict({"key_rooms": [0], "exit_room": 1}).rules().names
+        ('key 1', 'door 1', 'exit')
+        >>> sorted(graph.to_networkx().successors("door 1"))
+        ['key 2']
     """
 
     key_rooms: tuple[int, ...]
@@ -55,18 +72,14 @@ class GoalGraph:
         last = self.n_rooms - 1
         for room, key_room in enumerate(self.key_rooms, start=1):
             if not 0 <= key_room <= last:
-                raise InputError(
-                    f"the key of room {room} must lie in a room from 0 to {last}, not in {shown(key_room)}"
-                )
-        if self.exit_room == 0:
-            raise InputError(f"the exit must lie behind a door, in a room from 1 to {last}, not in room 0")
+                raise InputError(f"the key of room {room} must be in a room from 0 to {last}, not in {shown(key_room)}")
         if not 1 <= self.exit_room <= last:
-            raise InputError(f"the exit must lie in a room from 1 to {last}, not in {shown(self.exit_room)}")
-        if None in (depths := self._depths):
             raise InputError(
-                f"key_rooms must form a tree rooted at room 0, but the key of room {depths.index(None)} lies behind a "
-                f"cycle: {list(self.key_rooms)}"
+                f"the exit must be in a room from 1 to {last}, behind a door, not in {shown(self.exit_room)}"
             )
+        if None in (depths := self._depths):
+            behind = f"the key of room {depths.index(None)} is behind a cycle: {list(self.key_rooms)}"
+            raise InputError(f"key_rooms must form a tree rooted at room 0, but {behind}")
         if self.label is not None:
             _check_label(self.label, self)
 
@@ -87,7 +100,7 @@ class GoalGraph:
 
     @cached_property
     def children(self) -> tuple[tuple[int, ...], ...]:
-        """For each room the rooms whose keys lie in it, ascending."""
+        """The rooms that each room has the keys of, ascending."""
         return child_rooms(self.key_rooms)
 
     @property
@@ -110,7 +123,6 @@ class GoalGraph:
 
     @cached_property
     def _depths(self) -> tuple[int | None, ...]:
-        """Depth of each room; None behind a cycle."""
         depths, order = {0: 0}, [0]
         for room in order:
             order += self.children[room]
@@ -118,9 +130,14 @@ class GoalGraph:
         return tuple(map(depths.get, range(self.n_rooms)))
 
     def open_goals(self, keys: ArrayLike, doors: ArrayLike) -> NDArray[np.bool_]:
-        """Find the goals [..., n_goals] (keys, doors, exit) that can be achieved now, before any other goal.
+        """Find the goals that can be achieved now, before any other goal.
 
-        ``keys`` and ``doors`` [..., n_rooms - 1] say of room 1, 2, ... whether its key is held and its door is open.
+        Args:
+            keys: [..., n_rooms - 1] bool, whether the key of room 1, 2, ... is held.
+            doors: [..., n_rooms - 1] bool, whether its door is open.
+
+        Returns:
+            Flags [..., n_goals] bool of the keys, the doors and the exit.
         """
         held, is_open = np.asarray(keys, bool), np.asarray(doors, bool)
         return open_goals(np.array(self.key_rooms), np.array(self.exit_room), held, is_open)
@@ -147,7 +164,7 @@ class GoalGraph:
     def rules(self) -> Rules:
         """Return the same dependencies as rules: a key takes the free hand, and its door gives it back.
 
-        Their marking chain knows no rooms where one may be, so its numbers differ from those of the augmented graph.
+        The agent's room does not count there, so numbers differ from those of the augmented graph.
         """
         rules, start = {}, {"free hand": 1}
         for room, key_room in enumerate(self.key_rooms, start=1):
@@ -170,10 +187,8 @@ class GoalGraph:
         """Return the graph of a table such as `to_dict` gives; its ``name`` may be missing or called ``label``."""
         names = [*({*table} & {"name", "label"})]  # Gymnasium writes a graph into a spec by the names of its fields
         if {*table} - {*names} != {"key_rooms", "exit_room"} or len(names) > 1:
-            raise InputError(
-                "a goal graph must hold key_rooms (a list of rooms), exit_room (a room) and, if it is to have one, a "
-                f"name, and nothing else; it holds {', '.join(sorted(map(str, table))) or 'nothing'}"
-            )
+            given = ", ".join(sorted(map(str, table))) or "nothing"
+            raise InputError(f"a goal graph has key_rooms, exit_room and perhaps a name; this has {given}")
         return cls(table["key_rooms"], table["exit_room"], table[names[0]] if names else None)
 
     def to_toml(self, path: str | Path | None = None) -> str:
@@ -187,10 +202,7 @@ class GoalGraph:
 
     @classmethod
     def from_toml(cls, path: str | Path) -> GoalGraph:
-        """Read a graph from a TOML file with the entries ``key_rooms``, ``exit_room`` and, if it has one, ``name``.
-
-        Without a ``name`` its label is the file's name, without the suffix unless that is the name of another graph.
-        """
+        """Read a graph as `to_toml` writes it; without an entry ``name`` its label is the file's name."""
         path = Path(path)
         table = read_toml(path, "goal graph")
         try:
@@ -207,22 +219,22 @@ class GoalGraph:
 
     @classmethod
     def named(cls, name: str) -> GoalGraph:
-        """Return the graph of a letter ``"a"`` to ``"g"`` of the paper (Table 1), or of ``"keys-0-1-exit-2"``."""
+        """Return the graph of a letter ``"a"`` to ``"g"`` (the paper's Table 1), or of ``"keys-0-1-exit-2"``."""
         graph = _graph_named(name) if isinstance(name, str) else None
         if graph is None:
-            letters = ", ".join(NAMED_GRAPHS)
-            raise InputError(
-                f"a goal graph is named by a letter ({letters}) or by its rooms, such as keys-0-1-exit-2, "
-                f"not {shown(name)}"
-            )
+            raise InputError(f"name a goal graph by a letter from a to g, or like keys-0-1-exit-2, not {shown(name)}")
         return graph if name in NAMED_GRAPHS else cls(graph.key_rooms, graph.exit_room, name)
 
 
 def enumerate_graphs(n_rooms: int) -> list[GoalGraph]:
-    """List every goal graph with ``n_rooms`` rooms once, up to renaming: all rooted trees with a marked exit room.
+    """List the goal graphs of ``n_rooms`` >= 2 rooms, each once up to renaming: rooted trees with a marked exit room.
 
     Their number is the coefficient of x^n in T(x)^2 / (1 - T(x)), where T counts rooted trees (OEIS A000081): from two
     rooms on 1, 3, 9, 26, 75, 214, 612, ...
+
+    Examples:
+        >>> [graph.name for graph in hierroom.enumerate_graphs(3)]
+        ['b', 'keys-0-1-exit-1', 'c']
     """
     require_number("the number of rooms of goal graphs", n_rooms, 2, is_whole=True)
     trees: set[tuple[int, ...]] = {()}
@@ -262,7 +274,6 @@ def _letters() -> Mapping[GoalGraph, str]:
 
 
 def _graph_named(name: str) -> GoalGraph | None:
-    """Return the graph without label that a letter or its key rooms and exit room mean."""
     rooms = _DESCRIBED.fullmatch(name)
     described = rooms and GoalGraph(tuple(map(int, rooms[1].split("-"))), int(rooms[2]))
     return NAMED_GRAPHS.get(name, described)

@@ -1,6 +1,6 @@
 """Goal ids: the 13 goals that a level can have, by colour.
 
-Goals have two numberings. On a **graph** with ``n`` rooms the ``2 (n - 1) + 1`` goals are ordered by room: the key of
+Goals have two numberings. On a **graph** with ``n`` rooms the ``2 (n - 1) + 1`` goals are ordered by room. The key of
 room ``r`` is ``r - 1``, its door is ``(n - 1) + r - 1``, and the exit is last. In a **level** the rooms have colours,
 and a goal is one of 13 ids: the key of colour ``c`` is ``c``, its door is ``6 + c``, and the exit is 12.
 """
@@ -38,7 +38,7 @@ def _goal_vectors() -> NDArray[np.float32]:
 
 
 GOAL_VECTORS = _goal_vectors()
-"""[14, 9] float32: one-hot object (key, door, exit) and one-hot colour of each goal id; row -1 is 'no goal'."""
+"""One-hot object (key, door, exit) and one-hot colour of each goal id, [14, 9] float32; row -1 is 'no goal'."""
 
 
 def room_goals(goals: NDArray[np.integer], branches: NDArray[np.integer]) -> NDArray[np.integer]:

@@ -39,20 +39,11 @@ class Moves(NamedTuple):
 
 @dataclass(frozen=True)
 class Rules:
-    """Rules by the names of their goals: what each needs, what it uses and takes away, and what it gives.
+    """Rules by the names of their goals: the facts that each needs, uses (takes away) and gives.
 
     A rule applies by the first of its alternatives for which everything is there. Of a fact that an alternative both
     needs and uses, the larger count must be there. It takes what it uses, then adds what it gives; of each fact, what
-    goes beyond its capacity is lost::
-
-        Rules(
-            {
-                "wood": {"gives": "wood"},
-                "raft": [{"uses": {"wood": 3}, "gives": "raft"}, {"needs": "rope", "uses": "wood", "gives": "raft"}],
-            },
-            target="raft",
-            capacity={"wood": 3},
-        )
+    goes beyond its capacity is lost.
 
     A marking says how many there are of each fact. Arrays over rules, alternatives and facts are [R, A, F].
 
@@ -63,6 +54,26 @@ class Rules:
         capacity: how many there can be of a fact; 1 of those that it leaves out.
         start: how many there are of a fact at first; none of those that it leaves out.
         label: the name of the rules in every output. It does not count for equality.
+
+    Examples:
+        >>> raft = [{"uses": {"wood": 3}, "gives": "raft"}, {"needs": "rope", "uses": "wood", "gives": "raft"}]
+        >>> rules = hierroom.Rules({"wood": {"gives": "wood"}, "raft": raft}, target="raft", capacity={"wood": 3})
+        >>> rules.facts, hierroom.complexity.analyze(rules).fewest  # three times wood, then the raft
+        (('wood', 'raft', 'rope'), 4)
+        >>> rules.apply("wood", [2, 0, 0]).tolist(), rules.apply("raft", [2, 0, 0])
+        ([3, 0, 0], None)
+        >>> after, applies = rules.apply_all([3, 0, 0])
+        >>> applies.tolist()
+        [True, True]
+        >>> sources, chosen, after = rules.moves([[3, 0, 0]])  # more wood than 3 changes nothing
+        >>> [rules.names[rule] for rule in chosen], after.tolist()
+        (['raft'], [[0, 1, 0]])
+        >>> rules == hierroom.Rules.from_dict(rules.to_dict())
+        True
+        >>> print(rules.to_toml("raft.toml").splitlines()[0])
+        target = "raft"
+        >>> hierroom.Rules.from_toml("raft.toml").name
+        'raft'
     """
 
     rules: Mapping[str, Any]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 
 def child_rooms(key_rooms: Sequence[int]) -> tuple[tuple[int, ...], ...]:
-    """For each room list the rooms whose keys lie in it, ascending."""
+    """List for each room the rooms that it has the keys of, ascending."""
     children: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]
     for room, parent in enumerate(key_rooms, start=1):
         children[parent].append(room)
@@ -53,7 +53,7 @@ def open_goals(
     keys: NDArray[np.bool_],
     doors: NDArray[np.bool_],
 ) -> NDArray[np.bool_]:
-    """Find the goals [..., 2 B + 1] (keys, doors, exit) that can be achieved now, for many graphs at once.
+    """Find the goals [..., 2 B + 1] (keys, doors, exit) that can be achieved now, for many graphs together.
 
     All arrays have an entry for each branch room [..., B], except ``exit_rooms`` [...]; see `GoalGraph.open_goals`.
     """

@@ -58,7 +58,6 @@ def check_learner_state(
 
 
 def _check_columns(rollout: Mapping[str, Any]) -> None:
-    """Check that each column of a rollout is in use once, and that the turns in it were taken with legal actions."""
     arrays = {name: tensor.numpy() for name, tensor in rollout["arrays"].items()}
     columns, turns, is_open, awaiting = (arrays[name] for name in ("columns", "turns", "is_open", "awaiting"))
     masks, actions = arrays["masks"], arrays["actions"]

@@ -24,7 +24,7 @@ class Decision:
 
     @property
     def probabilities(self) -> NDArray[np.floating]:
-        """[M, A] the softmax over the legal actions, 0 elsewhere."""
+        """Probabilities [M, A]: the softmax over the legal actions, 0 elsewhere."""
         legal = np.where(self.masks, self.logits, -np.inf)
         weights = np.exp(legal - legal.max(axis=-1, keepdims=True))
         return weights / weights.sum(axis=-1, keepdims=True)
@@ -75,11 +75,11 @@ class Policy:
         return greedy_actions(self._logits(envs, features, masks), masks)
 
     def reset(self, envs: NDArray[np.integer]) -> None:
-        """Restore the initial recurrent state of ``envs`` [M], whose episodes have ended."""
+        """Restore the initial recurrent state of ``envs`` [M], where an episode ended."""
         self._states[envs] = self._stepper.initial_states(len(envs))
 
     def next(self, begins: NDArray[np.bool_]) -> Policy:
-        """Return the same policy with recurrent states of its own, initial ones where ``begins`` [N].
+        """Return the same policy with its own recurrent states, initial ones where ``begins`` [N].
 
         The two share a generator: what one draws the other does not draw again.
         """

@@ -22,8 +22,8 @@ Learning (2021).
     `update`. An agent that fills all its sequences together, as the controller does, thus learns from turns of one
     policy. Other agents began some sequences before the last update. A batch with such sequences gets new
     log-probabilities, values and recurrent states before advantages are estimated. Ratios then begin at 1, up to
-    rounding, and the clipped term is multiplied by min(1, p / q), with p the probability of the action when the update
-    starts and q when it was sampled (the decoupled objective of Hilton, Cobbe & Schulman 2022 has p / q; truncated as
+    rounding. The clipped term is multiplied by min(1, p / q), with p the probability of the action when the update
+    starts and q when it was sampled. (The decoupled objective of Hilton, Cobbe & Schulman 2022 has p / q; truncated as
     in V-trace, Espeholt et al. 2018). Older weights remain in the states before the first and after the last turn of
     such a sequence, and in the bootstrap values there and of truncated turns. `Learner._renewed`.
 9.  Minibatches consist of whole sequences, in a new random order every epoch (37 details, LSTM 4).
@@ -126,7 +126,7 @@ class Learner:
 
     @property
     def has_begun(self) -> NDArray[np.bool_]:
-        """[N] bool, whether a turn has begun that has not finished."""
+        """Flags [N] of environments in the middle of a turn."""
         return self._rollout.is_open
 
     @property
@@ -145,7 +145,7 @@ class Learner:
         self.space.check_features(envs, features)
         self.space.check_masks(envs, masks)
         if self._rollout.is_open[envs].any():
-            raise RuntimeError("act() was called for an environment whose last turn has not finished")
+            raise RuntimeError("act() was called before the environment's last turn had finished")
         if len(envs) == 0:
             return np.empty(0, np.int64)
         resets = self._starts_episode[envs]

@@ -1,6 +1,6 @@
 """Storage of turns until an update: a pool of columns ``[T, C]``, each a sequence of one environment's turns.
 
-A full column waits for the update. The environment's next turn opens another one, whose initial state is the recurrent
+A full column waits for the update. The environment's next turn opens another one; its initial state is the recurrent
 state at that moment.
 """
 

@@ -16,7 +16,7 @@ from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import PolicyNetwork
 from hierroom.learners.networks.initial_weights import plain_torch
 from hierroom.learners.rollout import Batch
-from hierroom.support.errors import own_code
+from hierroom.support.errors import user_code
 
 STATISTICS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction", "gradient_norm")
 """Names of the values that a backend's ``train`` averages over the minibatches of an update, in this order."""
@@ -36,13 +36,13 @@ class TorchBackend:
 
     def initial_states(self, n: int) -> NDArray[np.float32]:
         """Return the recurrent states [n, S] at the start of an episode."""
-        with torch.no_grad(), self._own_code():
+        with torch.no_grad(), self._user_code():
             # A copy: one row that is expanded to n, or the weights themselves, are not to be written to.
             return self._network.initial_state(n).cpu().numpy().copy()
 
     def step(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
         """Compute one turn: logits [M, A], values [M] and new states [M, S] from features [M, K] and states [M, S]."""
-        with torch.no_grad(), self._own_code():
+        with torch.no_grad(), self._user_code():
             # Copies: a user's own network may write to what it is given, and the arrays are kept for the update.
             outputs = self._network.step(self._tensor(features.copy()), self._tensor(states.copy()))
         logits, values, new_states = (output.cpu().numpy() for output in outputs)
@@ -61,10 +61,10 @@ class TorchBackend:
                 module.training = is_training
 
     def stepper(self) -> TorchBackend:
-        """Return what computes the turns of one policy: the current weights in a copy of the network.
+        """Return a backend for the turns of one policy: the current weights in a copy of the network.
 
-        What a network notes outside of its weights, and its modes, are so the policy's own, and several threads may act
-        with the same weights at the same time; not with a network that cannot be copied.
+        So modes and notes outside of the weights belong to the policy, and several threads can act with the same
+        weights. A network that cannot be copied is shared.
         """
         one, weights = copy(self), {id(weight): weight for weight in self._module.parameters()}
         with suppress(Exception):  # whatever a user's own network may hold
@@ -89,7 +89,7 @@ class TorchBackend:
         return torch.stack(rows).mean(0).cpu().numpy().astype(np.float64)
 
     def _minibatch(self, data: dict[str, Tensor], advantages: Tensor, weights: Tensor, part: Tensor) -> Tensor:
-        with self._own_code():
+        with self._user_code():
             logits, values = self._network.sequence(
                 data["features"][:, part], data["initial_states"][part], data["resets"][:, part]
             )
@@ -103,8 +103,8 @@ class TorchBackend:
         self._adam.step()
         return torch.stack([*statistics, norm.detach()])
 
-    def _own_code(self) -> AbstractContextManager[None]:
-        return own_code(f"the network {type(self._module).__name__}")
+    def _user_code(self) -> AbstractContextManager[None]:
+        return user_code(f"the network {type(self._module).__name__}")
 
     def _tensor(self, array: NDArray) -> Tensor:
         return torch.from_numpy(array).to(self._device)

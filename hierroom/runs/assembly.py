@@ -62,13 +62,13 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
 def freeze(
     meta: PPOAgent | ScriptedAgent, controller: PPOAgent, num_envs: int, *, seed: int, is_greedy: bool = False
 ) -> Pair:
-    """Return what two agents have learned so far, as a pair for other environments; `load` says what greedy means."""
+    """Return the two agents as a pair for other environments, where they learn no more; see `load` for greedy."""
     meta_agent = meta.frozen(num_envs, seed=meta_seed(seed))
     return Pair({META: meta_agent, CONTROLLER: controller.frozen(num_envs, seed=seed, is_greedy=is_greedy)})
 
 
 def meta_seed(seed: int) -> int:
-    """Return a seed for what a meta-controller draws: the controller has the run's own, and draws other numbers."""
+    """Return a seed for a meta-controller's draws; the controller has the run's own seed."""
     return _derived(seed, 1)
 
 

@@ -1,4 +1,4 @@
-"""The environments of a config, and what its agents read of them; none of it needs torch."""
+"""The environments of a config, and the features of its agents; none of it needs torch."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def make_turns(
 
 
 def controller_features(config: TrainConfig) -> Features:
-    """Return what the controller of a config reads."""
+    """Return the features of a config's controller."""
     world = world_spec(config.env)
     features = Features(world, config.agents.features or world.controller_features)
     if config.resolved_method.controller.sees_goal:
@@ -54,6 +54,6 @@ def controller_features(config: TrainConfig) -> Features:
 
 
 def meta_features(config: TrainConfig) -> Features:
-    """Return what a learned meta-controller of a config reads."""
+    """Return the features of a config's learned meta-controller."""
     world = world_spec(config.env)
     return Features(world, config.agents.meta_features or world.meta_features, META)

@@ -57,10 +57,11 @@ def evaluate(
     *,
     may_stop: bool = False,
 ) -> Evaluation:
-    """Let a player play the first episodes of each of some fresh environments, which measure shortest lengths.
+    """Let a player play the first episodes of each of some new environments, which measure shortest lengths.
 
-    ``may_stop`` lets it play fewer where it fails, which takes long: once all environments have played equally many
-    episodes, and these leave as narrow an interval of the success rate as all episodes would leave at a rate of 50%.
+    ``may_stop`` ends the evaluation of a failing player early, as its episodes take long. It stops after equally many
+    episodes of each environment, when the interval of the success rate is as narrow as that of all episodes at a rate
+    of 50%.
     """
     facts, play, parts = EpisodeFacts(len(turns)), Play(turns, player, episodes, progress), []
     rounds, width = 0, _width(0.5, episodes)
@@ -89,7 +90,6 @@ def _width(success_rate: float, episodes: int) -> float:
 
 
 def _first_of_each(played: EndedEpisodes, rounds: int) -> EndedEpisodes:
-    """Return the first episodes of each environment, in the order in which they ended."""
     order = np.argsort(played.envs, kind="stable")
     starts = np.searchsorted(played.envs[order], played.envs[order])
     is_first = np.zeros(len(played), bool)

@@ -30,21 +30,25 @@ def minari_dataset(
     seed: int = 0,
     **details: Any,
 ) -> Any:
-    """Let an agent play, write its episodes as a Minari data set, and return it as ``minari.load_dataset`` does.
+    """Let an agent play, and write its episodes as a Minari data set.
 
-    An episode holds what the controller observed, did and was rewarded with. The other arguments are those of
-    `rollout`. ``recover_environment`` of the data set makes the environment with the rules played by, unless the reward
-    or the task is an object; with the agent's meta-controller where that is one that ships and learns nothing, else
-    without goals. Needs the package minari with its extra hdf5.
+    An episode has the controller's observations, actions and rewards. The data set's ``recover_environment`` makes the
+    same environment, unless its reward or task is an object. It has the agent's meta-controller if that ships and
+    learns nothing, else no goals. Needs the package minari with its extra hdf5.
 
     Args:
-        dataset_id: its name, such as ``"hierroom/c/hippo-v0"``, under which there is none yet.
-        agent: who plays.
-        env: where.
-        episodes: how many.
+        dataset_id: a new name, such as ``"hierroom/c/hippo-v0"``.
+        agent: the player, as for `rollout`.
+        env: the environment, as for `rollout`.
+        episodes: number of episodes.
         num_envs: environments that play in parallel.
-        seed: of the environments and of the actions.
-        **details: what ``minari.create_dataset_from_buffers`` notes besides: ``author``, ``description`` and so on.
+        seed: fixes the environments and the actions.
+        **details: ``author``, ``description`` and so on, for ``minari.create_dataset_from_buffers``.
+
+    Examples:
+        >>> config = hierroom.EnvConfig("a", size=11)
+        >>> hierroom.minari_dataset("hierroom/a/random-v0", "random", config, episodes=2).total_episodes
+        2
     """
     if find_spec("minari") is None or find_spec("h5py") is None:
         raise InputError('to write a Minari data set install minari (pip install "minari[hdf5]")')
@@ -83,7 +87,6 @@ def minari_dataset(
 
 
 def _spec(config: EnvConfig, meta: str | None) -> Any:
-    """Return Gymnasium's spec of environments of a config, or None where it cannot be written down."""
     plain = {entry.name: getattr(config, entry.name) for entry in fields(EnvConfig)}
     plain = {name: value for name, value in plain.items() if value != getattr(EnvConfig(task=config.task), name)}
     plain["reward"] = "intrinsic" if config.reward is None else config.reward  # as `Turns` has it

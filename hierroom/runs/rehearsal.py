@@ -38,7 +38,7 @@ def rehearse(config: TrainConfig) -> None:
 
 
 def rehearse_world(config: TrainConfig) -> None:
-    """Take a few steps in a config's world, and encode what its agents would read."""
+    """Take a few steps in a config's world, and encode its agents' features."""
     turns = make_turns(config, min(config.num_envs, MOST_ENVS), config.seed, levels="training")
     features = {CONTROLLER: controller_features(config)}
     if config.resolved_method.meta == LEARNED:

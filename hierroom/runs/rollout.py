@@ -12,7 +12,7 @@ from hierroom.agents.episode import Episode
 from hierroom.agents.player import Pair, Player, make_player
 from hierroom.agents.recorder import record
 from hierroom.runs.trained_agent import TrainedAgent
-from hierroom.support.errors import InputError, own_code, require_number
+from hierroom.support.errors import InputError, require_number, user_code
 from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
@@ -28,24 +28,28 @@ def rollout(
     progress: Callable[[int], object] = lambda done: None,
     observations: bool = False,
 ) -> Iterator[Episode]:
-    """Let an agent play, and yield each episode with its subgoals, actions, rewards and end, as it is asked for.
+    """Let an agent play, and yield each episode with its subgoals, actions, rewards and end.
 
-    The number of episodes of each environment is fixed, and so is their order: the first of each environment, then the
-    second of each. The first episodes to end would be the short ones rather than the long. The seed and ``num_envs``
-    fix the levels and, for a trained agent or a named player, the actions.
+    Number and order of episodes are fixed: the first of each environment, then the second of each. Taking the first to
+        end would prefer short ones. The seed and ``num_envs`` fix the levels and, for a trained agent or a named
+        player, the actions.
 
     Args:
-        agent: what `hierroom.load` or `hierroom.train` returned, ``"random"``, ``"oracle"`` (a shortest way to the
-            exit), or a `Player`: anything with a method ``step(turns)``.
-        env: an `EnvConfig`, or an environment of hierroom, of any API, which is not touched: fresh environments of its
-            config play on the batch engine. None: as in the agent's training, or graph c for others. The reward of an
-            `EnvConfig` that names none is that of the agent's training; an environment always has its own. Where
-            ``levels`` are not named, they are those that training never uses.
-        episodes: how many.
+        agent: a trained agent from `hierroom.load` or `hierroom.train`, ``"random"``, ``"oracle"`` (a shortest way to
+            the exit), or a `Player`: any object with a method ``step(turns)``.
+        env: an `EnvConfig`, or an environment of hierroom of any API; new environments of its config play. None: that
+            of the agent's training, or graph c for others. Without a reward, an `EnvConfig` has that of the agent's
+            training. Without ``levels``, they are the evaluation levels, which training never uses.
+        episodes: number of episodes, at least 1.
         num_envs: environments that play in parallel, at most as many as episodes.
-        seed: of the environments and of the actions.
+        seed: fixes the environments and the actions.
         progress: called with the number of episodes played so far.
-        observations: whether episodes have what the controller observed: `Episode.observations`.
+        observations: whether to record the controller's observations in `Episode.observations`.
+
+    Examples:
+        >>> episodes = list(hierroom.rollout("oracle", hierroom.EnvConfig("a"), episodes=4, seed=0))
+        >>> [len(episode) == episode.shortest for episode in episodes]
+        [True, True, True, True]
     """
     turns, player = prepare(agent, env, episodes, num_envs, seed)
     return record(turns, player, episodes, progress, observations=observations)
@@ -71,17 +75,17 @@ def prepare(agent: Any, env: Any, episodes: Any, num_envs: Any, seed: Any) -> tu
 
 
 class _Given:
-    """A user's own player: what it raises becomes one line."""
+    """A user-defined player; its errors become one line."""
 
     def __init__(self, player: Player) -> None:
         self._player = player
 
     def step(self, turns: Turns) -> Step:
         name = f"the player {type(self._player).__name__}"
-        with own_code(name):
+        with user_code(name):
             step = self._player.step(turns)
         if isinstance(step, Step) and step is not turns.last_step:
-            raise InputError(f"{name} must return what its last call of turns.step gave, not another Step")
+            raise InputError(f"{name} must return the Step of its last turns.step, not another one")
         return step
 
 

@@ -91,7 +91,7 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
 
 
 def _warn_of_learning_rates(trainer: Trainer, steps: int) -> None:
-    """Warn of each agent whose learning rate jumps, as it falls over other steps in all than it did until now."""
+    """Warn of each agent with a jump in its learning rate, which falls over other total steps than before."""
     ends = trainer.steps / steps, trainer.steps / trainer.config.steps
     for name, agent in trainer.agents.items():
         if isinstance(agent, PPOAgent) and steps != trainer.config.steps:
@@ -108,7 +108,7 @@ def run_session(
     spent: TimeSpent | None = None,
     callback: Callback | None = None,
 ) -> int:
-    """Train until the end, an interrupt or the callback's stop, print results even if nobody reads them.
+    """Train until the end, an interrupt or the callback's stop, and print results even into a closed stream.
 
     Return the exit code: 130 after an interrupt, else 0. ``spent`` counts the seconds since the command began.
     """
@@ -173,7 +173,7 @@ def _train(
     spent: TimeSpent,
     callback: Callback | None,
 ) -> bool:
-    """Train; what is due depends on the steps alone, so that a resumed run keeps to it."""
+    """Train; everything due depends on the steps alone, so that a resumed run keeps to it."""
     total, evaluated = trainer.config.steps, ""
     points = evaluation_points(total, trainer.config.evaluations)
 
@@ -253,7 +253,7 @@ def _restart_advice(folder: RunFolder) -> str:
 
 
 def _try_out(trainer: Trainer) -> None:
-    """Take a step elsewhere, and load the state to save, so that a user's code fails before a folder is made."""
+    """Take a step elsewhere and load a saved state, so that user code fails before a folder is made."""
     seed = evaluation_seed(trainer.config.seed)
     trainer.freeze(1, seed=seed).step(trainer.fresh_turns(1, seed))
     try:

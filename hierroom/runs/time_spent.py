@@ -1,4 +1,4 @@
-"""The wall clock of a session, by what it went into."""
+"""The wall clock of a session, by activity."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ class TimeSpent:
         self._compiled = self._clock.seconds if started is None else 0.0
 
     def end_of_imports(self) -> None:
-        """Count all until now as importing, but for what was compiled."""
+        """Count all until now as importing, except compilation."""
         self._seconds["importing"] = time.perf_counter() - self._started - (self._clock.seconds - self._compiled)
 
     @contextmanager
     def on(self, what: str) -> Iterator[None]:
-        """Count the time in this context, but for what is compiled in it."""
+        """Count the time in this context, except compilation."""
         started, compiled = time.perf_counter(), self._clock.seconds
         try:
             yield
@@ -42,7 +42,7 @@ class TimeSpent:
         return {**known, "the rest": total - sum(known.values()), "total": total}
 
     def __str__(self) -> str:
-        """Say where the time went, the longest first."""
+        """Return the time by activity, the longest first."""
         seconds = self.seconds()
         total = seconds.pop("total")
         parts = (f"{what} {spent:.1f}" for what, spent in sorted(seconds.items(), key=lambda one: -one[1]))

@@ -30,7 +30,7 @@ from hierroom.runs.environments import make_turns
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.trust import require_trust
 from hierroom.runs.folder.weights import SHIPPED, SUFFIX, SavedAgent, weights_file
-from hierroom.support.errors import InputError, own_code, shown
+from hierroom.support.errors import InputError, shown, user_code
 from hierroom.support.files import usable_path
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
@@ -39,9 +39,23 @@ from hierroom.worlds.env_config import EnvConfig
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TrainedAgent:
-    """A meta-controller and a controller that were trained together: what `load` and `hierroom.train` return.
+    """A meta-controller and a controller trained together, as `load` and `hierroom.train` return them.
 
-    It plays, by `hierroom.rollout` or step by step by `act`, and learns no more.
+    It plays by `hierroom.rollout`, or step by step by `act`, and learns no more.
+
+    Examples:
+        >>> agent = hierroom.load("a")
+        >>> [episode.success for episode in hierroom.rollout(agent, episodes=3, seed=1)]
+        [True, True, True]
+        >>> agent.env(graph="b", size=11).names
+        ('b',)
+        >>> turns, player = agent.turns(num_envs=2), agent.pair(num_envs=2)
+        >>> player.step(turns).option_ended.tolist()
+        [False, False]
+        >>> agent.save("mine.safetensors")
+        >>> agent.export("mine.pt2")
+        >>> hierroom.load("mine.safetensors").config.env.names
+        ('a',)
     """
 
     config: TrainConfig  # what was trained
@@ -59,7 +73,7 @@ class TrainedAgent:
 
     @property
     def is_finished(self) -> bool:
-        """Return whether it took all the steps of its config; False after an interrupt or a callback's stop."""
+        """Return whether training took all steps of the config; False after an interrupt or a callback's stop."""
         return self.steps >= self.config.steps
 
     @cached_property
@@ -70,7 +84,7 @@ class TrainedAgent:
         observations: numbers from 0 to ``controller.features.cardinalities[k] - 1``. The agent does not act by the
         copy: move it, change it or train it.
         """
-        with own_code("the network", "cannot be copied"):
+        with user_code("the network", "cannot be copied"):
             return OneTurn(deepcopy(self.controller.learner.network)).eval()
 
     def export(self, path: str | Path) -> None:
@@ -93,32 +107,42 @@ class TrainedAgent:
     ) -> tuple[Any, Any]:
         """Return actions for the observations of one environment or of many, and the state for the next call.
 
-        The environment is one of hierroom, of any API, in ``hierroom.add_features(env, agent)``. Nothing is computed
-        but the network's turn: no gradients. Arguments are not written to, but a state and those that come of it draw
-        from one generator.
+        Wrap the environment, of any API of hierroom, in ``hierroom.add_features(env, agent)`` first. Arguments are not
+        written to; a state and its successors share one random generator.
 
         Args:
             observations: as the API gives them: the dict of one agent (AEC), of both agents by name (parallel), of one
-                environment (Gymnasium) or of N (vector). What ``action_mask`` forbids is not done.
-            state: what the last call returned; None at first. After a turn of the controller, ``state.decision`` has
+                environment (Gymnasium) or of N (vector). Actions that ``action_mask`` forbids are never returned.
+            state: the state from the last call; None at first. After a turn of the controller, ``state.decision`` has
                 its logits, probabilities and values.
-            begins: whether the observations are the first of an episode: True or False, or [N] bool. In every API
-                this is where the info's ``length`` is 0. There the agent forgets the last episode.
+            begins: whether an episode begins, so that the agent forgets the last one: True or False, or [N] bool. In
+                every API the info's ``length`` is 0 then.
             greedy: whether the controller takes its most probable action instead of drawing one; None: as loaded.
-            seed: of what is drawn, where the state is None.
+            seed: fixes the random draws, where the state is None.
 
         Returns:
-            the action of one environment as an int, those of N as [N] int64, or those of both agents by name; and the
-            next state.
+            The action of one environment as int, of N as [N] int64, or of both agents by name; and the next state.
+
+        Examples:
+            >>> agent = hierroom.load("a")
+            >>> env = gymnasium.make("hierroom/EscapeRoom-a-v0", meta=agent.meta_controller())
+            >>> env = hierroom.add_features(env, agent)
+            >>> observation, info = env.reset(seed=0)
+            >>> state, terminated, truncated = None, False, False
+            >>> while not (terminated or truncated):
+            ...     action, state = agent.act(observation, state, begins=info["length"] == 0)
+            ...     observation, reward, terminated, truncated, info = env.step(action)
+            >>> info["success"]
+            True
         """
         is_greedy = self.is_greedy if greedy is None else bool(greedy)
         return act(self.controller, observations, state, begins=begins, is_greedy=is_greedy, seed=seed)
 
     def env(self, **entries: Any) -> EnvConfig:
-        """Return what the environments it was trained in are made of, with some entries of the `EnvConfig` changed.
+        """Return the `EnvConfig` of the training, with some entries changed.
 
-        A new ``graph`` or ``layout`` comes without the run's ``exclude``; without one, ``exclude`` names further graphs
-        to leave out.
+        A new ``graph`` or ``layout`` drops the run's ``exclude``; otherwise ``exclude`` names further graphs to leave
+        out.
         """
         names = [entry.name for entry in fields(EnvConfig)]
         for name in sorted(entries.keys() - names - {*self.config.entries}):
@@ -131,14 +155,14 @@ class TrainedAgent:
         return own.changed(**{**entries, "exclude": (*besides, *graph_specs(entries.get("exclude", ())))})
 
     def turns(self, num_envs: int, *, seed: int = 0, env: EnvConfig | None = None, autoreset: bool = True) -> Turns:
-        """Return environments to play in, which measure the shortest lengths of their episodes; see `Turns`.
+        """Return environments to play in, which know the shortest lengths of their episodes; see `Turns`.
 
         Args:
-            num_envs: how many.
-            seed: of their first episodes.
-            env: None: as in training. Where its reward is None, it is that of training; where its levels are None, they
-                are those that training never uses.
-            autoreset: whether an environment whose episode ends begins its next one in the same step.
+            num_envs: number of environments.
+            seed: fixes their first episodes.
+            env: None: as in training. A reward of None means that of training; levels of None mean those that training
+                never uses.
+            autoreset: whether the next episode begins in the step that ends the last one.
         """
         own = self.config.env
         levels, env = (env and env.levels) or "evaluation", env or own
@@ -162,7 +186,7 @@ class TrainedAgent:
         return self.meta.frozen(num_envs, seed=meta_seed(seed)).meta
 
     def save(self, path: str | Path) -> None:
-        """Write config and weights to a small ``.safetensors`` file for `load`; whether it `is_greedy` is not saved."""
+        """Write config and weights to a small ``.safetensors`` file for `load`; `is_greedy` is not saved."""
         file = Path(path)
         if self.has_other_meta:
             raise InputError(
@@ -193,10 +217,15 @@ def load(
         meta: another meta-controller for the trained controller: ``"fixed-dfs"``, ``"random"``, ``"oracle"``,
             ``"none"``, ``"package.module:Class"``, ``"package.module:function"``, or a meta-controller or function
             itself.
-        greedy: whether the controller takes its most probable action instead of drawing one. A policy that escapes
-            whenever it draws can turn on the spot for ever when it is greedy.
-        trust: whether to run code that the folder's config names and that does not ship with hierroom: a user-defined
-            network, reward or meta-controller. A ``meta`` that is given here needs no trust.
+        greedy: whether the controller takes its most probable action instead of drawing one. A greedy policy can turn
+            on the spot for ever.
+        trust: whether to run user-defined code that the folder's config names: a network, reward, meta-controller or
+            task. A ``meta`` given here needs no trust.
+
+    Examples:
+        >>> agent = hierroom.load("c", meta="random", greedy=True)
+        >>> agent.config.env.names, agent.is_greedy
+        (('c',), True)
     """
     if not isinstance(run, (str, os.PathLike)):
         raise InputError(f"a run is named by its folder, a file or a shipped agent's name, not {shown(run)}")
@@ -227,7 +256,6 @@ def load(
 def _restore(
     config: TrainConfig, states: Mapping[str, dict[str, Any]], meta: Any, misfit: str
 ) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:
-    """Make the agents of a config with trained weights, and another meta-controller if one is given."""
     if meta is None:
         meta_agent, controller = make_agents(config)
     else:

@@ -47,6 +47,14 @@ class Trainer:
             the first.
         agents: the two agents by name.
         turns: the environments.
+
+    Examples:
+        >>> def stop_early(trainer):
+        ...     return trainer.steps >= 256
+        ...
+        >>> small = dict(graph="a", size=11, num_envs=8, evaluations=0)
+        >>> hierroom.train(**small, steps=10_000, callback=stop_early, out="stopped", quiet=True).is_finished
+        False
     """
 
     def __init__(self, config: TrainConfig, *, begins: bool = True):
@@ -100,7 +108,6 @@ class Trainer:
         self._speed = (self.steps - steps) / seconds
 
     def _act(self, name: str) -> None:
-        """Let an agent take its turn wherever it is due; before that it learns, if it has taken turns enough."""
         agent, due = self.agents[name], self.turns.due(name)
         if len(due):
             if agent.ready:
@@ -131,7 +138,7 @@ class Trainer:
         return make_turns(config, num_envs, seed, levels="evaluation", autoreset=autoreset, measure_shortest=True)
 
     def freeze(self, num_envs: int, *, seed: int, is_greedy: bool = False) -> Pair:
-        """Return what the agents have learned so far, as a pair that plays elsewhere; see `assembly.freeze`."""
+        """Return the agents as a pair that plays elsewhere and learns no more; see `assembly.freeze`."""
         return freeze(self.agents[META], self.controller, num_envs, seed=seed, is_greedy=is_greedy)
 
     def evaluate(
@@ -184,7 +191,7 @@ class Trainer:
         }
 
     def state_dict(self) -> dict[str, Any]:
-        """Return everything that decides what happens next, as tensors and plain types."""
+        """Return the complete state, as tensors and plain types."""
         return {
             "config": to_json(self.config.to_dict()),
             "turns": {name: _as_tensors(array) for name, array in self.turns.get_state().items()},
@@ -206,22 +213,20 @@ class Trainer:
             except InputError as error:
                 raise InputError(f"agents.{name}: {error}") from error
             if isinstance(agent, PPOAgent) and agent.learner.has_begun[self.turns.due(name)].any():
-                raise InputError(f"agents.{name}: its turn has begun where it is about to begin")
+                raise InputError(f"agents.{name}: it is in a turn where it is about to begin one")
         if self.controller.ready:
-            raise InputError("the controller has turns to learn from, which it does before its state is saved")
+            raise InputError("the controller must learn from its full rollout before its state is saved")
         self.log.load_state_dict(state["log"])
         self.steps, self.seconds, self.compile_seconds = state["steps"], state["seconds"], state["compile_seconds"]
 
 
 def _as_tensors(array: np.ndarray) -> Any:
-    """Return an array as a tensor; records, which torch does not have, as tensors by field."""
     if array.dtype.names is None:
         return torch.from_numpy(array)
     return {name: torch.from_numpy(array[name].copy()) for name in array.dtype.names}
 
 
 def _as_array(saved: Any, like: np.ndarray, name: str) -> np.ndarray:
-    """Return the array that `_as_tensors` saved, which was of the same type and shape as another."""
     if like.dtype.names is None:
         return as_array(saved, f"turns.{name}")
     array = np.zeros_like(like)

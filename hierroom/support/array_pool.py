@@ -1,4 +1,4 @@
-"""Arrays for every step, used again when nobody holds them any more."""
+"""Arrays for every step, reused when no reference is left."""
 
 from __future__ import annotations
 

@@ -36,7 +36,6 @@ def read_number(text: str, column: str, least: float | None = None) -> float:
 
 
 def _bounds(low: float, high: float, value: float | None) -> str:
-    """Return in words the bound that a value does not keep, or all that there is to say of a column."""
     if high == 1:
         return f" from {low:g} to 1"
     if value is not None and value > high:

@@ -73,7 +73,7 @@ def progress_bar() -> Progress:
 
 
 def _refuse_lost_values(argv: Sequence[str]) -> None:
-    """Refuse a list without values, which tyro reads as none, and one given twice, whose first values it drops."""
+    """Refuse a list without values, which tyro reads as none, and one given twice, as tyro drops its first values."""
     given = [word.partition("=")[0].replace("_", "-") if word.startswith("--") else word for word in argv]
     for option in LISTS:
         if given.count(option) > 1:
@@ -84,7 +84,6 @@ def _refuse_lost_values(argv: Sequence[str]) -> None:
 
 @_NUMBERS.primitive_rule
 def _read_whole_numbers(type_info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec | None:
-    """Accept 1e6 for a whole number, as config files do."""
     if type_info.type is not int:
         return None
     return PrimitiveConstructorSpec(
@@ -165,7 +164,6 @@ def _open_streams() -> None:
 
 
 def _flush(code: int | str | None) -> int | str | None:
-    """Write the rest of the streams; return the exit code, 2 where that fails."""
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()

@@ -1,4 +1,4 @@
-"""Pictures side by side, and pictures drawn by matplotlib, whose settings belong to the process."""
+"""Pictures side by side, and pictures drawn by matplotlib with settings that belong to the process."""
 
 from __future__ import annotations
 

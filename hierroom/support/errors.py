@@ -17,7 +17,15 @@ import numpy as np
 
 
 class InputError(Exception):
-    """Invalid user input; the message is one line: what was wrong, what is allowed, what was given."""
+    """Invalid user input, with a one-line message: the fault, the allowed values, the given value.
+
+    Examples:
+        >>> try:
+        ...     hierroom.env(size=3)
+        ... except hierroom.InputError as error:
+        ...     print(error)
+        size must be a whole number from 11 to 63, not 3
+    """
 
     def __str__(self) -> str:
         """Return the message on one line."""
@@ -33,7 +41,7 @@ class DivergenceError(FloatingPointError):
 
 
 class RunError(Exception):
-    """Failure of runs with valid input; the message is one line: how many, one of them, and why."""
+    """Failure of runs with valid input; the message is one line: their number, one of them, and the reason."""
 
 
 def require_number(name: str, value: object, low: float, high: float = math.inf, *, is_whole: bool = False) -> None:
@@ -93,7 +101,7 @@ def one_line(text: str) -> str:
     return plain if len(plain) <= _MAX_CHARACTERS else f"{plain[:half]} ... {plain[-half:]}"
 
 
-class own_code:
+class user_code:
     """A context for code of the user, called ``name`` in messages: anything it raises but Ctrl-C becomes one line.
 
     A working folder that it leaves is gone back to, as relative paths of a command would be elsewhere.
@@ -112,10 +120,10 @@ class own_code:
             os.chdir(self._folder)
             warn_once(f"{self._name} changes the working folder, which is {self._folder} again")
         if error is not None and not isinstance(error, (InputError, DivergenceError, KeyboardInterrupt)):
-            raise_told(self._name, error, self._fails)
+            raise_in_one_line(self._name, error, self._fails)
 
 
-def raise_told(name: str, error: BaseException, fails: str = "fails") -> NoReturn:
+def raise_in_one_line(name: str, error: BaseException, fails: str = "fails") -> NoReturn:
     """Raise as one line what code of the user, called ``name``, has raised."""
     raise InputError(f"{name} {fails}: {in_one_line(error)}") from error
 

@@ -88,7 +88,7 @@ def open_regular(path: Path, flags: int = os.O_RDONLY, what: str = "", *, or_any
 def refuse_foreign(
     *, replaced: Iterable[Path] = (), changed: Iterable[Path] = (), folders: Iterable[Path] = ()
 ) -> None:
-    """Refuse what stands in the place of our own files and folders and is none of ours, before anything is written.
+    """Refuse foreign files in the place of our files and folders, before anything is written.
 
     That are links and special files, and where a file is ``changed`` and not ``replaced`` as a whole also hard links.
     """

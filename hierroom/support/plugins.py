@@ -10,7 +10,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
-from hierroom.support.errors import LIBRARIES, InputError, own_code
+from hierroom.support.errors import LIBRARIES, InputError, user_code
 
 
 def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str, kinds: str = "Class") -> Any:
@@ -22,18 +22,17 @@ def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str, kinds:
     here = str(Path.cwd())
     if here not in sys.path:
         sys.path.insert(0, here)
-    with own_code(f"the {what} {spec!r}", "cannot be loaded"):
+    with user_code(f"the {what} {spec!r}", "cannot be loaded"):
         try:
             if found:
                 return found[0].load()
             module, _, name = spec.partition(":")
             return getattr(importlib.import_module(module), name)
         except ModuleNotFoundError as error:
-            places = f"it is looked for in {', '.join(_own_places())} and among installed packages"
+            places = f"it is looked for in {', '.join(_user_folders())} and among installed packages"
             raise InputError(f"there is no module {error.name!r} for the {what} {spec!r}; {places}") from error
 
 
-def _own_places() -> list[str]:
-    """Return the folders where modules are looked for, but those of Python and of installed packages."""
+def _user_folders() -> list[str]:
     paths = [os.path.abspath(path) for path in sys.path if os.path.isdir(path)]
     return [path for path in dict.fromkeys(paths) if not path.startswith(tuple(LIBRARIES))]

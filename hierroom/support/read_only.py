@@ -1,4 +1,4 @@
-"""Arrays that others may read and nobody but their owner may write."""
+"""Arrays that only their owner may write."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 
 def read_only(array: np.ndarray) -> np.ndarray:
-    """Return a view of an array that cannot be written through, and shows what its owner writes."""
+    """Return a read-only view of an array, which shows its owner's writes."""
     view = array.view()
     view.setflags(write=False)
     return view
@@ -26,7 +26,7 @@ class Shown:
 
 
 def freeze(value: Any) -> Any:
-    """Let nobody write to an array, or to the arrays in an object or a mapping; return it."""
+    """Make an array read-only, or the arrays in an object or a mapping; return it."""
     held = value.values() if isinstance(value, Mapping) else getattr(value, "__dict__", {}).values()
     for array in (value, *held):
         if isinstance(array, np.ndarray):

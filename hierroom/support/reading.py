@@ -1,4 +1,4 @@
-"""Reading files that somebody else may have made: regular ones of a limited size, as text, JSON, TOML or CSV."""
+"""Reading of untrusted files: regular ones of a limited size, as text, JSON, TOML or CSV."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def read_text(path: Path, most: int = MOST_TEXT, what: str = "", *, or_any: bool
 
 
 def read_json(path: Path) -> Any:
-    """Return what a JSON file holds."""
+    """Return the content of a JSON file."""
     text = read_text(path)
     try:
         value = json.loads(text)

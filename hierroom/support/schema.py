@@ -46,8 +46,10 @@ class Table(Schema):
         missing = [repr(key) for key in self.entries if key not in value and key not in self.optional]
         unknown = [shown(key) for key in value if key not in self.entries and not self.is_open]
         if missing or unknown:
-            wrong = [f"{verb} {', '.join(keys)}" for verb, keys in (("lacks", missing), ("has", unknown)) if keys]
-            raise InputError(f"{name} does not hold what it should: it {' and '.join(wrong)}")
+            wrong = [
+                f"{verb} {', '.join(keys)}" for verb, keys in (("lacks", missing), ("has the unknown", unknown)) if keys
+            ]
+            raise InputError(f"{name} {' and '.join(wrong)}")
         return [(schema, value[key], f"{name}.{key}") for key, schema in self.entries.items() if key in value]
 
 
@@ -99,7 +101,7 @@ class Array(Schema):
             if bound is not None and len(broken := np.argwhere(is_broken(array, bound))):
                 place = tuple(broken[0])
                 allowed, where = np.broadcast_to(bound, self.shape)[place], list(map(int, place))
-                raise InputError(f"{name} must be {words} {allowed}, not {array[place]}, which it is at {where}")
+                raise InputError(f"{name} must be {words} {allowed}, not {array[place]} (at {where})")
         return []
 
 
@@ -202,7 +204,7 @@ def as_array(value: Any, name: str) -> NDArray:
     extent = array.itemsize  # of the numbers within a stride, the smallest first
     for stride, n in sorted([(abs(stride), n) for stride, n in zip(array.strides, array.shape, strict=True) if n > 1]):
         if stride < extent and array.size:
-            raise InputError(f"{name} must be an array whose numbers each have a place of their own in memory")
+            raise InputError(f"{name} must be an array without numbers that share memory")
         extent += stride * (n - 1)
     return array
 

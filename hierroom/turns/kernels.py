@@ -13,12 +13,12 @@ NO_OUTCOME, REACHED, TIMED_OUT, OTHER = range(4)
 """Ends of an option: there was none; its goal was reached; its horizon ran out; the episode ended."""
 OWN_REWARD, EXTRINSIC, BONUS, INTRINSIC, NOVELTY = range(-1, 4)
 KERNEL_REWARDS = {"extrinsic": EXTRINSIC, "bonus": BONUS, "intrinsic": INTRINSIC, "novelty": NOVELTY}
-"""Rewards that the kernel writes: none, as a user's own code does, or one of those that ship."""
+"""Rewards that the kernel writes: none, for custom rewards, or one of those that ship."""
 
 
 @njit(cache=True)
 def begin_turns(ledger, n_actions):
-    """Write the record of an environment whose episode begins."""
+    """Write the record of an environment where an episode begins."""
     ledger.is_meta_turn = True
     ledger.goals, ledger.last_goals, ledger.first_events = NO_GOAL, NO_GOAL, NO_GOAL
     ledger.last_outcomes, ledger.meta_turns, ledger.option_steps, ledger.option_rewards = NO_OUTCOME, 0, 0, 0.0
@@ -43,7 +43,7 @@ def record_turns(
         reward: one of ``EXTRINSIC``, ``BONUS``, ``INTRINSIC``, ``NOVELTY``; or ``OWN_REWARD``, which writes 0.
         bonus: the size of the novelty bonus.
         autoreset: whether the next episode begins where one ended; else the meta-controller has no turn there.
-        target: the goal whose achievement makes an episode a success where it terminates.
+        target: the goal that makes a terminated episode a success.
 
     Returns:
         in how many environments the episode ended.

@@ -46,7 +46,7 @@ class Ledger:
 
     @classmethod
     def at_reset(cls, num_envs: int, n_actions: int) -> Ledger:
-        """Return the ledger of N environments whose episodes begin."""
+        """Return the ledger of N environments where episodes begin."""
         ledger = cls(np.zeros(num_envs, LEDGER))
         ledger.write_fields(reset_values(n_actions))
         return ledger

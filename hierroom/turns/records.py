@@ -68,7 +68,7 @@ _STEP_NAMES = frozenset(STEP.names or ())
 
 
 def ledger_schema(num_envs: int, n_goals: int, n_actions: int) -> Table:
-    """Return what the fields of the ledger of N environments may hold."""
+    """Return the bounds of the fields of a ledger of N environments."""
     return of_records(
         LEDGER,
         num_envs,
@@ -91,7 +91,7 @@ def reset_values(n_actions: int) -> dict[str, Any]:
 
 
 class Step:
-    """The results of one primitive step in N environments, in arrays that nobody else holds and that are read-only.
+    """The results of one primitive step in N environments, in read-only arrays of its own.
 
     Args:
         records: [N] records of `STEP`.
@@ -151,25 +151,25 @@ class Step:
 
     @property
     def achieved(self) -> NDArray[np.bool_]:
-        """[N, G] all goals achieved."""
+        """Goals that the step achieved, [N, G] bool."""
         return (self.records["achieved_bits"][:, None] >> np.arange(self.n_goals) & 1).astype(bool)
 
     @property
     def is_first(self) -> NDArray[np.bool_]:
-        """[N] whether a goal was achieved for the first time this episode."""
+        """Flags [N] whether a goal was achieved for the first time this episode."""
         return self.records["n_first"] > 0
 
     @property
     def outcomes(self) -> NDArray[np.integer]:
-        """[N] int, where an option ended how it did: ``REACHED``, ``TIMED_OUT`` or ``OTHER``."""
+        """Outcomes [N] of options that ended: ``REACHED``, ``TIMED_OUT`` or ``OTHER``."""
         return np.where(self.reached, REACHED, np.where(self.timed_out, TIMED_OUT, OTHER))
 
     def ended_turns(self, agent: str) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:
         """Return the turns of an agent that the step ended: the controller's everywhere, the meta-controller's options.
 
         Returns:
-            [M] int, the environments; [M] float64, the agent's rewards for its turns; [M] int, primitive steps that
-            they lasted; [M] bool, the agent's return ends here; [M] bool, it is cut here, but more would have come.
+            Arrays [M]: the environments, the rewards of the turns (float64), their primitive steps, whether the agent's
+            return ends here, and whether it is cut here although more would have come.
         """
         if agent == CONTROLLER:
             envs, records = np.arange(len(self.records)), self.records
@@ -186,7 +186,7 @@ class Step:
 
 
 def clear_steps(records: np.ndarray, envs: NDArray[np.integer], n_actions: int, shortest: NDArray[np.integer]) -> None:
-    """Note that nothing was done in environments [M], whose episodes have the shortest lengths [M]."""
+    """Note that nothing was done in environments [M], with shortest lengths [M]."""
     nothing = np.zeros(len(envs), STEP)
     nothing["actions"], nothing["shortest"] = n_actions, shortest
     for name in ("goals", "events", "achieved_instead"):

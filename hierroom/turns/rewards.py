@@ -1,4 +1,4 @@
-"""Rewards of the controller: the protocol, those that ship, and how a user's own is found."""
+"""Rewards of the controller: the protocol, those that ship, and how custom ones are found."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.errors import InputError, own_code, shown
+from hierroom.support.errors import InputError, shown, user_code
 from hierroom.support.plugins import load_plugin
 from hierroom.turns.records import Step
 from hierroom.worlds.env_config import NOVELTY_BONUS, RewardName
@@ -50,7 +50,7 @@ class Extrinsic:
     needs_states = False
 
     def rewards(self, step: Step) -> NDArray[np.floating]:
-        """[N] the environment's own rewards."""
+        """Return the environment's own rewards [N]."""
         return step.extrinsic
 
 
@@ -60,7 +60,7 @@ class Bonus:
     needs_states = False
 
     def rewards(self, step: Step) -> NDArray[np.floating]:
-        """[N] how many goals were achieved for the first time."""
+        """Return how many goals were achieved for the first time [N]."""
         return step.n_first.astype(np.float64)
 
 
@@ -71,7 +71,7 @@ class Intrinsic:
     needs_states = False
 
     def rewards(self, step: Step) -> NDArray[np.floating]:
-        """[N] whether the goal was reached."""
+        """Return 1 where the goal was reached, else 0 [N]."""
         return step.reached.astype(np.float64)
 
 
@@ -85,7 +85,7 @@ class Novelty:
         self._bonus = bonus
 
     def rewards(self, step: Step) -> NDArray[np.floating]:
-        """[N] the environment's own rewards and the bonuses."""
+        """Return the environment's own rewards plus the bonuses [N]."""
         return step.extrinsic + self._bonus * step.is_novel
 
 
@@ -120,7 +120,7 @@ class ControllerReward:
     def of(self, step: Step) -> NDArray[np.float64]:
         """Return the rewards [N] for a step."""
         shown = step if "visited" in self.memories else step.without_visits()
-        with own_code(self.name):
+        with user_code(self.name):
             given = np.array(self.rewards(shown))
         if given.shape != (len(step.records),) or given.dtype.kind not in "fiub":
             raise InputError(
@@ -137,9 +137,9 @@ def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> Contr
     """Return the reward that a user means.
 
     Args:
-        spec: a name in `REWARDS`; the name of an entry point in the group ``hierroom.rewards``;
-            ``package.module:Class`` or ``package.module:function``, looked for in the current folder too; a reward
-            or its class itself; or a function as `Reward.rewards`.
+        spec: a name in `REWARDS` or of an entry point ``hierroom.rewards``; ``package.module:Class`` or
+            ``package.module:function``, in the current folder too; a reward or its class; or a function like
+            `Reward.rewards`.
         novelty_bonus: the size of the bonus of ``novelty``.
     """
     reward: Any = spec
@@ -153,14 +153,14 @@ def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> Contr
             else load_plugin(spec, "reward", REWARDS, ENTRY_POINT_GROUP, "Class or :function")
         )
     if isinstance(reward, type):
-        with own_code(name, "cannot be made"):
+        with user_code(name, "cannot be made"):
             reward = reward()
     rewards = getattr(reward, "rewards", None)
     if not callable(rewards):
         if not callable(reward):
             raise InputError(f"a reward is a function of a step or has a method rewards(step); {name} is neither")
         rewards = reward
-    with own_code(name):  # to look at an attribute may run code
+    with user_code(name):  # to look at an attribute may run code
         memories = getattr(reward, "memories", ())
         usual = {"ends_with_option": False, "needs_states": True}
         flags = {flag: getattr(reward, flag, value) for flag, value in usual.items()}

@@ -34,7 +34,7 @@ class Situation(Observation):
 
     @property
     def legal(self) -> NDArray[np.bool_]:
-        """[M, G] the goals that may be chosen; a row may be empty."""
+        """Goals that may be chosen, [M, G] bool; a row may be empty."""
         return self.masks[:, :-1]
 
     def level(self, m: int) -> Any:
@@ -42,7 +42,7 @@ class Situation(Observation):
         return self.view.level(m, self.legal[m])
 
     def validate_goals(self, actions: ArrayLike) -> tuple[NDArray[np.integer], NDArray[np.bool_]]:
-        """Return the goals [M] that actions [M] mean, -1 for no goal and for what is not legal, and which are legal.
+        """Return the goals [M] of actions [M], -1 for no goal and illegal ones, and flags of the legal ones.
 
         Actions are goal ids, or no goal (G or -1).
         """
@@ -50,7 +50,7 @@ class Situation(Observation):
         if given.shape != self.envs.shape or given.dtype.kind not in "iu":
             raise InputError(
                 f"the meta-controller's choice must be {len(self)} goal ids (whole numbers, one for each environment "
-                f"whose turn it is), not an array of {given.dtype} and shape {given.shape}"
+                f"that asks), not an array of {given.dtype} and shape {given.shape}"
             )
         in_range = (given >= NO_GOAL) & (given <= no_goal_action)
         choices = np.where(in_range, given, no_goal_action).astype(np.int64)  # an unsigned number has no place for -1

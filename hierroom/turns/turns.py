@@ -34,7 +34,7 @@ class Turns:
         config: what the environments are made of.
         num_envs: N.
         seed: of their first episodes; None: `reset` must be called with one first.
-        autoreset: whether an environment whose episode ends begins its next one in the same step.
+        autoreset: whether the next episode begins in the step that ends the last one.
         measure_shortest: whether each episode's shortest length is found (about a millisecond an episode).
         threads: most threads to step the world with.
         memories: what the world remembers of each episode besides what the reward needs.
@@ -91,14 +91,14 @@ class Turns:
 
     @property
     def last_step(self) -> Step | None:
-        """Return what the last step did, or None before the first one since a reset."""
+        """Return the last step, or None before the first one since a reset."""
         if self._last_step is None and self.last_records is not None:
             self._last_step = Step(self.last_records, self._n_goals)
         return self._last_step
 
     @property
     def goals(self) -> NDArray[np.integer]:
-        """[N] int, the goals pursued now, or -1."""
+        """Goals [N] pursued now, or -1."""
         return self.ledger.goals
 
     def reset(self, seed: Seeds = None, envs: NDArray[np.integer] | None = None) -> None:
@@ -124,7 +124,7 @@ class Turns:
         return np.flatnonzero(self.ledger.is_meta_turn) if agent == META else self._everywhere
 
     def observe(self, agent: str, envs: NDArray[np.integer]) -> Observation:
-        """Return what an agent observes now in environments [M], the meta-controller a `Situation`.
+        """Return an agent's observations in environments [M], for the meta-controller a `Situation`.
 
         Where they are all there are, the next step overwrites the controller's arrays.
         """
@@ -135,7 +135,7 @@ class Turns:
         return Observation(envs, self.world.observe(envs), self.world.goals, *given, self._all_legal[: len(envs)])
 
     def act(self, agent: str, observation: Observation, actions: ArrayLike) -> None:
-        """Take an agent's turn by what it observed in M environments and its actions [M], whole numbers (see `choose`).
+        """Take an agent's turn, given its observation of M environments and its actions [M] int (see `choose`).
 
         The meta-controller's goals count from now on, the controller's actions at `advance`.
         """
@@ -149,7 +149,7 @@ class Turns:
         return self.step(self._actions)
 
     def situation(self, envs: NDArray[np.integer]) -> Situation:
-        """Return what meta-controllers may know of some environments [M]. All arrays are copies; masks are read-only.
+        """Return all facts for meta-controllers of environments [M]. All arrays are copies; masks are read-only.
 
         Where it is the meta-controller's turn, ``masks`` has the goals that the goal mask allows; elsewhere it can only
         wait. `choose` checks the goals by them.
@@ -231,7 +231,7 @@ class Turns:
         clear_steps(self._written, envs, self.world.n_actions, self.ledger.shortest[envs])
 
     def final_observation(self, agent: str, step: Step, envs: NDArray[np.integer]) -> Observation:
-        """Return what an agent observes of environments [M] right after a step, before a reset or the next goal.
+        """Return an agent's observations of environments [M] right after a step, before a reset or the next goal.
 
         Where the step ended an option it is what either agent observes last in it, with the goal of that option.
         """

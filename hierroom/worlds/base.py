@@ -51,7 +51,7 @@ class BaseWorld(ABC):
     rules: Any = None
     replayer: Any = None
     is_repeatable: Any = True
-    """[G] bool or one for all: whether a goal may be chosen again once it is achieved, where no rules are known."""
+    """Flags [G], or one for all goals: whether an achieved goal may be chosen again, where no rules are known."""
     keys_to_action: Mapping[str, int] = {}
     stage_titles: Sequence[str] = ()
     notes: Sequence[str] = ()
@@ -180,16 +180,16 @@ class BaseWorld(ABC):
         return outcomes
 
     def observe(self, envs: NDArray[np.integer]) -> Any:
-        """Return what environments [M] show now."""
+        """Return the view of environments [M]."""
         episodes = np.array([self._seeds[envs], self._indices[envs], self._numbers[envs]]).T
         return BaseView(self, self.shown(envs), self._counts[envs], self._markings[envs], self._lengths[envs], episodes)
 
     def exact_view(self, envs: NDArray[np.integer]) -> Any:
-        """Return what environments [M] show now and all that meta-controllers may know, copied."""
+        """Return a copied view of environments [M], with all facts for meta-controllers."""
         return self.observe(envs)
 
     def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> Any:
-        """Return what environments [M] show after the last step, those that ``ended`` [M] before they were reset."""
+        """Return the view of environments [M] after the last step; of those that ``ended`` [M], before the reset."""
         now = self.observe(envs)
         if not (self.autoreset and ended.any()):
             return now
@@ -211,15 +211,15 @@ class BaseWorld(ABC):
         return legal
 
     def observe_one(self, goal: int) -> dict[str, Any]:
-        """Return what the only environment shows, and the goal's vector."""
+        """Return the observation of the only environment, and the goal's vector."""
         return observe_alone(self, goal)
 
     def batch_observations(self, *, flat: bool) -> BatchWriter:
-        """Return what writes the observations of all environments."""
+        """Return the writer of the observations of all environments."""
         return ObservationWriter(self, flat=flat)
 
     def screen(self, render_mode: str | None) -> Screen:
-        """Return what shows environments in a render mode."""
+        """Return a screen for environments in a render mode."""
         return StateScreen(self.get_state, self.replayer, render_mode)
 
     def clocks(self) -> NDArray[np.integer]:
@@ -231,15 +231,15 @@ class BaseWorld(ABC):
         self._lengths[:] = np.arange(len(self)) * self.max_steps // len(self)
 
     def shortest_lengths(self, envs: NDArray[np.integer]) -> NDArray[np.integer]:
-        """Return -1 for environments [M]: nobody knows the shortest possible lengths."""
+        """Return -1 for environments [M]: the shortest lengths are unknown."""
         return np.full(len(envs), -1)
 
     def shortest_actions(self, env: int) -> NDArray[np.integer]:
         """Refuse to solve an environment."""
-        raise InputError(f"{self.variants[0]} has no oracle: nobody knows its shortest ways")
+        raise InputError(f"{self.variants[0]} has no oracle: its shortest solutions are unknown")
 
     def variants_of(self, envs: NDArray[np.integer]) -> list[str]:
-        """Return the name of what is played, for each of environments [M]."""
+        """Return the name of the graph, layout or task of each of environments [M]."""
         return [self.variants[0]] * len(envs)
 
     def milestones_of(self, envs: NDArray[np.integer], goals: NDArray[np.integer]) -> NDArray[np.integer]:
@@ -292,7 +292,6 @@ class BaseWorld(ABC):
 
 @cache
 def _compiled_outcomes() -> Callable[..., tuple[int, int]]:
-    """Compile `outcome_kernel.write_outcomes` for the types of a batch's arrays."""
     flag, numbers = np.zeros(1, bool), np.zeros((1, 1), np.int64)
     given = numbers, np.zeros(1), flag, flag
     return compiled(write_outcomes, *given, numbers, numbers[0], flag, np.zeros(1, OUTCOME), 1, 0, True)

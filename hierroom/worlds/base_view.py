@@ -61,7 +61,7 @@ class Situated:
 
 @dataclass(frozen=True, eq=False)
 class BaseView:
-    """The view of M environments, in arrays that nobody else holds and that are read-only.
+    """The view of M environments, in read-only arrays of its own.
 
     Args:
         world: the `BaseWorld` that they belong to.
@@ -110,7 +110,7 @@ class BaseView:
         return drawn
 
     def level(self, m: int, legal: NDArray[np.bool_]) -> Situated:
-        """Return the m-th environment in words."""
+        """Return the m-th environment as objects that a user's function reads."""
         names, counts = self.world.goals.names, self.counts[m].tolist()
         goals = [GoalInWords(g, name, bool(legal[g]), counts[g]) for g, name in enumerate(names)]
         rules = self.world.dependencies
@@ -119,23 +119,23 @@ class BaseView:
 
     @cached_property
     def existing(self) -> NDArray[np.bool_]:
-        """[M, G] goals that are left to achieve: not achieved yet in this episode, or one that can be again."""
+        """Goals left to achieve, [M, G]: not achieved in this episode, or repeatable."""
         return (self.counts == 0) | self.world.is_repeatable
 
     @cached_property
     def reachable(self) -> NDArray[np.bool_]:
-        """[M, G] goals whose rule applies and changes something; without rules those left to achieve."""
+        """Goals with a rule that applies and changes something, [M, G]; without rules those left to achieve."""
         rules = self.world.dependencies
         return self.existing if rules is None else rules.reachable(self.markings)
 
     @property
     def seen(self) -> NDArray[np.bool_]:
-        """[M, G] goals that are likely to be reached: those within reach."""
+        """Goals likely to be reached, [M, G]: those within reach."""
         return self.reachable
 
     @cached_property
     def depth_first_ranks(self) -> NDArray[np.integer]:
-        """[M, G] 1 for the goal that comes next on a random depth-first way to the target, else 0."""
+        """1 for the next goal on a random depth-first way to the target, else 0: [M, G]."""
         ranks = np.zeros(self.counts.shape, np.int64)
         rules: Dependencies | None = self.world.dependencies
         if rules is None:

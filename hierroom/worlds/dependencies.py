@@ -47,7 +47,7 @@ class Dependencies:
                 markings[env] = after[rule] if applies[rule] else forced
 
     def reachable(self, markings: NDArray[np.integer]) -> NDArray[np.bool_]:
-        """Return [M, G] the goals whose rule applies to a marking [M, F] and changes something."""
+        """Return the goals [M, G] with a rule that applies to a marking [M, F] and changes something."""
         after, applies = self.rules.apply_all(markings)
         changes = (after != markings[:, None, :]).any(axis=-1)
         return (applies & changes)[:, self._rule_of_goal]
@@ -58,5 +58,5 @@ class Dependencies:
         return None if rule is None else self._goal_of_rule[rule]
 
     def in_words(self, marking: Sequence[int]) -> dict[str, int]:
-        """Return how many there are of each fact."""
+        """Return the count of each fact."""
         return dict(zip(self.rules.facts, marking, strict=True))

@@ -43,7 +43,6 @@ LAYOUTS = tyro.constructors.PrimitiveConstructorSpec(
 
 
 def _named(metavar: str) -> tyro.constructors.PrimitiveConstructorSpec:
-    """Return how something that has a name is given on the command line: None, or as a text."""
     return tyro.constructors.PrimitiveConstructorSpec(
         nargs=1,
         metavar=metavar,
@@ -65,36 +64,39 @@ class EnvConfig:
     """Describe an environment.
 
     Args:
-        graph: goal graphs, of which each episode samples one: letters from a to g, names such as
-            keys-0-1-exit-2 (the room of each key, and of the exit), paths to .toml files, rooms:N for every graph of N
-            rooms, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH for all in between.
-        exclude: goal graphs to leave out of these, given likewise and found however their rooms are numbered.
-        curriculum_stages: parts of equal width in difficulty into which several graphs are cut; one moves on after
-            escaping in 80% of at least 200 episodes, as many of each environment, and back below 20%. 1: all graphs at
-            once.
+        graph: one goal graph or several; each episode samples one. Letters from a to g, names such as
+            keys-0-1-exit-2 (the room of each key, and of the exit), or paths to .toml files. rooms:N means every graph
+            of N rooms; hitting_time:LOW..HIGH and expected_steps:LOW..HIGH mean all in between.
+        exclude: goal graphs to leave out, in the same forms and whatever the numbers of their rooms.
+        curriculum_stages: stages of equal width in difficulty, the easiest graphs first. Training moves on after
+            escapes in 80% of at least 200 episodes, as many of each environment, and back below 20%. 1: no stages.
         size: cells of the grid's side, 11 to 63, outer walls included.
-        max_steps: primitive steps after which an episode is truncated. None: 1000, or as the task says.
+        max_steps: primitive steps after which an episode is truncated. None: 1000, or the task's own limit.
         drop_key: give the controller a sixth action that drops a key.
         reward: the controller's reward: extrinsic (the environment's own: 1 at the target, such as the exit), bonus (1
-            for each goal at its first time, such as each key and door), intrinsic (1 where its goal is reached),
-            novelty (extrinsic, and the novelty bonus), an entry point, package.module:Class or
-            package.module:function. None: that of the method in training, else intrinsic.
-        novelty_bonus: the reward novelty gives for each state entered for the first time in an episode.
+            for each goal at its first time, such as each key and door), intrinsic (1 when its goal is reached) or
+            novelty (extrinsic, and the novelty bonus). Or your own: an entry point, package.module:Class or
+            package.module:function. None: the method's reward in training, else intrinsic.
+        novelty_bonus: the reward novelty gives this for each state entered for the first time in an episode.
         subgoal_horizon: primitive steps after which an option ends without its goal; None: never.
-        goal_mask: goals the meta-controller may choose: reachable (by the goal graph or rules), existing (those left
-            to achieve), seen (in EscapeRooms; or no goal: find something new) or none (no mask: all goals of the
-            world, existing or not).
-        task: another world than EscapeRooms (which graph, exclude, curriculum_stages, size and drop_key describe):
+        goal_mask: goals that the meta-controller may choose: reachable (by the goal graph or rules), existing (left to
+            achieve), seen (in EscapeRooms; or no goal: find something new) or none (all goals, even absent ones).
+        task: another world than EscapeRooms, so that graph, exclude, curriculum_stages, size and drop_key do not apply:
             package.module:name of a `hierroom.Task`, an entry point, or a world that ships, such as workshop:8. A
-            workshop's name fixes its tech tree: workshop:8 is workshop:8:0, workshop:8:3 the tree of seed 3; a run's
-            seed draws the orders on the shelf and the agents' choices, so that several seeds can be run on one tree.
-        layout: levels of your own in place of graph, exclude, curriculum_stages and size: the path of a text map, in
-            Python also its text, or several, of which each episode draws one. In a map # is wall, space or . floor, E
-            the exit, @ the start (> v < ^ with its direction, which is drawn otherwise), R G B P Y W are locked doors
-            (red, green, blue, purple, yellow, grey) and r g b p y w their keys. Keys and doors must form a tree.
-        env_index: the index of the (first) environment; with the seed it fixes the episodes.
-        levels: training or evaluation, which have no layout in common whatever the seeds; None: all levels, but in
-            training and when a trained agent is evaluated or watched the one or the other.
+            workshop's name fixes its tech tree: workshop:8 is workshop:8:0, and workshop:8:3 is the tree of seed 3. The
+            run's seed draws the rest.
+        layout: your own levels instead of graph, exclude, curriculum_stages and size: the path of a text map (in Python
+            also its text), or several; each episode draws one. In a map # is wall, space or . is floor, @ the start,
+            drawn as > v < ^ with a direction, and E the exit. R G B P Y W are locked doors (red, green, blue, purple,
+            yellow, grey), r g b p y w their keys. Keys and doors must form a tree.
+        env_index: index of the (first) environment; seed and index fix the episodes.
+        levels: training or evaluation levels, which share no layout. None: all levels; training and evaluation choose
+            for themselves.
+
+    Examples:
+        >>> config = hierroom.EnvConfig("g", size=11, reward="bonus")
+        >>> config.changed(graph=["a", "b"]).names
+        ('a', 'b')
     """
 
     graph: Annotated[GraphSpecs, GRAPHS] = "c"
@@ -151,7 +153,6 @@ class EnvConfig:
                 raise InputError(f"{entry.name} is for EscapeRooms; {self.names[0]} has no such entry")
 
     def _use_layout(self) -> None:
-        """Take the size of the layout, and refuse entries of levels that are drawn."""
         size = max(one.size for one in self.layout)
         for entry in fields(EnvConfig):
             given = getattr(self, entry.name)
@@ -183,7 +184,7 @@ class EnvConfig:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of what is played: the task's, those of the layouts, or those of the goal graphs."""
+        """The names of the task, of the layouts, or of the goal graphs."""
         if self.task is not None:
             return (task_name(self.task),)
         return tuple(one.name for one in self.layout) or tuple(spec_names(self.graph))
@@ -200,7 +201,7 @@ def is_task(thing: object) -> bool:
 
 
 def task_name(task: Any) -> str:
-    """Return the name of a task: what was typed, or its own."""
+    """Return the name of a task: as typed, or its own."""
     return task if isinstance(task, str) else task.name
 
 

@@ -81,7 +81,7 @@ def name_in_module(task: WorldMaker) -> str:
         if value is task
     ]
     if not found:
-        raise InputError(f"a run names its task, like package.module:name; no module has {task.name} under a name")
+        raise InputError(f"name the task of a run like package.module:name; no module has a name for {task.name}")
     homes = getattr(task, "homes", ())
     return ":".join(min(found, key=lambda one: (one[0] not in homes, one[0] == "__main__", one)))
 
@@ -106,7 +106,7 @@ class WorldSpec:
 
 
 def world_spec(config: EnvConfig) -> WorldSpec:
-    """Return what agents in the world of a config are made for."""
+    """Return the facts of a config's world that agents are made for."""
     if (task := find_task(config.task)) is not None:
         usual = task.controller_features, task.meta_features
         return WorldSpec(config, task.goal_set, task.n_actions, task.features, *usual)
@@ -128,7 +128,7 @@ def make_world(
 
     Args:
         seed: of the first episodes; None: call `World.reset` with one first.
-        autoreset: whether an environment whose episode ends begins its next one in the same step.
+        autoreset: whether the next episode begins in the step that ends the last one.
         memories: what the world must remember of each episode.
     """
     settings: dict[str, Any] = {"seed": seed, "autoreset": autoreset, "threads": threads, "memories": memories}

@@ -14,7 +14,7 @@ _ONLY = np.zeros(1, np.int64)
 
 
 def observe_alone(world: Any, goal: int) -> dict[str, Any]:
-    """Return what the only environment of a world shows, and the vector of a goal or -1, in fresh arrays."""
+    """Return the observation of a world of one environment, and the vector of a goal or -1, in new arrays."""
     shown = {name: array[0] for name, array in world.shown(_ONLY).items()}
     return {**shown, "goal": world.goals.vectors[goal].copy()}
 

@@ -19,7 +19,7 @@ def mix(bits):
 
 @njit(cache=True)
 def stream_key(seed, index, episode):
-    """Return the 64-bit key of an environment's episode, whose i-th random number is ``mix(key + i * GOLDEN)``."""
+    """Return the 64-bit key of an environment's episode; its i-th random number is ``mix(key + i * GOLDEN)``."""
     key = mix(np.uint64(seed) + GOLDEN)
     key = mix(key ^ (np.uint64(index) + GOLDEN))
     return mix(key ^ (np.uint64(episode) + GOLDEN))

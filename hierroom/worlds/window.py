@@ -74,7 +74,6 @@ class Window:
         return "ended"
 
     def _pressed(self) -> list[str]:
-        """Return the names of the keys pressed since the last call; ``quit`` is the close button."""
         import pygame
 
         events = pygame.event.get((pygame.QUIT, pygame.KEYDOWN))

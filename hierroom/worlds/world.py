@@ -62,7 +62,7 @@ class Feature:
         vectors: [cardinality, d] fixed numbers that stand for each value; None: the network learns a row for each.
         memories: what the world must remember for it.
         is_by_goal: whether it has one number for each goal.
-        is_of_goal: whether it shows the controller's goal; methods whose controller does not see the goal leave it out.
+        is_of_goal: whether it shows the controller's goal; methods without a visible goal leave it out.
         is_of_world: whether it shows the world alone, without the goal and past actions; curiosity reads these.
         array: how its numbers are the bytes of an array, where they are no categories.
     """
@@ -211,25 +211,25 @@ class World(Protocol):
         """Spread the steps of the episodes under way evenly, so that they are not all truncated together."""
 
     def observe(self, envs: NDArray[np.integer]) -> View:
-        """Return what environments [M] show now; if they are all there are, the next step may overwrite it."""
+        """Return the view of environments [M]; if they are all, the next step may overwrite it."""
 
     def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> View:
-        """Return what environments [M] show after the last step, those that ``ended`` [M] before they were reset."""
+        """Return the view of environments [M] after the last step; of those that ``ended`` [M], before the reset."""
 
     def exact_view(self, envs: NDArray[np.integer]) -> View:
-        """Return what environments [M] show now and all that meta-controllers may know, copied."""
+        """Return a copied view of environments [M], with all facts for meta-controllers."""
 
     def legal_goals(self, mask: str, are_turns: NDArray[np.bool_], view: Any = None) -> NDArray[np.bool_]:
         """Return the meta-controllers' legal actions [M, G + 1], of a view or of all; off turn they can only wait."""
 
     def observe_one(self, goal: int) -> dict[str, Any]:
-        """Return what the only environment shows: the entries of `View.as_dict` and ``goal``, the goal's vector."""
+        """Return the observation of the only environment: `View.as_dict` and ``goal``, the goal's vector."""
 
     def batch_observations(self, *, flat: bool) -> BatchWriter:
-        """Return what writes the observations of all environments, each one row of numbers if ``flat``."""
+        """Return the writer of the observations of all environments, each one row of numbers if ``flat``."""
 
     def screen(self, render_mode: str | None) -> Screen:
-        """Return what shows environments in one of `RENDER_MODES`, or nowhere for None."""
+        """Return a screen for environments in one of `RENDER_MODES`; None shows nothing."""
 
     def variants_of(self, envs: NDArray[np.integer]) -> list[str]:
         """Return the variant of the episode that ended last in environments [M]."""

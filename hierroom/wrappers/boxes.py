@@ -36,7 +36,7 @@ def box_view(env: ParallelEnv) -> ParallelBoxes: ...
 @overload
 def box_view(env: AECEnv) -> AECBoxes: ...
 def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
-    """Return an environment whose agents both have one Box to observe and one Discrete to act in.
+    """Return an environment in which both agents observe one Box and act in one Discrete.
 
     | part | numbers | padded |
     |---|---|---|
@@ -50,7 +50,7 @@ def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
     | which agent | 1 | 1 for ``meta_0``, 0 for ``controller_0`` |
     | ``features``, one-hot | as many as they have values | all zero for an agent without; see `add_features` |
 
-    Of a task the parts are its own entries, flat, and both agents have as many actions as the one with more.
+    For a task the parts are its own entries, flat. Both agents have as many actions as the one with more.
 
     Both agents of an EscapeRoom have 14 actions. Those that ``controller_0`` does not have only cost the step,
     whatever wrappers are inside: wrappers belong outside this view.
@@ -59,9 +59,14 @@ def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
         env: a `hierroom.parallel_env` or a `hierroom.env`, which may have features.
 
     Returns:
-        the parallel environment with these boxes as observations, as SuperSuit wants them, and in the infos a list
-        ``action_mask`` of the 14 actions, as AgileRL and TorchRL want it; the AEC environment with dicts of the box,
-        ``observation``, and ``action_mask``, as Tianshou and PettingZoo's tutorials want them.
+        The environment, of the same API. A parallel one observes these boxes, as SuperSuit wants; its infos have a list
+        ``action_mask`` of the 14 actions, as AgileRL and TorchRL want. An AEC one observes dicts of ``observation``
+        (the box) and ``action_mask``, as Tianshou and PettingZoo's tutorials want.
+
+    Examples:
+        >>> env = hierroom.box_view(hierroom.parallel_env("a"))
+        >>> env.observation_space("meta_0").shape, env.action_space("meta_0")
+        ((191,), Discrete(14))
     """
     if hasattr(getattr(env, "unwrapped", None), "single"):
         if isinstance(env, ParallelEnv):
@@ -197,7 +202,7 @@ class AECBoxes(_OwnSpaces, BaseWrapper):
         }
 
     def observe(self, agent: str) -> dict[str, NDArray]:
-        """Return what an agent sees now, in fresh arrays: ``observation`` [K] float32 and ``action_mask`` [14] int8."""
+        """Return an agent's observation, in new arrays: ``observation`` [K] float32 and ``action_mask`` [14] int8."""
         observation: Any = self.env.observe(agent)
         return {"observation": self._boxes.vector(agent, observation), "action_mask": self._boxes.mask(observation)}
 

@@ -35,22 +35,28 @@ Env = TypeVar("Env", AECEnv, ParallelEnv, gymnasium.Env, VectorEnv)
 def add_features(
     env: Env, names: Sequence[str] | TrainedAgent, agent: str = CONTROLLER, *, seed: int | None = None
 ) -> Env:
-    """Put features into the observations of an agent, as one more entry: ``features`` [K] int64.
+    """Add features to the observations of an agent, as one more entry: ``features`` [K] int64.
 
-    What levels must remember for them, they remember from the next `reset` on.
+    Features that need memory are complete from the next `reset` on.
 
     Args:
         env: an environment of hierroom, of any API: AEC, parallel, Gymnasium or Gymnasium vector; wrapped or not.
         names: names in `agents.features.FEATURES`, in order; each is one whole number or several. Or a `TrainedAgent`,
-            for its method `act`: then they are its controller's. In an AEC or parallel environment the observations of
-            ``meta_0`` then have an entry ``choice``, the goal that its meta-controller chooses, and where that is due
-            the controller's features are those in pursuit of it. Gymnasium's environments take the meta-controller
-            when they are made: ``meta=agent.meta_controller(num_envs)``.
-        agent: whose observations; those of Gymnasium's environments are all ``controller_0``'s.
-        seed: of what the meta-controller of a `TrainedAgent` draws; None: 0.
+            to play by its `act`: then the features are its controller's. In an AEC or parallel environment ``meta_0``
+            then observes an entry ``choice``, the goal that its meta-controller chooses, and the controller's features
+            already follow that goal. Gymnasium's environments take the meta-controller when they are made:
+            ``meta=agent.meta_controller(num_envs)``.
+        agent: ``controller_0`` or ``meta_0``; Gymnasium's environments have the first only.
+        seed: fixes the choices of a `TrainedAgent`'s meta-controller; None: 0.
 
     Returns:
         the wrapped environment, of the same API.
+
+    Examples:
+        >>> env = hierroom.add_features(hierroom.parallel_env("a"), ["previous-action", "goal-status"])
+        >>> observations, infos = env.reset(seed=0)
+        >>> observations["controller_0"]["features"].shape
+        (14,)
     """
     trained = _trained(names)
     if trained is None:
@@ -105,7 +111,7 @@ class _Reader:
                 f"features are added to observations that are dicts, before other wrappers, not to {space}"
             )
         if ENTRY in space.spaces:
-            raise InputError("these observations have features already: name all of them at once")
+            raise InputError("these observations have features already: name all of them in one call")
         return spaces.Dict({**space.spaces, ENTRY: self.space})
 
     def read(self, observation: Observation) -> NDArray[np.int64]:

@@ -43,7 +43,7 @@ _OPEN, _LOCKED = 0, 2
 
 
 class minigrid_view(MiniGridEnv):
-    """One EscapeRoom as a MiniGrid environment, which MiniGrid's wrappers take for one of their own.
+    """One EscapeRoom as a MiniGrid environment, which MiniGrid's wrappers accept.
 
     | | |
     |---|---|
@@ -54,10 +54,16 @@ class minigrid_view(MiniGridEnv):
     | rewards, ends, infos, pictures | those of the environment |
 
     Args:
-        env: ``hierroom/EscapeRoom-a-v0`` or the like from `gymnasium.make`, without other wrappers than its own.
+        env: ``hierroom/EscapeRoom-a-v0`` or the like from `gymnasium.make`, not wrapped further.
 
     Attributes:
         escape_room: the environment.
+
+    Examples:
+        >>> env = hierroom.minigrid_view(gymnasium.make("hierroom/EscapeRoom-a-v0"))
+        >>> observation, info = env.reset(seed=0)
+        >>> observation["image"].shape, env.actions.toggle.value
+        ((7, 7, 3), 5)
     """
 
     def __init__(self, env: gymnasium.Env) -> None:
@@ -103,7 +109,6 @@ class minigrid_view(MiniGridEnv):
         self.escape_room.close()
 
     def _follow(self) -> None:
-        """Bring MiniGrid's grid, agent and mission to where the level is."""
         state: State = self._single.turns.world.state
         level, tiles = state.levels[0], state.grids[0, MARGIN:-MARGIN, MARGIN:-MARGIN]
         for row, col in np.argwhere(tiles != self._tiles):

@@ -14,16 +14,21 @@ if TYPE_CHECKING:
 
 
 def sb3_view(envs: VectorEnv) -> BatchVecEnv:
-    """Return the environments of the batch engine as a ``VecEnv`` of Stable-Baselines3, many times as fast as its own.
+    """Return environments of the batch engine as a ``VecEnv`` of Stable-Baselines3, many times faster than its own.
 
     Args:
-        envs: what `gymnasium.make_vec` gives for an id of hierroom, N environments in any ``autoreset_mode``; they may
-            have features.
+        envs: N environments from `gymnasium.make_vec`, in any ``autoreset_mode``, perhaps with features.
 
     Returns:
-        the ``VecEnv``. `seed` takes one seed for all environments, whose indices make their episodes differ. At the
-        end of an episode the info holds, beside Stable-Baselines3's own entries, all of the environment's, and
-        ``is_success``; ``VecMonitor`` adds ``episode``. MaskablePPO finds ``action_masks``.
+        The ``VecEnv``. `seed` takes one seed for all environments; their indices make episodes differ. At the end of an
+        episode the info has the entries of Stable-Baselines3, those of the environment, and ``is_success``;
+        ``VecMonitor`` adds ``episode``. MaskablePPO finds ``action_masks``.
+
+    Examples:
+        >>> envs = hierroom.sb3_view(gymnasium.make_vec("hierroom/EscapeRoom-a-v0", num_envs=4))
+        >>> _ = envs.seed(0)
+        >>> envs.reset()["observation"].shape
+        (4, 7, 7, 3)
     """
     if not isinstance(envs, VectorEnv) or not hasattr(envs.unwrapped, "turns"):
         raise InputError(f"sb3_view takes what gymnasium.make_vec gives for an id of hierroom, not {envs!r}")

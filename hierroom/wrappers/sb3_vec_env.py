@@ -15,7 +15,7 @@ from hierroom.turns.records import CONTROLLER
 from hierroom.vector_env import EscapeRooms
 
 FINAL = ("final_obs", "final_info")
-"""Entries of Gymnasium's infos that Stable-Baselines3 has in a form of its own."""
+"""Entries of Gymnasium's infos that Stable-Baselines3 has in another form."""
 
 
 class BatchVecEnv(VecEnv):
@@ -40,12 +40,12 @@ class BatchVecEnv(VecEnv):
 
     def step_wait(self) -> Any:
         """Act once in every environment: (observations, rewards [N] float32, dones [N] bool, N infos)."""
-        observations, rewards, terminated, truncated, told = self.envs.step(self._actions)
-        dones, infos = terminated | truncated, _by_environment(told)
+        observations, rewards, terminated, truncated, given = self.envs.step(self._actions)
+        dones, infos = terminated | truncated, _by_environment(given)
         if dones.any():
             ended = np.flatnonzero(dones)
-            if "final_obs" in told:  # the next episodes have begun in the same step
-                finals, last = _by_environment(told["final_info"], ended), told["final_obs"][ended]
+            if "final_obs" in given:  # the next episodes have begun in the same step
+                finals, last = _by_environment(given["final_info"], ended), given["final_obs"][ended]
             else:
                 finals, last = [{} for _ in ended], _split(observations, ended)
                 observations, _ = self.envs.reset(options={"reset_mask": dones.copy()})
@@ -60,7 +60,7 @@ class BatchVecEnv(VecEnv):
         return observations, rewards.astype(np.float32), dones, infos
 
     def action_masks(self) -> NDArray[np.bool_]:
-        """[N, A] bool, the legal actions."""
+        """Return the legal actions, [N, A] bool."""
         turns = cast(EscapeRooms, self.envs.unwrapped).turns
         return np.array(turns.observe(CONTROLLER, turns.due(CONTROLLER)).masks)
 
@@ -81,11 +81,11 @@ class BatchVecEnv(VecEnv):
         return [value for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-        """Refused: environments of the batch engine are not objects of their own."""
+        """Refuse: environments of the batch engine are not separate objects."""
         raise InputError(f"the environments of the batch engine have no attributes of their own to set, {attr_name}")
 
     def env_method(self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any) -> list[Any]:
-        """Return what ``action_masks`` or ``render`` gives for each environment; it has no other methods."""
+        """Return ``action_masks`` or ``render`` of each environment; there are no other methods."""
         methods: dict[str, Callable[[], Any]] = {"action_masks": self.action_masks, "render": self.envs.render}
         if method_name not in methods:
             raise AttributeError(
@@ -100,21 +100,19 @@ class BatchVecEnv(VecEnv):
 
 
 def _split(observations: Any, envs: NDArray[np.integer]) -> list[Any]:
-    """Observations of N environments, a dict of arrays or one array, as one for each of some environments."""
     if isinstance(observations, Mapping):
         return [{name: values[env] for name, values in observations.items()} for env in envs]
     return [observations[env] for env in envs]
 
 
 def _by_environment(infos: Mapping[str, Any], envs: Any = slice(None)) -> list[dict[str, Any]]:
-    """Infos in arrays, as Gymnasium lays them out, as a dict for each of some environments."""
     names = [name for name in infos if not name.startswith("_") and name not in FINAL]
     tables = [name for name in names if isinstance(infos[name], Mapping)]  # what a wrapper tells, such as an episode
     names = [name for name in names if name not in tables]
     columns = [infos[name][envs].tolist() for name in names]
     rows = [dict(zip(names, row)) for row in zip(*columns)]  # noqa: B905 - all as long as the others, and it is faster
     for name in tables:
-        for row, is_told, entry in zip(rows, infos[f"_{name}"][envs], _by_environment(infos[name], envs), strict=True):
-            if is_told:
+        for row, is_given, entry in zip(rows, infos[f"_{name}"][envs], _by_environment(infos[name], envs), strict=True):
+            if is_given:
                 row[name] = entry
     return rows

@@ -46,7 +46,7 @@ def test_nobody_is_asked_where_one_goal_alone_is_legal(asking):
     assert (rooms.goals >= 0).all()
 
 
-def test_goals_whose_names_contain_each_other_are_told_apart(asking):
+def test_goals_whose_names_contain_each_other_are_separated(asking):
     meta, _ = asking("")
     names = {1: "key 1", 12: "key 12", 2: "key 2"}
     assert meta.named("Key 12, please", names) == [12]
@@ -54,7 +54,7 @@ def test_goals_whose_names_contain_each_other_are_told_apart(asking):
     assert meta.named("key", names) == []
 
 
-def test_what_was_achieved_is_told_in_words(asking):
+def test_what_was_achieved_is_reported_in_words(asking):
     rooms, (meta, questions) = make_rooms("b", n=1), asking("?")
     take_turn(meta, rooms)
     assert "Goals that can be chosen: " in questions[0]

@@ -28,7 +28,7 @@ from hierroom.vector_env import EscapeRooms
     ],
 )
 def test_an_invalid_choice_raises_input_error(said, what):
-    wanted = "3 goal ids (whole numbers, one for each environment whose turn it is)"
+    wanted = "3 goal ids (whole numbers, one for each environment that asks)"
     with pytest.raises(
         InputError, match=f"^the meta-controller's choice must be {re.escape(f'{wanted}, not {what}')}$"
     ):

@@ -108,7 +108,7 @@ def test_an_entry_point_of_an_installed_package(outside, tmp_path, monkeypatch):
         ("{outside}_typo:Mine", "the meta-controller '{outside}_typo:Mine' cannot be loaded: SyntaxError: "),
         ("{outside}:Yours", "the meta-controller '{outside}:Yours' cannot be loaded: AttributeError: module"),
         ("{outside}:NoChoice", "a meta-controller has a method choose(observations, legal, situation); '{outside}:No"),
-        ("{outside}:Forgetful", "a meta-controller that learns has the methods state_dict and load_state_dict too"),
+        ("{outside}:Forgetful", "a meta-controller that learns needs state_dict and load_state_dict; "),
         ("{outside}:Choosy", "the meta-controller '{outside}:Choosy' cannot be made: TypeError: "),
         ("{outside}:Broken", "the meta-controller '{outside}:Broken' cannot be made: RuntimeError: out of cheese"),
         ("{outside}:Odd", "the meta-controller '{outside}:Odd' cannot be made: Stop: no more (line "),
@@ -127,7 +127,7 @@ def test_an_invalid_spec_raises_input_error(outside, spec, said):
 
 
 @pytest.mark.parametrize("at", ["import", "choose"])
-def test_a_working_folder_that_own_code_leaves_is_gone_back_to(outside, at, tmp_path):
+def test_a_working_folder_that_user_code_leaves_is_restored(outside, at, tmp_path):
     name = f"{outside}_{at}"
     leaves = f"import os\nos.chdir({str(tmp_path.parent)!r})"
     code = {"import": leaves, "choose": ""}[at] + "\ndef choose(level):\n" + textwrap.indent(leaves, "    ")

@@ -1,4 +1,4 @@
-"""Networks of one's own: how they are found, what is said of wrong ones, and that they train."""
+"""Custom networks: how they are found, the messages for wrong ones, and that they train."""
 
 import re
 import sys
@@ -135,7 +135,7 @@ MINE = """
             return logits / 0, values, state
 
     class Remembering(Mine):
-        # It has a state beside tensors, and a buffer that no state has.
+        # It has a state besides tensors, and a buffer that no state has.
 
         def __init__(self, space, hidden_size):
             super().__init__(space, hidden_size)

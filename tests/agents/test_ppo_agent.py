@@ -84,12 +84,12 @@ def play(graph, goals, script, **settings):
     ppo, meta_ppo = replace(SMALL.ppo, minibatches=1), replace(META_PPO, sequence_length=50)
     agent = learned_meta(SMALL.changed(num_envs=1, ppo=ppo, meta_ppo=meta_ppo))
     goals = [next(iter(goal_ids(turns, goal))) for goal in goals]
-    told, valued, observed_last = [], [], []
+    recorded, valued, observed_last = [], [], []
     finish = agent.learner.finish
 
     def note_finish(envs, *values):
         if len(envs):
-            told.append(tuple(value[0].item() for value in values[:5]))
+            recorded.append(tuple(value[0].item() for value in values[:5]))
             valued.append(values[5])
         finish(envs, *values)
 
@@ -101,16 +101,16 @@ def play(graph, goals, script, **settings):
             ended, *_ = step.ended_turns(META)
             observed_last.extend(agent.features.encode(turns.final_observation(META, step, ended)))
             agent.record(step, turns)
-    return told, valued, observed_last
+    return recorded, valued, observed_last
 
 
 def test_each_decision_gets_its_options_reward_and_lasts_its_steps():
     turns = make("a")
     key = len(way(turns, "k1"))
     total = len(shortest_actions(turns.world.get_state()))
-    told, valued, observed_last = play("a", ["k1", "d1", "x"], ["k1", "d1", "x"])
-    door = told[1][1]
-    assert told == [
+    recorded, valued, observed_last = play("a", ["k1", "d1", "x"], ["k1", "d1", "x"])
+    door = recorded[1][1]
+    assert recorded == [
         (0, key, False, False, False),
         (0, door, False, False, False),
         (1, total - key - door, True, False, True),
@@ -123,8 +123,8 @@ def test_each_decision_gets_its_options_reward_and_lasts_its_steps():
 
 
 def test_a_horizon_and_the_time_limit_cut_returns_and_end_no_episode_for_good():
-    told, valued, observed_last = play("a", ["x", "x"], [-1] * 5, subgoal_horizon=3, max_steps=5)
-    assert told == [(0, 3, False, False, False), (0, 2, False, True, True)]
+    recorded, valued, observed_last = play("a", ["x", "x"], [-1] * 5, subgoal_horizon=3, max_steps=5)
+    assert recorded == [(0, 3, False, False, False), (0, 2, False, True, True)]
     outcomes = [features[N_GOALS + EXIT_GOAL] for features in observed_last]
     assert outcomes == [TIMED_OUT, OTHER]  # the last from before the reset
     assert valued[0] is None

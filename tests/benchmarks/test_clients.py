@@ -1,4 +1,4 @@
-"""Every client of docs/clients.md whose library is installed runs as its example stands."""
+"""Every client of docs/clients.md with an installed library runs its example unchanged."""
 
 import re
 import sys

@@ -1,4 +1,4 @@
-"""Comparisons of methods that a file names, on tables whose answers are known."""
+"""Comparisons of methods that a file names, on tables with known answers."""
 
 import sys
 
@@ -33,8 +33,8 @@ def rows() -> list[dict[str, str]]:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "needs comparisons alone, each of which begins with"),
-        (FILE + "[[comparison]]", "needs comparisons alone, .*, and holds comparison"),
+        ("", "takes only comparisons, each beginning with"),
+        (FILE + "[[comparison]]", "takes only comparisons, .*, and holds comparison"),
         ("comparisons = [3]", "comparison 1 has a method, a reference and, if need be, an outcome, not 3"),
         ("[[comparisons]]\nmethod = ['slow']\nreference = 'fast'", "the name of a method is text, not"),
         (FILE.replace("between", "fast"), "comparison 2: 'fast' is compared with itself"),

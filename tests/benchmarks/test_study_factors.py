@@ -1,4 +1,4 @@
-"""The study's table of what makes the difference, on tables whose answers are known."""
+"""The study's table of what makes the difference, on tables with known answers."""
 
 import sys
 from pathlib import Path
@@ -67,32 +67,32 @@ def test_the_table(monkeypatch, capsys, tmp_path):
     ]
 
 
-def test_slower_and_faster_are_told_by_the_interval():
-    def told(first, second):
+def test_slower_and_faster_are_reported_by_the_interval():
+    def verdict(first, second):
         found = factors.factors(
             rows_of(first, second), MEASURES, options(reference=f"hippo {first}", outcome="steps_to_95", seeds=1)
         )
         return factors.markdown(found).splitlines()[-1].split(" | ")[2:4]
 
-    assert told("as it is", "slower")[1] == "slower"
-    assert told("slower", "as it is")[1] == "faster"
-    assert told("as it is", "never") == ["∞ [1.00, ∞]", "no significant difference"]
-    assert told("never", "as it is") == ["0.00 [0.00, 1.00]", "no significant difference"]
+    assert verdict("as it is", "slower")[1] == "slower"
+    assert verdict("slower", "as it is")[1] == "faster"
+    assert verdict("as it is", "never") == ["∞ [1.00, ∞]", "no significant difference"]
+    assert verdict("never", "as it is") == ["0.00 [0.00, 1.00]", "no significant difference"]
 
 
 def test_a_graph_on_which_the_runs_are_the_same_has_no_ratio():
-    def told(variant, area):
+    def runs_of(variant, area):
         """On two of the graphs both variants have the runs of the one that is as it is."""
         rows = zip(rows_of("as it is"), rows_of(variant), strict=True)
         chosen = (other if other["graph"] == "three" else {**one, "variant": variant} for one, other in rows)
         return [{**row, "area_under_curve": area, "length": "60", "greedy_length": "9"} for row in chosen]
 
-    rows = told("as it is", "0.5") + told("slower", "0.5")
+    rows = runs_of("as it is", "0.5") + runs_of("slower", "0.5")
     _, slower = factors.factors(rows, MEASURES, options())
     assert (slower.slower, slower.compared, slower.graphs, slower.works) == (1, 1, 3, 3)
     assert slower.ratio.value == pytest.approx(3)
     assert factors.markdown([slower]).splitlines()[-1].endswith("| slower | 1 of 1 | 100.0% | 3 of 3 |")
-    _, slower = factors.factors(told("as it is", "0") + told("slower", "0"), MEASURES, options())
+    _, slower = factors.factors(runs_of("as it is", "0") + runs_of("slower", "0"), MEASURES, options())
     assert slower.compared == 3, "runs that learn nothing may end alike by chance"
     second = [{**row, "length": row["variant"]} if row["seed"] == "1" else row for row in rows]
     assert {row["seed"] for row in rows} == {"0", "1"}
@@ -122,7 +122,7 @@ def test_runs_of_different_lengths_are_not_compared():
         factors.factors(rows, MEASURES, options())
 
 
-def test_methods_that_cannot_be_told_apart_by_name_are_refused():
+def test_methods_that_cannot_be_separated_by_name_are_refused():
     rows = [
         {"method": "hippo", "variant": "", "meta": "random"},
         {"method": "hippo", "variant": "", "meta": "fixed-dfs"},

@@ -1,4 +1,4 @@
-"""The study's comparison of a method with a hierarchy and one without, on tables whose answers are known."""
+"""The study's comparison of a method with a hierarchy and one without, on tables with known answers."""
 
 import csv
 import sys
@@ -100,8 +100,8 @@ def test_the_lower_of_two_milestones_is_taken(tables):
     def compared(rows):
         return hierarchy.compare(hierarchy.both_methods(rows, measured, options), measured, options)
 
-    told = {one.outcome for one in compared(rows)}
-    assert told == {"steps_to_50"}, "ppo-bonus never got to 95% on two of four graphs"
+    outcomes = {one.outcome for one in compared(rows)}
+    assert outcomes == {"steps_to_50"}, "ppo-bonus never got to 95% on two of four graphs"
     easier = [row for row in rows if row["graph"] in ("easy", "middle")]
     assert {one.outcome for one in compared(easier)} == {"steps_to_95"}
 

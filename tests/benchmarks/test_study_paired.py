@@ -1,4 +1,4 @@
-"""Two methods on the same goal graphs, on tables whose answers are known."""
+"""Two methods on the same goal graphs, on tables with known answers."""
 
 import numpy as np
 import pytest

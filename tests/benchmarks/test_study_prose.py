@@ -26,11 +26,11 @@ def estimates(text: str) -> list[Estimate]:
     ]
 
 
-def agree(told: Estimate, known: Estimate) -> bool:
+def agree(stated: Estimate, known: Estimate) -> bool:
     """Check that two estimates agree to the digits that both give."""
     return all(
         one == other or (places < other_places and abs(one - other) <= 0.5 * (10**-places + 10**-other_places))
-        for (one, places), (other, other_places) in zip(told, known, strict=True)
+        for (one, places), (other, other_places) in zip(stated, known, strict=True)
     )
 
 
@@ -60,9 +60,9 @@ def test_each_estimate_of_the_text_stands_in_a_table(known):
     """But for paragraphs that name the option with which a command prints their numbers."""
     text = TABLE.sub("", (ROOT / "docs" / "study.md").read_text())
     paragraphs = [one for one in re.split(r"\n\n|\n- ", text) if "`--rooms" not in one]
-    told = [(estimate, one) for one in paragraphs for estimate in estimates(one)]
-    assert len(told) > 30
-    for estimate, paragraph in told:
+    stated = [(estimate, one) for one in paragraphs for estimate in estimates(one)]
+    assert len(stated) > 30
+    for estimate, paragraph in stated:
         assert any(agree(estimate, one) for one in known), (estimate, paragraph)
 
 

@@ -1,4 +1,4 @@
-"""The study's statistics, on tables whose answers are known."""
+"""The study's statistics, on tables with known answers."""
 
 import numpy as np
 import pytest
@@ -201,7 +201,7 @@ def test_where_more_than_a_third_never_got_to_95_percent_those_to_50_are_taken(n
     assert all((one.outcomes == 50).all() for one in found["steps_to_50"])
 
 
-def test_methods_are_told_apart_by_what_differs():
+def test_methods_are_separated_by_what_differs():
     read, steps = read_trained, {graph: [1, 2] for graph in "abcd"}
     rows = run_rows(steps, size="19", preset="default") + run_rows(steps, size="31", preset="default")
     found = read(rows, measured_rows(list("abcd")), "steps_to_95")

@@ -17,23 +17,23 @@ def found(n_seeds):
     return Paired("steps_to_50", tuple("abcdefgh"), (RATIOS[:, None] * second, second), (np.ones(8), np.ones(8)))
 
 
-def test_a_lead_that_grows_with_a_measure_is_told_for_the_measures_of_trends():
-    told = trends(found(3), MEASURES, Bootstrap(resamples=50))
-    assert [*told] == ["exit_depth", "width"]
-    assert told["exit_depth"].value == pytest.approx(1)
-    assert told["width"].value == pytest.approx(-1)
-    assert told["exit_depth"].low == pytest.approx(1), "seeds that are equal leave the order to the graphs"
-    assert sentence(told) == (
+def test_a_lead_that_grows_with_a_measure_is_reported_for_the_measures_of_trends():
+    fitted = trends(found(3), MEASURES, Bootstrap(resamples=50))
+    assert [*fitted] == ["exit_depth", "width"]
+    assert fitted["exit_depth"].value == pytest.approx(1)
+    assert fitted["width"].value == pytest.approx(-1)
+    assert fitted["exit_depth"].low == pytest.approx(1), "seeds that are equal leave the order to the graphs"
+    assert sentence(fitted) == (
         "Rank correlation of the ratio with exit_depth 1.00 [1.00, 1.00], width -1.00 [-1.00, -1.00]."
     )
 
 
 def test_a_single_seed_leaves_no_interval():
-    told = trends(found(1), MEASURES, Bootstrap(resamples=50))
-    assert sentence(told) == "Rank correlation of the ratio with exit_depth 1.00, width -1.00."
+    fitted = trends(found(1), MEASURES, Bootstrap(resamples=50))
+    assert sentence(fitted) == "Rank correlation of the ratio with exit_depth 1.00, width -1.00."
 
 
-def test_of_graphs_that_are_alike_nothing_is_told():
+def test_of_graphs_that_are_alike_nothing_is_reported():
     assert trends(found(3), {"goals": np.arange(8.0)}, Bootstrap(resamples=2)) == {}
     assert sentence({}) == ""
 

@@ -1,4 +1,4 @@
-"""The study's settings with the largest area under the learning curve, on tables whose answers are known."""
+"""The study's settings with the largest area under the learning curve, on tables with known answers."""
 
 import sys
 

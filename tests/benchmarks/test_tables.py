@@ -120,14 +120,14 @@ def test_a_page_with_an_unfinished_table_does_not_keep_the_others(monkeypatch, t
         assert [page.read_text().splitlines()[1] for page in pages] == ["old", second]
 
 
-def test_the_table_of_a_sweep_has_what_each_variant_is_told(tmp_path, monkeypatch):
+def test_the_table_of_a_sweep_has_the_description_of_each_variant(tmp_path, monkeypatch):
     path = tmp_path / "told.csv"
     summary = Summary(("variant", "runs"), 1, (("first", "3"), ("second", "-")), False)
     assert tables.with_told(summary, path) is summary
     path.write_text("variant,told\nsecond,nothing\nfirst,rules\n")
-    told = tables.with_told(summary, path)
-    assert told.headings == ("variant", "told", "runs")
-    assert told.lines == (("first", "rules", "3"), ("second", "nothing", "-"))
+    given = tables.with_told(summary, path)
+    assert given.headings == ("variant", "told", "runs")
+    assert given.lines == (("first", "rules", "3"), ("second", "nothing", "-"))
 
 
 def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch):
@@ -246,7 +246,7 @@ def test_all_pictures_of_trained_agents_are_compared():
     }
 
 
-def test_pictures_of_other_points_or_colours_or_names_are_told_apart():
+def test_pictures_of_other_points_or_colours_or_names_are_separated():
     def drawn(height=1.0, colour="red", name="one", has_band=False, lines=()):
         figure = Figure()
         axes = figure.subplots()

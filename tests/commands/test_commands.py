@@ -1,4 +1,4 @@
-"""The command line as a new user meets it: commands are listed, explained at once, and refuse what is wrong."""
+"""The command line of a new user: commands are listed, explained fast, and refuse wrong input."""
 
 import re
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Table 2 beside the paper's, and the two commands that print complexity."""
+"""Table 2 next to the paper's, and the two commands that print complexity."""
 
 import csv
 import io
@@ -141,7 +141,7 @@ def test_an_error_is_one_line_and_exit_code_2():
     assert done.stderr.count("\n") == 1
 
 
-def test_a_graph_that_is_listed_by_another_name_is_told(tmp_path, printed, capsys):
+def test_a_graph_that_is_listed_by_another_name_is_reported(tmp_path, printed, capsys):
     (tmp_path / "mine.toml").write_text('name = "mine"\nkey_rooms = [2, 0]\nexit_room = 1\n')
     show(ComplexityArguments(graph=("c", str(tmp_path / "mine.toml"))))
     assert capsys.readouterr().err.startswith("note: goal graphs c and mine are the same")

@@ -1,4 +1,4 @@
-"""Training and commands whose output is closed, read no more, full or poor in characters."""
+"""Training and commands with output that is closed, unread, full or poor in characters."""
 
 import errno
 import io

@@ -23,7 +23,7 @@ from hierroom.worlds.window import Window
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """A run that has hardly learned: it escapes from some levels of 60 steps and fails in others."""
+    """A run that has learned little: it escapes from some levels of 60 steps and fails in others."""
     config = TrainConfig().changed(graph="a", size=11, max_steps=60, num_envs=8, minibatches=2, steps=256)
     folder, trainer = RunFolder.create(tmp_path_factory.mktemp("watched") / "run", config), Trainer(config)
     trainer.advance()

@@ -96,9 +96,9 @@ def test_readings_change_the_edges_they_name():
         keys: AugmentedGraph(NAMED_GRAPHS["f"], reading=Reading(keys=keys)).to_networkx().edges
         for keys in ("accessible", "way to the start", "own room")
     }
-    # key 2 lies at the start: from room 1 it is in sight unless only the own room counts
+    # key 2 is at the start: from room 1 it is in sight unless only the own room counts
     assert [("room 1, open 1", "key 2, open 1") in edges for edges in seen.values()] == [True, True, False]
-    # key 3 lies in room 1: from the start it is in sight only where every accessible room is
+    # key 3 is in room 1: from the start it is in sight only where every accessible room is
     assert [("start, open 1", "key 3, open 1") in edges for edges in seen.values()] == [True, False, False]
     drawn = AugmentedGraph(NAMED_GRAPHS["c"], reading=Reading(rooms="neighbours")).to_networkx()
     assert ("start, open 1 2", "room 2, open 1 2") not in drawn.edges  # as in the appendix
@@ -113,7 +113,7 @@ def test_readings_change_the_edges_they_name():
         (lambda: Reading(keys="all"), "keys of a reading must be one of .*'all'"),
         (lambda: analyze("h"), "a graph must be a letter from a to g"),
         (lambda: analyze(GoalGraph((2, 1), 1)), "must form a tree rooted at room 0"),
-        (lambda: analyze(GoalGraph((0, 3, 2), 3)), "must form a tree.*the key of room 2 lies behind a cycle"),
+        (lambda: analyze(GoalGraph((0, 3, 2), 3)), "must form a tree.*the key of room 2 is behind a cycle"),
     ],
 )
 def test_one_clear_message(make, message):

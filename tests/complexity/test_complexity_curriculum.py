@@ -91,7 +91,7 @@ def test_one_graph_has_no_stages():
 
 
 def test_a_mixture_of_graphs_goes_through_its_stages():
-    """By expected steps: b 62.9 and c 73.8, the graph of one's own 127.1, and g 154.5 excluded."""
+    """By expected steps: b 62.9 and c 73.8, the custom graph 127.1, and g 154.5 excluded."""
     own = GoalGraph((0, 1, 1), 2, label="own")
     sampler = GraphSampler(["c", own, "g", "b"], "g", False, N_ENVS, n_stages=2)
     assert [graph.name for graph in sampler.everything] == ["b", "c", "own"]

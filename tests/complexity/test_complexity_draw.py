@@ -108,7 +108,7 @@ def test_six_and_seven_rooms_fit_on_a_screen(tmp_path, graph):
     assert max(height, width) <= 2200
 
 
-def test_onto_axes_of_ones_own():
+def test_a_drawing_on_given_axes():
     left, right = Figure().subplots(1, 2)
     draw_goal_graph(NAMED_GRAPHS["c"], left)
     draw_augmented(AugmentedGraph(NAMED_GRAPHS["c"]), right, scale=0.6)

@@ -137,7 +137,7 @@ def test_graphs_are_named_as_users_named_them(tmp_path):
     assert {"d", "e", "f", "g"} <= set(names)
 
 
-def test_two_files_of_one_name_are_told_apart_or_refused(tmp_path):
+def test_two_files_of_one_name_are_separated_or_refused(tmp_path):
     paths = [tmp_path / folder / "own.toml" for folder in ("one", "two")]
     for path, graph in zip(paths, (FORK, GoalGraph((0, 0, 1), 2)), strict=True):
         path.parent.mkdir()
@@ -175,7 +175,7 @@ def test_one_clear_message(arguments, message):
     assert "\n" not in str(caught.value)
 
 
-def test_graphs_that_another_one_stands_for_are_told():
+def test_graphs_that_another_one_stands_for_are_reported():
     twin = GoalGraph((2, 0), 1, label="mine")
     chosen = GraphSet(["c", twin, "rooms:3", "c", twin])
     assert chosen.alike == (("mine", "c"),)

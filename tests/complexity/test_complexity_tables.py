@@ -122,7 +122,7 @@ def test_reach_of_any_measured_chain():
     np.testing.assert_allclose(curves["their chain"], [0, 2 / 3, 8 / 9])
 
 
-def test_reach_of_several_graphs_on_ones_own_axes():
+def test_reach_of_several_graphs_on_given_axes():
     axes = Figure().subplots()
     draw_reach(axes, {letter: analyze(letter).chain for letter in "ac"}, last=100, goal="key 1")
     assert [line.get_label() for line in axes.lines] == ["a", "c"]

@@ -75,5 +75,5 @@ def test_it_ends_well(command, folder, tmp_path, monkeypatch):
         shutil.rmtree(words[words.index("--out") + 1], ignore_errors=True)
     if name == "watch":
         words.append("--text")
-    code, told = end_of(name, words)
-    assert code == 0, told
+    code, output = end_of(name, words)
+    assert code == 0, output

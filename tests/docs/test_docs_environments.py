@@ -50,16 +50,16 @@ def test_spaces_equal_the_page_s_table():
         assert f"{agent}: `{env.action_space(agent)}`" in PAGE
     assert f"with `drop_key=True` `{dropping.action_space('controller_0')}`" in PAGE
     section = PAGE.split("## Observations")[1].split("\n## ")[0]
-    told = {}
+    listed = {}
     for names, whose, shape in re.findall(r"^\| (`[^|]*`) \| ([^|]*) \| ([^|]*) \|", section, re.MULTILINE):
         for name in re.findall(r"`(\w+)`", names):
-            told[name] = whose, re.sub(r",? u?int8|,? float32", "", shape)
+            listed[name] = whose, re.sub(r",? u?int8|,? float32", "", shape)
     meta, controller = (env.observation_space(agent) for agent in ("meta_0", "controller_0"))
-    assert set(told) == set(meta)
-    assert set(meta) - set(controller) == {name for name, (whose, _) in told.items() if whose == "`meta_0`"}
+    assert set(listed) == set(meta)
+    assert set(meta) - set(controller) == {name for name, (whose, _) in listed.items() if whose == "`meta_0`"}
     for name in set(meta) - {"action_mask"}:
         shape = meta[name].shape
-        assert told[name][1] == (" x ".join(map(str, shape)) if shape else "a number")
+        assert listed[name][1] == (" x ".join(map(str, shape)) if shape else "a number")
 
 
 @pytest.mark.skipif(not hasattr(pettingzoo, "make"), reason="PettingZoo has make from 1.27 on")
@@ -91,10 +91,10 @@ def test_the_badge_says_the_version_that_tests_run_with():
 
 
 def test_arguments_and_their_defaults():
-    told = dict(re.findall(r"^\| `(\w+)` \| `([^`]*)`", PAGE.split("## Arguments")[1], re.MULTILINE))
+    listed = dict(re.findall(r"^\| `(\w+)` \| `([^`]*)`", PAGE.split("## Arguments")[1], re.MULTILINE))
     arguments = {name: repr(value) for name, value in vars(hierroom.raw_env().single.turns.config).items()}
     for kind in (EscapeRoom, hierroom.parallel_env, hierroom.raw_env):
         parameters = inspect.signature(kind).parameters
         arguments |= {name: repr(one.default) for name, one in parameters.items() if name != "entries"}
-    assert told == arguments
+    assert listed == arguments
     assert EscapeRoom().config.reward == "extrinsic"

@@ -1,4 +1,4 @@
-"""docs/own.md tells of everything that a user's own code is given, and of nothing else."""
+"""docs/own.md lists everything that user code is given, and nothing else."""
 
 import re
 from dataclasses import fields
@@ -13,7 +13,7 @@ from hierroom.worlds.escape_room.level_view import LevelView
 PAGE = (Path(__file__).parents[2] / "docs" / "own.md").read_text()
 
 
-def told(heading: str) -> set[str]:
+def listed(heading: str) -> set[str]:
     table = PAGE.split(f"| `{heading}` |")[1].split("\n\n")[0]
     rows = [line.split(" | ")[0] for line in table.splitlines()[2:]]
     return {name.split("(")[0] for row in rows for name in re.findall(r"`([^`]+)`", row)}
@@ -24,11 +24,11 @@ def public(kind: type) -> set[str]:
 
 
 def test_a_step():
-    assert told("step.") == {*(STEP.names or ()), "achieved", "is_first", "before", "after", "outcomes"}
+    assert listed("step.") == {*(STEP.names or ()), "achieved", "is_first", "before", "after", "outcomes"}
 
 
 def test_a_level():
-    assert told("state.levels[...]") == set(LEVEL.names or ())
+    assert listed("state.levels[...]") == set(LEVEL.names or ())
     assert set(MEMORIES) <= set(LEVEL.names or ())
     assert f"[N, size + {2 * MARGIN}, size + {2 * MARGIN}]" in PAGE
     assert f"a margin of {MARGIN} cells" in PAGE
@@ -37,4 +37,4 @@ def test_a_level():
 def test_a_situation():
     known = {field.name for kind in (Situation, LevelView) for field in fields(kind)}
     known |= public(Situation) | public(LevelView)
-    assert told("situation.") == known - {"as_dict", "validate_goals"}
+    assert listed("situation.") == known - {"as_dict", "validate_goals"}

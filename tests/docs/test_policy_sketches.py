@@ -70,7 +70,7 @@ def test_a_symbol_teaches_its_own_sub_policy_and_no_other(network):
 
 
 def test_it_needs_something_to_see():
-    with pytest.raises(InputError, match="something to see beside the symbol"):
+    with pytest.raises(InputError, match="need a feature besides the symbol"):
         Learner(AgentSpace((4,), 3), 4, PPOConfig(), seed=0, network=PolicySketches)
 
 

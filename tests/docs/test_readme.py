@@ -121,5 +121,5 @@ def test_entries_that_other_presets_change_are_documented_value_by_value():
 
 def test_every_feature_is_documented_with_its_count():
     table = ENVIRONMENTS.split("| feature | numbers |")[1].split("\n\n")[0]
-    told = {name: int(numbers) for name, numbers in re.findall(r"^\| `([\w-]+)` \| (\d+) \|", table, re.MULTILINE)}
-    assert told == {name: len(feature.cardinalities) for name, feature in FEATURES.items()}
+    listed = {name: int(numbers) for name, numbers in re.findall(r"^\| `([\w-]+)` \| (\d+) \|", table, re.MULTILINE)}
+    assert listed == {name: len(feature.cardinalities) for name, feature in FEATURES.items()}

@@ -1,4 +1,4 @@
-"""Algorithm 1 in one file: its length, what it imports, its parts beside the package's, and what it learns."""
+"""Algorithm 1 in one file: its length, what it imports, its parts next to the package's, and what it learns."""
 
 import ast
 import sys
@@ -61,10 +61,10 @@ def test_an_invalid_option_prints_one_line(arguments, says, single_file, monkeyp
     with pytest.raises(SystemExit) as stopped:
         single_file.run(single_file.main)
     assert stopped.value.code == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert says in told.err
-    assert len(told.err.splitlines()) == 1
+    output = capsys.readouterr()
+    assert output.out == ""
+    assert says in output.err
+    assert len(output.err.splitlines()) == 1
 
 
 def networks(single_file):

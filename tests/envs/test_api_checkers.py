@@ -17,7 +17,7 @@ import hierroom
 
 GRAPHS = "abcdefg"
 EXPECTED = (
-    # An action mask has its place beside the observation, in a dict; PettingZoo keeps a list of its own environments
+    # An action mask stands next to the observation, in a dict; PettingZoo keeps a list of its own environments
     # that may have one and warns of all others.
     "Observation is not a NumPy array",
     "Observation space for each agent probably should be gymnasium.spaces.box or gymnasium.spaces.discrete",

@@ -19,17 +19,17 @@ AGENTS = ["meta_0", "controller_0"]
 
 def play(env, rng, episodes):
     """Random legal play of an AEC environment: everything that ``last`` said, and what was done."""
-    told = []
+    observed = []
     for _ in range(episodes):
         for agent in env.agent_iter():
             observation, reward, terminated, truncated, info = env.last()
             action = None
             if not (terminated or truncated):
                 action = int(rng.choice(np.flatnonzero(observation["action_mask"])))
-            told.append((agent, observation, reward, terminated, truncated, copy.deepcopy(info), action))
+            observed.append((agent, observation, reward, terminated, truncated, copy.deepcopy(info), action))
             env.step(action)
         env.reset()
-    return told
+    return observed
 
 
 def equal(one, other):
@@ -51,22 +51,22 @@ def make(seed, **settings):
 
 
 def test_fifty_episodes_are_the_same_again_and_other_seeds_are_others():
-    told, again, other = (play(make(seed), np.random.default_rng(0), 50) for seed in (3, 3, 4))
-    assert len(told) > 50 * 60
-    assert equal(told, again)
-    assert not equal(told[0], other[0])
-    starts = {repr(entry[1]) for entry in told if entry[0] == "meta_0" and entry[5]["elapsed"] == 0}
+    observed, again, other = (play(make(seed), np.random.default_rng(0), 50) for seed in (3, 3, 4))
+    assert len(observed) > 50 * 60
+    assert equal(observed, again)
+    assert not equal(observed[0], other[0])
+    starts = {repr(entry[1]) for entry in observed if entry[0] == "meta_0" and entry[5]["elapsed"] == 0}
     assert len(starts) > 25
 
 
 def test_an_episode_of_five_options_has_two_agents():
     env = make(1, subgoal_horizon=4, max_steps=20)
-    told = play(env, np.random.default_rng(0), 1)
-    turns = [entry for entry in told if entry[0] == "meta_0" and entry[-1] is not None]
+    observed = play(env, np.random.default_rng(0), 1)
+    turns = [entry for entry in observed if entry[0] == "meta_0" and entry[-1] is not None]
     assert len(turns) == 5
-    assert {entry[0] for entry in told} == set(AGENTS) == set(env.possible_agents)
+    assert {entry[0] for entry in observed} == set(AGENTS) == set(env.possible_agents)
     assert [entry[5]["elapsed"] for entry in turns] == [0, 4, 4, 4, 4]
-    assert {entry[5]["elapsed"] for entry in told if entry[0] == "controller_0"} == {0, 1}
+    assert {entry[5]["elapsed"] for entry in observed if entry[0] == "controller_0"} == {0, 1}
 
 
 INFO = dict.fromkeys(("goal_event", "elapsed", "illegal_actions", "length", "shortest_length"), int) | {"success": bool}
@@ -75,8 +75,8 @@ INFO = dict.fromkeys(("goal_event", "elapsed", "illegal_actions", "length", "sho
 def test_flags_rewards_and_infos_are_plain_python_with_the_same_keys_at_every_moment():
     """Libraries make room for infos at reset, and for these only."""
     parallel, single = hierroom.parallel_env(size=11, max_steps=6), EscapeRoom(max_steps=6)
-    told = play(make(0, max_steps=6, reward="bonus"), np.random.default_rng(0), 3)
-    results, infos = [entry[2:5] for entry in told], [entry[5] for entry in told]
+    observed = play(make(0, max_steps=6, reward="bonus"), np.random.default_rng(0), 3)
+    results, infos = [entry[2:5] for entry in observed], [entry[5] for entry in observed]
     for _ in range(3):
         infos += [*parallel.reset()[1].values(), single.reset()[1]]
         for t in range(6):
@@ -144,11 +144,11 @@ def test_returned_arrays_belong_to_the_caller(api):
     twin.reset(seed=7)
     kept = []
     for _ in range(120):
-        told, expected = advance(env, rng), advance(twin, twin_rng)
-        assert equal(told, expected)
-        arrays = [*arrays_of(told)]
+        observed, expected = advance(env, rng), advance(twin, twin_rng)
+        assert equal(observed, expected)
+        arrays = [*arrays_of(observed)]
         assert not any(np.shares_memory(one, other) for one, other in itertools.combinations(arrays, 2))
-        spoil(told)
+        spoil(observed)
         kept.append((expected, copy.deepcopy(expected)))
     assert equal(*map(list, zip(*kept, strict=True)))
 

@@ -21,9 +21,9 @@ SETTINGS = {"size": 11, "max_steps": 30, "subgoal_horizon": 7}
 
 def play_gymnasium(env, actions):
     for action in actions:
-        _, *told, _ = results = env.step(int(action) % 5)
+        _, *result, _ = results = env.step(int(action) % 5)
         yield results
-        if told[1] or told[2]:
+        if result[1] or result[2]:
             yield env.reset()
 
 
@@ -31,9 +31,9 @@ def play_turns(env, actions):
     for action in actions:
         if not env.agents:
             env.reset()
-        observation, *told = env.last()
-        yield observation, *told
-        if told[1] or told[2]:
+        observation, *result = env.last()
+        yield observation, *result
+        if result[1] or result[2]:
             env.step(None)
         else:
             env.step(int(action) % (14 if env.agent_selection == META else 5))

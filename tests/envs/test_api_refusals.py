@@ -54,7 +54,7 @@ def test_invalid_arguments_raise_input_error(api, arguments, said, tmp_path, mon
         (lambda: EscapeRooms(2).reset(seed=[1, -2]), "a seed must be a whole number from 0 to 2**63 - 1, not -2"),
         (lambda: EscapeRooms(2).reset(seed=[1]), "seeds are one for all environments or 2 of them, not 1"),
         (lambda: stepped(13, 1.5), "an action must be a whole number, not 1.5"),
-        (lambda: stepped(None), "meta_0 is to act; None is for agents whose episode has ended"),
+        (lambda: stepped(None), "meta_0 must act; None is for agents with an ended episode"),
         (lambda: envs_after_reset().step([0, 0, 0]), "actions must be 2 whole numbers"),
         (lambda: envs_after_reset().step([[0], [1, 2]]), "actions must be 2 whole numbers"),
         (lambda: stepped_together({"meta_0": 13, "controller_0": None}), "an action must be a whole number, not None"),

@@ -70,10 +70,10 @@ def test_the_last_infos_of_an_episode_tell_whether_it_escaped():
         _, _, terminated, truncated, infos = env.step(actions)
         ended = terminated | truncated
         if ended.any():
-            told = infos["final_info"]
-            np.testing.assert_array_equal(told["success"], terminated)
-            np.testing.assert_array_equal(told["_success"], ended)
-            np.testing.assert_array_equal(told["length"] > 0, ended)
+            observed = infos["final_info"]
+            np.testing.assert_array_equal(observed["success"], terminated)
+            np.testing.assert_array_equal(observed["_success"], ended)
+            np.testing.assert_array_equal(observed["length"] > 0, ended)
             ends += [*terminated[ended]]
     assert 0 < sum(ends) < len(ends)
 
@@ -125,7 +125,7 @@ def test_without_autoreset_ended_environments_must_be_reset():
 
 def test_a_reset_that_is_refused_leaves_everything_as_it_was():
     envs = [EscapeRooms(2, autoreset_mode="Disabled", meta="fixed-dfs", **SMALL) for _ in range(2)]
-    told = []
+    observed = []
     for n, env in enumerate(envs):
         env.reset(seed=0)
         for _ in range(9):
@@ -133,18 +133,18 @@ def test_a_reset_that_is_refused_leaves_everything_as_it_was():
         if n:
             with pytest.raises(InputError, match="seed"):
                 env.reset(seed=-1)
-        told.append(env.reset(options={"reset_mask": np.array([True, False])}))
-    same(told[0][0], told[1][0])
-    assert told[0][0]["goal"][1].any()
+        observed.append(env.reset(options={"reset_mask": np.array([True, False])}))
+    same(observed[0][0], observed[1][0])
+    assert observed[0][0]["goal"][1].any()
 
 
 def test_complexity_is_laid_out_as_gymnasium_lays_it_out():
     ours = EscapeRooms(2, graph="b", size=11)
     theirs = SyncVectorEnv([lambda: EscapeRoom("b", size=11)] * 2)
-    (_, told), (_, expected) = (envs.reset(seed=[1, 2], options={"complexity": True}) for envs in (ours, theirs))
-    assert told["_complexity"].tolist() == [True, True]
-    assert told.keys() == expected.keys()
-    assert repr(told["complexity"]) == repr(expected["complexity"])
+    (_, observed), (_, expected) = (envs.reset(seed=[1, 2], options={"complexity": True}) for envs in (ours, theirs))
+    assert observed["_complexity"].tolist() == [True, True]
+    assert observed.keys() == expected.keys()
+    assert repr(observed["complexity"]) == repr(expected["complexity"])
 
 
 def test_in_next_step_mode_the_action_of_the_reset_is_ignored():

@@ -1,4 +1,4 @@
-"""Gymnasium ids for goal graphs of one's own, found in every process."""
+"""Gymnasium ids for custom goal graphs, found in every process."""
 
 import sys
 import warnings

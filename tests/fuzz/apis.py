@@ -38,7 +38,7 @@ NATIVE = {
 }
 """The APIs by their own names."""
 APIS = {**NATIVE, "gymnasium.make": partial(gymnasium.make, ID), "gymnasium.make_vec": partial(gymnasium.make_vec, ID)}
-"""Likewise, and by what Gymnasium makes."""
+"""The APIs, and what Gymnasium makes of them."""
 SIGNATURES = {"gymnasium.make": EscapeRoom, "gymnasium.make_vec": EscapeRooms}
 """Functions that get their arguments by way of Gymnasium."""
 OF_RESULTS = ("env_reset_passive_checker", "env_step_passive_checker", "env_render_passive_checker")

@@ -110,11 +110,11 @@ def end_of(name: str, argv: Sequence[str]) -> tuple[object, str]:
 
     For an exception these are its name and the traceback.
     """
-    said, told = io.StringIO(), io.StringIO()
+    said, output = io.StringIO(), io.StringIO()
     code: object = None
     with (
         contextlib.redirect_stdout(said),
-        contextlib.redirect_stderr(told),
+        contextlib.redirect_stderr(output),
         mock.patch.object(session, "run_session", return_value=0),
         mock.patch.object(pool, "work_here", return_value=iter(())),
         mock.patch.object(app, "App"),
@@ -125,23 +125,23 @@ def end_of(name: str, argv: Sequence[str]) -> tuple[object, str]:
             code = error.code
         except BaseException as error:
             return type(error).__name__, traceback.format_exc()
-    return code, told.getvalue()
+    return code, output.getvalue()
 
 
-def wrong_end(code: object, told: str) -> str | None:
+def wrong_end(code: object, output: str) -> str | None:
     """Describe the fault in an exit code and the text on standard error; None if there is none.
 
     Right are 0, or 2 and one line, or 2 and what tyro says of a word that is no option or no value of one.
     """
-    errors = [line for line in told.splitlines() if line.startswith("error: ")]
+    errors = [line for line in output.splitlines() if line.startswith("error: ")]
     if code == 0:
         return f"exit code 0, and {errors[0]}" if errors else None
     if code != 2:
-        return f"exit code {code!r}: {told}"
-    if "For full helptext, " in told and not errors:
+        return f"exit code {code!r}: {output}"
+    if "For full helptext, " in output and not errors:
         return None
-    if len(errors) != 1 or told.splitlines()[-1:] != errors or not errors[0].isprintable() or len(errors[0]) > 1100:
-        return f"not one line: {told!r}"
+    if len(errors) != 1 or output.splitlines()[-1:] != errors or not errors[0].isprintable() or len(errors[0]) > 1100:
+        return f"not one line: {output!r}"
     return None
 
 

@@ -80,8 +80,8 @@ def attempts(seed: int) -> Iterator[tuple[str, str | None]]:
         text = edited(right, rng)
         Path("run/config.json").write_text(text, encoding="utf-8", errors="surrogatepass")
         name, words = rng.choice([("train", ["--resume", "run"]), ("evaluate", ["run", "--episodes", "1"])])
-        code, told = end_of(name, words)
-        yield text, wrong_end(code, told) or (silent_change(before) if code == 0 else None)
+        code, output = end_of(name, words)
+        yield text, wrong_end(code, output) or (silent_change(before) if code == 0 else None)
 
 
 def silent_change(before: TrainConfig) -> str | None:

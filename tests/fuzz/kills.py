@@ -1,9 +1,9 @@
 """Kill trainings, resume them, and compare every file with those of the same training left alone.
 
-``python tests/fuzz/kills.py --kills 200`` kills so often: every other time right before a file operation, where half
-of these, if they are to write, do the first half of it, and every other time at a random moment. Many are killed again
-after they were resumed. ``--every`` kills before each file operation of a training once. The processes are forks of
-this one, in which everything is loaded and compiled. Exit code 1 says that a file differs, and the place is told.
+``python tests/fuzz/kills.py --kills 200`` kills 200 times. Every other kill is at a random moment, the others right
+before a file operation; half of the writes among these are done by half. Many are killed again after they were resumed.
+``--every`` kills before each file operation of a training once. The processes are forks of this one, in which
+everything is loaded and compiled. Exit code 1 says that a file differs, and prints where.
 """
 
 import argparse
@@ -139,7 +139,7 @@ class Case:
     def __init__(self, left: Left, folder: Path) -> None:
         folder.mkdir()
         self.left, self.run, self.log = left, folder / "run", folder / "log"
-        self.told: list[str] = []
+        self.output: list[str] = []
 
     def kill(self, kill: Kill) -> bool:
         """Begin or resume it, and kill it; returns whether it was killed before it ended."""
@@ -150,7 +150,7 @@ class Case:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(process, signal.SIGKILL)
         code = end(process)
-        self.told.append(f"{begun}, {kill if code else 'ended'}")
+        self.output.append(f"{begun}, {kill if code else 'ended'}")
         if code not in (0, -signal.SIGKILL):
             raise AssertionError(f"exit code {code}: {self.log.read_text()[-500:]}")
         return code != 0
@@ -195,7 +195,7 @@ def main() -> int:
             except AssertionError as error:
                 found = [str(error)]
             if found:
-                wrong.append(f"{kind}: {'; '.join(case.told)}: {'; '.join(found)}")
+                wrong.append(f"{kind}: {'; '.join(case.output)}: {'; '.join(found)}")
                 bar.console.print(wrong[-1], markup=False)
             else:
                 resumed += 1

@@ -1,8 +1,8 @@
 """Fuzzing of a run's tables: each damage ends in one line, and no row is lost without a word.
 
 ``python -m tests.fuzz.metrics --count 5000`` tries so many; the seed fixes them. Half of the runs are as a crash leaves
-them, without the last checkpoint. After a run is resumed each of its tables can be read and goes on, and each row that
-the damage left whole, up to the checkpoint, is in the table, unless the command said how many rows are lost.
+them, without the last checkpoint. After a run is resumed each of its tables can be read and goes on. Each undamaged row
+up to the checkpoint is in the table, unless the command said how many rows are lost.
 """
 
 from __future__ import annotations
@@ -48,15 +48,15 @@ def damaged(content: bytes, rng: random.Random) -> bytes:
     )
 
 
-def lost(path: Path, right: bytes, wrong: bytes, steps: int, told: str) -> str | None:
+def lost(path: Path, right: bytes, wrong: bytes, steps: int, output: str) -> str | None:
     """Return what a resumed run has lost of a table without a word, or None.
 
-    The table held what is right at first, and what is wrong after the damage; then the command printed what it told.
+    The table held what is right at first, and what is wrong after the damage; then the command printed what it output.
     """
     held = {*path.read_bytes().splitlines()}
     rows = {row for row in right.splitlines()[1:] if int(row.split(b",")[0]) <= steps}
     gone = [line for line in wrong.splitlines() if line in rows and line not in held]
-    if gone and f"{path.name} has lost" not in told:
+    if gone and f"{path.name} has lost" not in output:
         return f"lost without a word: {gone[:3]}"
     try:
         CSVTable(path).append([{"steps": steps + 1}])
@@ -79,10 +79,10 @@ def attempts(seed: int) -> Iterator[tuple[bytes, str | None]]:
         if rng.random() < 0.5:
             checkpoints.pop().unlink()
         name, words = rng.choice(COMMANDS)
-        code, told = end_of(name, words)
+        code, output = end_of(name, words)
         went_on = code == 0 and name == "train"
-        problem = wrong_end(code, told)
-        problem = problem or (lost(path, right, wrong, int(checkpoints[-1].stem), told) if went_on else None)
+        problem = wrong_end(code, output)
+        problem = problem or (lost(path, right, wrong, int(checkpoints[-1].stem), output) if went_on else None)
         yield wrong[-300:], f"{name} of {table}: {problem}" if problem else None
 
 

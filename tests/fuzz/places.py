@@ -1,4 +1,4 @@
-"""The file operations of a process below a folder, right before one of which it is killed."""
+"""The file operations of a process below a folder; it is killed right before one."""
 
 import builtins
 import io
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 AUDITED = ("open", "os.rename", "os.remove", "os.mkdir", "os.truncate", "shutil.copyfile")
-"""Audit events of Python before it changes a file; writing and syncing are told of by `Places.install`."""
+"""Audit events of Python before it changes a file; writing and syncing are reported by `Places.install`."""
 
 
 class Places:
@@ -45,30 +45,30 @@ class Places:
         self.n += 1
 
     def install(self) -> None:
-        """Have every operation of this process told to this object."""
+        """Have every operation of this process observed to this object."""
         write, fsync, open_file = os.write, os.fsync, io.open
 
-        def told_write(number: int, content: Any) -> int:
+        def observed_write(number: int, content: Any) -> int:
             if number > 2 and stat.S_ISREG(os.fstat(number).st_mode):
                 self.next(lambda: write(number, bytes(content)[: len(content) // 2]))
             return write(number, content)
 
-        def told_fsync(number: int) -> None:
+        def observed_fsync(number: int) -> None:
             self.next()
             fsync(number)
 
-        def told_open(file: Any, mode: str = "r", *arguments: Any, **named: Any) -> Any:
+        def observed_open(file: Any, mode: str = "r", *arguments: Any, **named: Any) -> Any:
             opened = open_file(file, mode, *arguments, **named)
             if "b" in mode and not {*mode}.isdisjoint("wxa") and not isinstance(file, int) and self.has(file):
-                return Told(opened, self)
+                return Reported(opened, self)
             return opened
 
-        os.write, os.fsync, io.open, builtins.open = told_write, told_fsync, told_open, told_open
+        os.write, os.fsync, io.open, builtins.open = observed_write, observed_fsync, observed_open, observed_open
         sys.addaudithook(self.audit)
 
 
-class Told:
-    """A file that tells of what is written to it."""
+class Reported:
+    """A file that reports its writes."""
 
     def __init__(self, file: Any, places: Places) -> None:
         self._file, self._places = file, places
@@ -76,7 +76,7 @@ class Told:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._file, name)
 
-    def __enter__(self) -> "Told":
+    def __enter__(self) -> "Reported":
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -104,7 +104,7 @@ def test_what_a_folder_calls_a_run_is_one_line_that_no_terminal_obeys(tmp_path):
     assert (run.choice("variant"), run.choice("network")) == (r"=x\ud800\x1b[31m\n", r"own:\udcff")
 
 
-def test_runs_that_are_mixed_are_told(tmp_path, compare):
+def test_runs_that_are_mixed_are_reported(tmp_path, compare):
     for seed, gamma in enumerate((0.9, 0.95)):
         make_run(tmp_path / "r" / f"{seed}", {"c": line(0.5)}, seed=seed, gamma=gamma, size=11 + 2 * seed)
     assert "hippo mixes runs that differ in size (11, 13), gamma (0.9, 0.95)" in compare(tmp_path / "r", by="method")
@@ -115,7 +115,7 @@ def notes_on(*paths):
 
 
 @pytest.mark.parametrize("differs", ["module", "resumed", "hierroom", "numpy", "weights"])
-def test_runs_of_different_code_are_told(tmp_path, monkeypatch, differs):
+def test_runs_of_different_code_are_reported(tmp_path, monkeypatch, differs):
     (tmp_path / "mine.py").write_text("one")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("hierroom.runs.folder.provenance.describe_git", lambda *_: None)
@@ -137,13 +137,13 @@ def test_runs_of_different_code_are_told(tmp_path, monkeypatch, differs):
         (path / "provenance.json").unlink()
     record_session(path, config, warm_start=64 * ("b" if differs == "weights" else "a"))
     name = {"module": "mine.py", "resumed": "mine.py", "weights": "the weights of base"}.get(differs, differs)
-    (told,) = notes_on(*paths)
-    assert told.startswith("hippo was trained with different code: ")
-    assert f"{name} (" in told
-    assert ("9.9.9" in told) == (differs in ("hierroom", "numpy"))
+    (note,) = notes_on(*paths)
+    assert note.startswith("hippo was trained with different code: ")
+    assert f"{name} (" in note
+    assert ("9.9.9" in note) == (differs in ("hierroom", "numpy"))
 
 
-def test_runs_that_do_not_say_their_code_are_told(tmp_path, compare):
+def test_runs_that_do_not_say_their_code_are_reported(tmp_path, compare):
     paths = [make_run(tmp_path / "r" / f"{seed}", {"c": line(0.5)}, seed=seed) for seed in range(3)]
     for path in paths:
         record_session(path, RunFolder(path).config())

@@ -12,7 +12,7 @@ from evaluated_runs import line, make_run, row, rows
 def test_the_numbers(runs, compare):
     printed = compare(runs, by="meta")
     random = row("compare/summary.csv", meta="random", graph="c")
-    # 0.2, 0.4, 0.6 and 0.8: the middle two are 0.4 and 0.6; half of that lies under straight lines from 0
+    # 0.2, 0.4, 0.6 and 0.8: the middle two are 0.4 and 0.6; half of that is under straight lines from 0
     expected = {"final_iqm": 0.5, "final_mean": 0.5, "auc_iqm": 0.25, "auc_mean": 0.25, "n_runs": 4, "n_seeds": 4}
     assert {name: float(random[name]) for name in expected} == pytest.approx(expected)
     assert 0.2 <= float(random["final_iqm_low"]) < 0.5 < float(random["final_iqm_high"]) <= 0.8
@@ -105,7 +105,7 @@ def test_an_unfinished_run_ends_the_comparison(runs, compare):
     assert (found["steps_to_50"], found["reached_50"]) == ("", "0.0")  # 0.8 is there after 625,000
 
 
-def test_unequal_lengths_and_episodes_are_told(runs, compare):
+def test_unequal_lengths_and_episodes_are_reported(runs, compare):
     path = make_run(runs / "random-9", {"c": line(0.8)}, (0, 10**6), episodes=50, meta="random", seed=9)
     text = (path / "config.json").read_text()
     (path / "config.json").write_text(text.replace('"steps": 1000000', '"steps": 900000'))

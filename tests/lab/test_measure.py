@@ -1,4 +1,4 @@
-"""Chains measured in real levels: the node an agent is at, and players whose numbers are known otherwise."""
+"""Chains measured in real levels: the node an agent is at, and players with known numbers."""
 
 import json
 

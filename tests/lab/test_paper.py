@@ -125,10 +125,12 @@ def test_one_seed_tells_no_order():
     cells = compared(("ppo", 10, np.nan), ("hippo", 90, np.nan))
     assert method_orders(cells, "success")[0].ours == "HiPPO ~ PPO"
     assert pair_counts(cells, "success") == PairCounts(0, 0, 1)
-    told = markdown(Compared(cells, {}), 2_000_000)
-    assert "and 1 show no significant difference" in told
-    assert "| PPO, success | paper | 0.0 |\n|  | ours | 10.0 |\n| HiPPO, success |" in told, "no ±, and no other method"
-    assert told.startswith("Table 3, ours after 2M steps on grids of 19 (")
+    output = markdown(Compared(cells, {}), 2_000_000)
+    assert "and 1 show no significant difference" in output
+    assert "| PPO, success | paper | 0.0 |\n|  | ours | 10.0 |\n| HiPPO, success |" in output, (
+        "no ±, and no other method"
+    )
+    assert output.startswith("Table 3, ours after 2M steps on grids of 19 (")
 
 
 def test_the_hitting_time_is_ranked_against_what_was_learned():
@@ -137,13 +139,13 @@ def test_the_hitting_time_is_ranked_against_what_was_learned():
     cells = pd.DataFrame(
         [(graph, *numbers) for graph, numbers in learned.items()], columns=["graph", "success", "length", "steps_to_95"]
     ).assign(method="hippo")
-    told = prediction(cells)
-    assert told.startswith(
+    output = prediction(cells)
+    assert output.startswith(
         "Rank correlation of the paper's hitting time over 4 graphs (p by an exact permutation test), HiPPO: "
         "with success ours -0.80 (p = 0.33), the paper's "
     )
     one = "1.00 (p = 0.08)"  # 2 of 24 orders
-    assert f"with length ours {one}, the paper's {one}; with our training steps until 95% {one}." in told
+    assert f"with length ours {one}, the paper's {one}; with our training steps until 95% {one}." in output
     assert prediction(cells[:3]) == ""
     assert "until 95% none (all are equal)." in prediction(cells.assign(steps_to_95=np.inf))
 
@@ -163,10 +165,10 @@ def test_the_methods_are_compared_where_one_of_them_has_the_papers_success():
     assert (ppo.length, ppo.length_half_width) == (pytest.approx(50), 0)
     assert ppo.paper_success == 56.1
     assert cells_where_reached(cells, table, curves, "ppo").empty, "one of its two seeds never had the paper's 56.1%"
-    told = markdown(Compared.of_rows(cells, table, curves), 2000)
-    assert "Success where our HiPPO first has the paper's (after the steps that the median" in " ".join(told.split())
-    assert "| our steps |  | 1k |" in told
-    assert "By success where HiPPO first has the paper's: Of 1 pairs of methods" in told
+    output = markdown(Compared.of_rows(cells, table, curves), 2000)
+    assert "Success where our HiPPO first has the paper's (after the steps that the median" in " ".join(output.split())
+    assert "| our steps |  | 1k |" in output
+    assert "By success where HiPPO first has the paper's: Of 1 pairs of methods" in output
 
 
 def test_table_3_has_one_format(tmp_path):
@@ -182,7 +184,7 @@ def test_its_csv_is_empty_where_nothing_is_known(tmp_path, capsys):
     assert len(rows) == 28
     assert "nan" not in text
     assert rows["ppo", "c"]["success_half_width"] == "", "of one seed"
-    assert rows["ppo", "c"]["steps_to_paper"] == "", "the paper's 0.2% cannot be told from none"
+    assert rows["ppo", "c"]["steps_to_paper"] == "", "the paper's 0.2% is no different from none"
     assert rows["ppo", "c"]["steps_to_95"] == "inf"
 
 
@@ -220,9 +222,9 @@ def test_all_from_nothing_and_nothing_twice(tmp_path):
     command = [sys.executable, "-m", "hierroom", "paper", *words.split()]
     first = run_child(command, cwd=tmp_path, check=True)
     assert "4/4" in first.stderr
-    told = " ".join(first.stdout.split())
+    output = " ".join(first.stdout.split())
     for words in ("Table 2", "PPO+Sketch, success paper 0.4", "(c) paper HiPPO > PPO+Sketch > PPO > PPO+Bonus"):
-        assert words in told
+        assert words in output
     for name in ("figure3-19", "figure4-19", "figure5-19"):
         pixels = np.asarray(Image.open(tmp_path / "p" / f"{name}.png").convert("RGB"))
         assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 20

@@ -30,7 +30,7 @@ KEY_OF = {
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """A run that has hardly learned."""
+    """A run that has learned little."""
     out = tmp_path_factory.mktemp("played") / "run"
     small = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 8, "minibatches": 2, "steps": 256}
     hierroom.train(**small, meta="fixed-dfs", evaluations=0, out=out)
@@ -95,7 +95,7 @@ def test_the_limit_of_steps():
 
 def test_space_picks_up_and_opens_and_says_why_not():
     game = new_game(graph=("a",), seed=0)
-    told = set()
+    messages = set()
     for n_steps, action in enumerate(plan_of(game)):
         level = game.state.levels[0]
         if action in (PICKUP, OPEN):
@@ -103,12 +103,12 @@ def test_space_picks_up_and_opens_and_says_why_not():
         else:
             if not int(level.keys):
                 game.use()  # no key yet: whatever is in front, nothing happens
-                told.add(game.message)
+                messages.add(game.message)
                 assert int(game.state.levels[0].steps) == n_steps
             game.step(action)
         assert int(game.state.levels[0].steps) == n_steps + 1
     assert game.has_escaped
-    assert told == {"there is neither a key nor a locked door in front"}
+    assert messages == {"there is neither a key nor a locked door in front"}
     game.restart()
     stand_before_door(game)
     game.use()

@@ -157,7 +157,7 @@ def test_runs_that_cannot_be_compared_are_shown_one_by_one(tmp_path):
     assert len(page.data["runs"]) == 2
 
 
-def test_greedy_actions_are_told(page, runs, tmp_path):
+def test_greedy_actions_are_reported(page, runs, tmp_path):
     assert report(tmp_path, runs / "runs" / "dfs0", "--greedy").data["is_greedy"]
     assert not page.data["is_greedy"]
 
@@ -173,9 +173,9 @@ def test_a_run_without_evaluations_has_no_curve_but_a_replay(runs, tmp_path):
 
 def test_each_played_run_has_episodes_with_what_was_computed(page):
     assert {replay["run"] for replay in page.data["replays"]} == {"dfs0", "learned"}  # the first of each group
-    for told in page.data["replays"]:
-        assert len(told["episodes"]) == 3
-        for one in told["episodes"]:
+    for replayed in page.data["replays"]:
+        assert len(replayed["episodes"]) == 3
+        for one in replayed["episodes"]:
             assert len(one["controller"]["values"]) == len(one["actions"]) == len(one["views"]) - 1
 
 
@@ -261,7 +261,7 @@ def test_a_broken_run_among_others_is_left_out(runs, tmp_path, capsys):
         main([str(bad), "--out", str(tmp_path / "b.html")])
 
 
-def test_code_of_ones_own_is_not_run_without_trust(tmp_path, capsys):
+def test_user_code_is_not_run_without_trust(tmp_path, capsys):
     make_run(tmp_path / "run", {"a": line(1.0)}, meta="os:abort")
     page = report(tmp_path, tmp_path / "run")
     assert "names code that does not ship with hierroom: meta 'os:abort'" in page.text

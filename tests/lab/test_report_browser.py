@@ -28,7 +28,7 @@ FLAGS += [f"--disable-{name}" for name in ("gpu", "quic", "background-networking
 
 @pytest.fixture(scope="module")
 def report(tmp_path_factory):
-    """A report on a run that has learned a little, and on two of which only curves are there."""
+    """A report on a run that has learned a little, and on two with curves only."""
     folder = tmp_path_factory.mktemp("browsed")
     named = {"graph": "a", "size": 11, "max_steps": 80, "num_envs": 16, "minibatches": 2, "steps": 4096}
     hierroom.train(**named, meta="fixed-dfs", evaluations=3, evaluation_episodes=10, out=folder / "runs" / "a0")
@@ -94,9 +94,9 @@ class Reader:
 
     @property
     def step(self):
-        told = int(self.ask("byId('now-step').textContent").split()[0])
-        assert self.ask("Number(byId('scrub').value)") == told
-        return told
+        moment = int(self.ask("byId('now-step').textContent").split()[0])
+        assert self.ask("Number(byId('scrub').value)") == moment
+        return moment
 
     def picture(self, identity):
         data = self.ask(f"byId('{identity}').toDataURL()")

@@ -23,37 +23,39 @@ def tiles_of(letters):
     return np.array([LETTERS.index(letter) for letter in letters])
 
 
-def assert_same(told, episode):
-    tiles = tiles_of(told["tiles"])
+def assert_same(recorded, episode):
+    tiles = tiles_of(recorded["tiles"])
     for step, state in enumerate(episode.states()):
         if step:
-            for cell, tile in told["changes"][step - 1]:
+            for cell, tile in recorded["changes"][step - 1]:
                 tiles[cell] = tile
         np.testing.assert_array_equal(tiles, state.grids[0, MARGIN:-MARGIN, MARGIN:-MARGIN].ravel())
-        np.testing.assert_array_equal(tiles_of(told["views"][step]), view_of(state).ravel())
+        np.testing.assert_array_equal(tiles_of(recorded["views"][step]), view_of(state).ravel())
         level = state.levels[0]
-        assert (told["rows"][step], told["cols"][step]) == (level.row - MARGIN, level.col - MARGIN)
-        assert told["directions"][step] == level.direction
-        assert (told["keys"][step], told["doors"][step]) == (level.keys, level.doors)
-        if told["rooms"][step] >= 0:
-            top, left, bottom, right = level.rectangles[told["rooms"][step]]
+        assert (recorded["rows"][step], recorded["cols"][step]) == (level.row - MARGIN, level.col - MARGIN)
+        assert recorded["directions"][step] == level.direction
+        assert (recorded["keys"][step], recorded["doors"][step]) == (level.keys, level.doors)
+        if recorded["rooms"][step] >= 0:
+            top, left, bottom, right = level.rectangles[recorded["rooms"][step]]
             assert top <= level.row <= bottom
             assert left <= level.col <= right
         else:
             assert (level.row, level.col) in set(map(tuple, level.doors_at.tolist()))
-    assert len(told["views"]) == len(episode) + 1
-    assert told["goals"] == episode.goals.tolist()
+    assert len(recorded["views"]) == len(episode) + 1
+    assert recorded["goals"] == episode.goals.tolist()
 
 
 @pytest.mark.parametrize("entries", [{"graph": "f"}, {"graph": "c", "drop_key": True}, {"graph": "b", "size": 11}])
 def test_a_replay_has_every_state(entries):
     for player in ("oracle", "random"):
         episode = next(hierroom.rollout(player, EnvConfig(**{"max_steps": 300, **entries}), 1))
-        told = json.loads(json.dumps(replay(episode)))
-        assert_same(told, episode)
-        assert told["controller"] is None
-        assert told["success"] is episode.success
-        assert {told["names"][str(goal)] for goal in told["achieved"] if goal >= 0} == {e.name for e in episode.events}
+        recorded = json.loads(json.dumps(replay(episode)))
+        assert_same(recorded, episode)
+        assert recorded["controller"] is None
+        assert recorded["success"] is episode.success
+        assert {recorded["names"][str(goal)] for goal in recorded["achieved"] if goal >= 0} == {
+            e.name for e in episode.events
+        }
 
 
 @pytest.mark.parametrize("greedy", [False, True])
@@ -70,13 +72,13 @@ def test_a_replay_has_what_the_agents_computed(tmp_path, greedy):
         assert (taken > 0).all()
         if greedy:
             np.testing.assert_array_equal(taken, decisions.probabilities.max(axis=1))
-        told = tape.of_first_episode(META, env, len(episode))
+        recorded = tape.of_first_episode(META, env, len(episode))
         starts = [subgoal.first_step - 1 for subgoal in episode.subgoals]
-        assert told.steps.tolist() == starts
-        assert told.probabilities.shape == (len(starts), 14)
+        assert recorded.steps.tolist() == starts
+        assert recorded.probabilities.shape == (len(starts), 14)
         goals = [subgoal.goal for subgoal in episode.subgoals]
-        assert (told.probabilities[np.arange(len(goals)), goals] > 0).all()  # 13, the last, is no goal, as is -1
-        assert_same(replay(episode, decisions, told), episode)
+        assert (recorded.probabilities[np.arange(len(goals)), goals] > 0).all()  # 13, the last, is no goal, as is -1
+        assert_same(replay(episode, decisions, recorded), episode)
 
 
 def test_an_escape_and_a_failure_of_each_graph_are_shown_first():

@@ -31,7 +31,7 @@ TIMES = ("seconds", "steps_per_second")
 
 
 @pytest.fixture
-def own_code(tmp_path, monkeypatch):
+def user_code(tmp_path, monkeypatch):
     """Modules are written to the folder of the test, which is the current one."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
@@ -82,9 +82,9 @@ def test_graphs_that_are_excluded_are_evaluated_too(tmp_path):
     assert sweep.fill(processes=1).failures == ()
     rows, (run,) = sweep.rows(), of_some.runs()
     trainer, _ = resume(run.config, tmp_path / "out" / "runs" / run.name)
-    told = trainer.evaluate(of_some.episodes, graph=["b", "c"])
-    assert told.graphs.keys() == {"b", "c"}
-    assert f"{told.length:.6g}" == rows["excluded_length"][0] != rows["length"][0]
+    output = trainer.evaluate(of_some.episodes, graph=["b", "c"])
+    assert output.graphs.keys() == {"b", "c"}
+    assert f"{output.length:.6g}" == rows["excluded_length"][0] != rows["length"][0]
     assert trainer.evaluate(of_some.episodes).graphs.keys().isdisjoint({"b", "c"})
     assert "excluded graphs" in summarise(of_some.runs(), rows).headings
     assert "excluded graphs" not in summarise(plan("seed=0").runs(), rows[:0]).headings
@@ -102,14 +102,14 @@ def test_a_run_that_fails_is_reported_and_the_rest_goes_on(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_run_begun_by_another_version_is_not_resumed_and_the_way_on_is_told(tmp_path):
+def test_a_run_begun_by_another_version_is_not_resumed_and_the_way_on_is_reported(tmp_path):
     sweep = Sweep(plan("seed=0"), tmp_path / "out")
     (run,) = sweep.plan.runs()
     folder = RunFolder.create(tmp_path / "out" / "runs" / run.name, run.config)
     (folder.checkpoints / "000000000100.pt").write_bytes(b"of another format")
-    ((_, told),) = sweep.fill(processes=1).failures
-    assert "has no digest at its end" in told
-    assert told.endswith(f"; move {folder.path} away to train this run from its beginning")
+    ((_, output),) = sweep.fill(processes=1).failures
+    assert "has no digest at its end" in output
+    assert output.endswith(f"; move {folder.path} away to train this run from its beginning")
     folder.path.rename(tmp_path / "away")
     assert sweep.fill(processes=1).failures == ()
 
@@ -129,7 +129,7 @@ def test_what_no_run_can_use_is_refused_before_any_is_trained(tmp_path, words, m
 
 
 @pytest.mark.slow
-def test_a_row_tells_the_own_code_that_made_it(own_code, tmp_path, capsys):
+def test_a_row_names_the_user_code_that_made_it(user_code, tmp_path, capsys):
     own = tmp_path / "own_reward_of_a_sweep.py"
     own.write_text("import numpy as np\n\ndef none(step):\n    return np.zeros(len(step.events))\n")
     words = tiny_words(f"reward={own.stem}:none,intrinsic", "method=ppo", "seed=0")
@@ -149,7 +149,7 @@ def test_a_row_tells_the_own_code_that_made_it(own_code, tmp_path, capsys):
     assert results(tmp_path / "out" / "sweep.csv") == rows
 
 
-def test_own_code_that_is_not_found_is_not_said_to_have_changed(own_code, tmp_path):
+def test_user_code_that_is_not_found_is_not_said_to_have_changed(user_code, tmp_path):
     sweep = Sweep(plan("reward=a_reward_that_moves:none", "method=ppo", "seed=0"), tmp_path / "out")
     (run,) = sweep.plan.runs()
     Path("a_reward_that_moves.py").write_text("", encoding="utf-8")
@@ -161,7 +161,7 @@ def test_own_code_that_is_not_found_is_not_said_to_have_changed(own_code, tmp_pa
 
 
 @pytest.mark.slow
-def test_own_code_of_other_meta_controllers_is_told_too(own_code, tmp_path):
+def test_user_code_of_other_meta_controllers_is_compared_too(user_code, tmp_path):
     Path("a_meta_of_a_sweep.py").write_text(
         "def first(level):\n    return level.goals[0] if level.goals else None\n", encoding="utf-8"
     )
@@ -175,7 +175,7 @@ def test_own_code_of_other_meta_controllers_is_told_too(own_code, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_run_does_not_go_on_with_other_code(own_code, tmp_path):
+def test_a_run_does_not_go_on_with_other_code(user_code, tmp_path):
     own = Path("a_reward_that_changes.py")
     own.write_text("import numpy as np\n\ndef none(step):\n    return np.zeros(len(step.events))\n", encoding="utf-8")
     sweep = Sweep(plan(f"reward={own.stem}:none", "method=ppo", "seed=0"), tmp_path / "out")
@@ -193,7 +193,7 @@ def test_a_run_does_not_go_on_with_other_code(own_code, tmp_path):
     assert sweep.made_with_other_code() == []
 
 
-def test_a_process_does_not_mix_code_that_it_loaded_with_code_that_it_did_not(own_code, tmp_path, monkeypatch):
+def test_a_process_does_not_mix_code_that_it_loaded_with_code_that_it_did_not(user_code, tmp_path, monkeypatch):
     monkeypatch.setattr(job, "_loaded_files", {})
     own = Path("a_reward_edited_meanwhile.py")
     own.write_text(
@@ -269,7 +269,7 @@ def test_a_sweep_does_not_mix_with_a_run(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_row_in_the_place_of_another_is_told(tmp_path, capsys):
+def test_a_row_in_the_place_of_another_is_reported(tmp_path, capsys):
     words = tiny_words("method=ppo", "seed=0", "evaluations=0")
     for gamma in ("gamma=0.9", "gamma=0.8"):
         assert main([*words, gamma, "--out", str(tmp_path / "s"), "--processes", "1", "--episodes", "2"]) == 0
@@ -291,7 +291,7 @@ def test_a_shard_of_no_runs_does_nothing(tmp_path, capsys):
 
 
 def test_entries_may_stand_behind_options(monkeypatch, capsys, tmp_path):
-    told = []
+    output = []
     for words in (
         ("steps=1e3", "gamma=0.9", "--graphs", "a", "b", "--out", "x=y", "--list"),
         ("--graphs", "a", "b", "steps=1e3", "--out", "x=y", "--list", "gamma=0.9"),
@@ -300,9 +300,9 @@ def test_entries_may_stand_behind_options(monkeypatch, capsys, tmp_path):
         monkeypatch.chdir(tmp_path)
         Path("plan.toml").write_text("steps = 1000\n", encoding="utf-8")
         assert main(words) == 0
-        told.append(capsys.readouterr().out)
-    assert told[0] == told[1] == told[2]
-    assert len(told[0].splitlines()) == 2
+        output.append(capsys.readouterr().out)
+    assert output[0] == output[1] == output[2]
+    assert len(output[0].splitlines()) == 2
     with pytest.raises(InputError, match="a graph must be a letter"):
         main(["--graphs", "gamma=0.9", "--list"])
 
@@ -366,9 +366,9 @@ def test_killed_workers_and_a_killed_sweep_leave_the_same_table(tmp_path, undist
 @pytest.mark.slow
 def test_two_sweeps_on_one_folder_share_the_runs(tmp_path, undisturbed):
     several = [start(tmp_path) for _ in range(2)]
-    told = [process.communicate(timeout=TIMES_QUIET * 30)[0].decode() for process in several]
-    assert [process.returncode for process in several] == [0, 0], told
-    assert "failed" not in "".join(told)
+    output = [process.communicate(timeout=TIMES_QUIET * 30)[0].decode() for process in several]
+    assert [process.returncode for process in several] == [0, 0], output
+    assert "failed" not in "".join(output)
     assert results(tmp_path / "sweep.csv") == undisturbed
 
 
@@ -379,8 +379,8 @@ def test_a_process_that_alone_is_asked_to_stop_is_replaced(tmp_path, undisturbed
     assert wait_for(lambda: [*tmp_path.glob("runs/*/metrics.csv")], process)
     for pid in children(process):
         os.kill(pid, signal.SIGTERM)
-    told = process.communicate(timeout=TIMES_QUIET * 12)[0].decode()
-    assert process.returncode == 0, told
+    output = process.communicate(timeout=TIMES_QUIET * 12)[0].decode()
+    assert process.returncode == 0, output
     assert results(tmp_path / "sweep.csv") == undisturbed
 
 
@@ -389,9 +389,9 @@ def test_a_sweep_that_is_stopped_says_how_to_go_on_and_does(tmp_path, undisturbe
     process = start(tmp_path)
     assert wait_for(lambda: [*tmp_path.glob("runs/*/metrics.csv")], process)
     process.send_signal(signal.SIGTERM)
-    told = process.communicate(timeout=TIMES_QUIET * 12)[0].decode()
+    output = process.communicate(timeout=TIMES_QUIET * 12)[0].decode()
     assert process.returncode == 130
-    assert "stopped and saved; go on with:\npython -m hierroom sweep" in told
+    assert "stopped and saved; go on with:\npython -m hierroom sweep" in output
     assert start(tmp_path).wait(TIMES_QUIET * 30) == 0
     assert results(tmp_path / "sweep.csv") == undisturbed
 
@@ -408,9 +408,9 @@ def test_ctrl_c_twice_reaches_the_sweep_and_not_its_processes(tmp_path, undistur
             os.kill(pid, signal.SIGINT)
             os.kill(pid, signal.SIGINT)
     process.send_signal(signal.SIGINT)
-    told = process.communicate(timeout=TIMES_QUIET * 12)[0].decode()
+    output = process.communicate(timeout=TIMES_QUIET * 12)[0].decode()
     assert process.returncode == 130
-    assert "killed" not in told
-    assert "Traceback" not in told
+    assert "killed" not in output
+    assert "Traceback" not in output
     assert start(tmp_path).wait(TIMES_QUIET * 30) == 0
     assert results(tmp_path / "sweep.csv") == undisturbed

@@ -16,9 +16,9 @@ from hierroom.support.files import to_json
 
 def test_every_combination_is_planned_once_with_seeds_outermost():
     runs = plan("method=hippo,ppo", "gamma=0.9,0.99", graphs=("c", "rooms:2"), seeds=2).runs()
-    told = [(r.config.seed, r.config.env.graph, r.config.agents.method, r.config.ppo.gamma) for r in runs]
-    assert len(told) == len(set(map(str, told))) == 2 * 2 * 2 * 2
-    assert [seed for seed, *_ in told] == [0] * 8 + [1] * 8
+    given = [(r.config.seed, r.config.env.graph, r.config.agents.method, r.config.ppo.gamma) for r in runs]
+    assert len(given) == len(set(map(str, given))) == 2 * 2 * 2 * 2
+    assert [seed for seed, *_ in given] == [0] * 8 + [1] * 8
     assert runs[0].identity["graph"] == "c"
     assert runs[0].identity["gamma"] == "0.9"
     assert {run.config.threads for run in runs} == {1}
@@ -61,7 +61,7 @@ def test_a_word_for_one_seed_or_graph_takes_the_place_of_several(tmp_path):
     ],
 )
 def test_one_and_several_of_the_same_are_not_both_given(values, variants, settings, names):
-    with pytest.raises(InputError, match=f"{names} are both given, which say the same of a run; leave one out"):
+    with pytest.raises(InputError, match=f"{names} are both given and mean the same; leave one out"):
         Plan(values, variants=variants, **settings)
 
 
@@ -83,7 +83,7 @@ def test_what_cannot_be_planned_is_said_in_one_line(words, message):
         plan(*words).runs()
 
 
-def test_two_variants_that_are_the_same_are_told_by_their_names():
+def test_two_variants_that_are_the_same_are_reported_by_their_names():
     with pytest.raises(InputError, match=r"two runs of the sweep are the same: .* with variant two; leave one out"):
         Plan({}, variants={"one": {"gamma": [0.9]}, "two": {"gamma": [0.9]}}).runs()
 

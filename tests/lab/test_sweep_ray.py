@@ -1,4 +1,4 @@
-"""A sweep on a Ray cluster of two nodes, one of which is killed in the middle, where Ray is installed."""
+"""A sweep on a Ray cluster of two nodes; one is killed in the middle. Needs Ray."""
 
 import os
 import sys

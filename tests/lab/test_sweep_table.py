@@ -58,7 +58,7 @@ def test_a_row_tells_the_value_of_a_column_that_another_sweep_made(tmp_path):
     assert "learning_rate" not in table.read()
 
 
-def test_whether_a_row_stands_in_the_place_of_another_is_told(tmp_path):
+def test_whether_a_row_stands_in_the_place_of_another_is_reported(tmp_path):
     table = SweepTable(tmp_path)
     (old,), (new,) = plan("gamma=0.9", "seed=0").runs(), plan("gamma=0.8", "seed=0").runs()
     assert [table.add(old, NUMBERS), table.add(old, NUMBERS), table.add(new, NUMBERS)] == [False, False, True]

@@ -48,7 +48,7 @@ def value_by(module, features, states):
 
 
 def check_same(network, found, expected):
-    """Exactly the same; but torch's products round otherwise where they have other rows beside them."""
+    """Exactly the same; but torch's products round otherwise with other rows in the batch."""
     if network is None:
         np.testing.assert_array_equal(found, expected)
     else:

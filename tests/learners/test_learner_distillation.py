@@ -27,7 +27,7 @@ def draw(rng, n=6):
 
 
 def test_whitening_by_hand():
-    # Shares 1/4 and 3/4; then 1 in 101, whose one is clipped; then a column that never changes.
+    # Shares 1/4 and 3/4; then 1 in 101, with its one clipped; then a column that never changes.
     scale, shift = whitening(np.array([1.0, 3, 1, 100, 7]), np.array([2, 2, 1]))
     one, zero = scale + shift, shift
     np.testing.assert_allclose(zero, [-(3**-0.5), -(3**0.5), -0.1, -5, 0])
@@ -122,11 +122,11 @@ def test_resumed_equals_uninterrupted_even_between_updates():
 
 def test_curiosity_rewards_new_observations_of_the_level():
     trainer = Trainer(SMALL.changed(ppo=PPOConfig(sequence_length=200)))
-    turns, agent, told = trainer.turns, trainer.agents[CONTROLLER], []
+    turns, agent, observed = trainer.turns, trainer.agents[CONTROLLER], []
     curiosity, finish = agent.curiosity, agent.learner.finish
     assert curiosity is not None
     assert curiosity.features.names == ["view", "direction", "keys"]
-    agent.learner.finish = lambda envs, rewards, *rest: told.append(rewards) or finish(envs, rewards, *rest)
+    agent.learner.finish = lambda envs, rewards, *rest: observed.append(rewards) or finish(envs, rewards, *rest)
 
     def step(action):
         observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
@@ -138,11 +138,11 @@ def test_curiosity_rewards_new_observations_of_the_level():
 
     for _ in range(1 + round(GROWTH / (1 - SMALL.ppo.gamma))):  # first all is counted only, then the returns grow
         step(0)
-        assert not told[-1].any()
+        assert not observed[-1].any()
         if not curiosity.state_dict()["has_learned"]:
             curiosity.learn()
     last = step(0)
-    assert (told[-1] > 0).all()
+    assert (observed[-1] > 0).all()
     while not last.episode_ended.any():
         last = step(1)
     ended, found = np.flatnonzero(last.episode_ended), curiosity.state_dict()["pending"][-1].numpy()

@@ -1,4 +1,4 @@
-"""A learner whose numbers diverge says which, before they reach a checkpoint."""
+"""A learner names diverging numbers before they reach a checkpoint."""
 
 import re
 from copy import deepcopy

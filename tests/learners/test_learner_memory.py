@@ -32,7 +32,7 @@ class Memoryless(nn.Module):
 
 
 def success_rate(network, updates, seed=0, num_envs=32):
-    """The share of the last ten updates' episodes whose last action is the cue (1 or 2) shown in their first turn."""
+    """The share of the last ten updates' episodes that end with the cue (1 or 2) of their first turn."""
     config = PPOConfig(sequence_length=2 * LENGTH, hidden_size=16, learning_rate=0.01, gamma=0.95)
     learner = Learner(SPACE, num_envs, config, seed=seed, network=network)
     random = np.random.default_rng(seed)

@@ -36,7 +36,7 @@ def entries(agent):
 
 
 def played(agent, num_envs, *, greedy):
-    """[(goals, actions)] of each environment by the package's own player, N_EPISODES each."""
+    """Return [(goals, actions)] of each environment by the package's player, N_EPISODES each."""
     agent = replace(agent, is_greedy=greedy)
     env = agent.env(max_steps=MAX_STEPS)
     episodes = hierroom.rollout(agent, env, N_EPISODES * num_envs, num_envs=num_envs, seed=5)
@@ -166,13 +166,13 @@ def test_what_an_agent_cannot_act_on_is_refused():
     many = {"features": np.zeros((2, len(observation["features"])), np.int64)}
     cases: tuple[tuple[tuple[Any, ...], dict[str, Any], str], ...] = (
         ((plain.reset(seed=0)[0],), {}, "these observations hold .*, and no features: wrap the environment by"),
-        ((7,), {}, "act takes observations that are dicts, not 7"),
+        ((7,), {}, "observations must be dicts, not 7"),
         (({"features": [0.5]},), {}, "the agent reads .* whole numbers of each environment, not float64 of shape"),
         (({"features": observation["features"] - 99},), {}, "features are numbers from 0 to 255, not from -99 to"),
         (({"features": observation["features"] + 99},), {}, "feature 0 must be below"),
-        ((many, state), {}, "the state is of 1 environments, and the observations are of 2"),
-        ((observation, 7), {}, "the state is what the last act returned, or None, not 7"),
-        ((observation, state), {"begins": [True, False]}, "begins is True, False or 1 of these, not bool of shape"),
+        ((many, state), {}, "the state has 1 environments, but the observations have 2"),
+        ((observation, 7), {}, "the state must come from the last act, or be None, not 7"),
+        ((observation, state), {"begins": [True, False]}, "begins must be True, False or 1 of them, not bool of shape"),
         ((observation,), {"seed": -1}, "seed must be at least 0, not -1"),
         (({**observation, "action_mask": np.zeros(5, np.int8)},), {}, "environment 0 has no legal action"),
     )

@@ -41,12 +41,12 @@ def edit(run: RunFolder, part: str | None, name: str, value: object) -> None:
     ("part", "name", "value"),
     [(None, "seed", 1), ("ppo", "gamma", 0.5), ("env", "graph", ["b"]), ("meta_ppo", "gamma", 0.5)],
 )
-def test_what_has_changed_since_training_is_told_and_refused(run, part, name, value):
+def test_what_has_changed_since_training_is_reported_and_refused(run, part, name, value):
     edit(run, part, name, value)
-    told = f"meta_ppo.{name}" if part == "meta_ppo" else name
+    shown_name = f"meta_ppo.{name}" if part == "meta_ppo" else name
     for use in (lambda: session.resume(run.config(), run.path), lambda: load(run.path)):
         with pytest.raises(
-            InputError, match=rf"config.json has changed since the run was trained: {told} is .* and was"
+            InputError, match=rf"config.json has changed since the run was trained: {shown_name} is .* and was"
         ):
             use()
 
@@ -63,7 +63,7 @@ def test_what_may_change_may(run, name, value):
         ("ppo", "gamma", "0.9", "Expected `float`, got `str` - at `$.ppo.gamma`"),
         ("ppo", "learning_rate", float("inf"), "learning_rate must be finite, not inf"),
         ("env", "drop_key", 1, "Expected `bool`, got `int` - at `$.env.drop_key`"),
-        ("env", "graph", ["mine.toml"], "goal graphs stand in it by their content, or by a letter, not as 'mine.toml'"),
+        ("env", "graph", ["mine.toml"], "goal graphs must be given by content or by a letter, not as 'mine.toml'"),
         ("agents", "features", "view", "Expected `array | null`, got `str` - at `$.agents.features`"),
         (None, "seed", -1, "seed must be at least 0, not -1"),
         (None, "num_envs", 2**40, "num_envs must be at most 1048576, not 1099511627776"),

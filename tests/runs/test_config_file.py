@@ -129,7 +129,7 @@ def test_a_file_and_the_command_line_mean_the_same(numbers):
         ("gamma = true", "gamma cannot be True: expected `float`, got `bool`"),
         ("steps = 1e-3", "steps cannot be 0.001: expected `int`, got `float`"),
         ("graph = 3", "graph cannot be 3: expected `str | object | array`, got `int`"),
-        ("graph = {a = 1}", "a goal graph must hold key_rooms"),
+        ("graph = {a = 1}", "a goal graph has key_rooms"),
         ("subgoal_horizon = false", "subgoal_horizon cannot be False: expected `int | null`, got `bool`"),
         ("seed = 2020-01-01", "seed cannot be datetime.date(2020, 1, 1): expected `int`, got `date`"),
         ('preset = "best"', "the presets are default, "),

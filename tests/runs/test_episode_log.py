@@ -35,7 +35,7 @@ def ended(*successes: bool, length: int = 10) -> Any:
 
 
 def places(n: int) -> Any:
-    """Turns of which only the world is known, by what it says of the episodes that ended."""
+    """Turns with only a world, which reports the episodes that ended."""
     world = SimpleNamespace(
         everywhere=np.arange(n), variants_of=lambda envs: ["c"] * len(envs), milestones_of=lambda envs, goals: goals
     )
@@ -83,7 +83,7 @@ def test_the_rows_tell_what_happened_in_the_order_in_which_it_did():
         EpisodeLog(WORLD.goals, np.zeros(5, int)),
         OraclePlayer(),
     )
-    told: list[list[str]] = [[] for _ in range(5)]
+    achieved: list[list[str]] = [[] for _ in range(5)]
     returns, expected = np.zeros(5), []
     for t in range(1, 90):
         branches = turns.world.state.levels["branches"].copy()
@@ -92,12 +92,12 @@ def test_the_rows_tell_what_happened_in_the_order_in_which_it_did():
         for env, event in enumerate(step.events.tolist()):
             if event >= 0:
                 room = 1 + int(branches[env][event % 6]) if event < 12 else 0
-                told[env].append("exit" if event == 12 else f"{'key' if event < 6 else 'door'} {room}")
+                achieved[env].append("exit" if event == 12 else f"{'key' if event < 6 else 'door'} {room}")
         log.add(step, turns, 5 * t)
         for env in np.flatnonzero(step.episode_ended).tolist():
             numbers = {"success": int(step.terminated[env]), "length": int(step.lengths[env]), "return": returns[env]}
-            expected.append({"steps": 5 * t, "env": env, "graph": "f", **numbers, "goals": " > ".join(told[env])})
-            told[env], returns[env] = [], 0.0
+            expected.append({"steps": 5 * t, "env": env, "graph": "f", **numbers, "goals": " > ".join(achieved[env])})
+            achieved[env], returns[env] = [], 0.0
     assert log.ended == expected
     assert len(expected) > 4
     assert any(row["success"] and row["goals"].endswith("door 3 > exit") for row in expected)

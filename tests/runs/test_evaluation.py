@@ -145,7 +145,7 @@ def test_another_meta_controller_gives_other_goals(evaluated):
 
 
 class Whole:
-    """A pair in disguise, of which `Play` cannot leave environments out."""
+    """A pair in disguise, so that `Play` cannot leave environments out."""
 
     def __init__(self, pair):
         self.step = pair.step
@@ -164,15 +164,15 @@ def test_leaving_out_environments_that_have_played_their_episodes_changes_nothin
     def player(disguise):
         return disguise(freeze(ScriptedAgent(make_meta(meta)), trainer.controller, 24, seed=3, is_greedy=is_greedy))
 
-    def told(disguise):
+    def observed(disguise):
         several, one = (lambda graph=graph: trainer.fresh_turns(24, 3, graph=(graph,)) for graph in ("rooms:3", "b"))
         sizes = sizes_in(several(), player(disguise), 60)
         episodes = [episode.to_dict() for episode in record(several(), player(disguise), 60)]
         counts = vars(count_transitions(one(), player(disguise), 60))
-        told = {name: None if value is None else np.asarray(value).tolist() for name, value in counts.items()}
-        return sizes, (repr(evaluate(player(disguise), several(), 60)), episodes, told)
+        observed = {name: None if value is None else np.asarray(value).tolist() for name, value in counts.items()}
+        return sizes, (repr(evaluate(player(disguise), several(), 60)), episodes, observed)
 
-    (whole_sizes, whole), (sizes, ours) = told(Whole), told(lambda pair: pair)
+    (whole_sizes, whole), (sizes, ours) = observed(Whole), observed(lambda pair: pair)
     assert ours == whole
     assert {*whole_sizes} == {24}
     assert len(sizes) == len(whole_sizes)

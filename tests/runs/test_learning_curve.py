@@ -40,7 +40,7 @@ def test_a_crossing_is_interpolated_between_the_evaluations_around_it():
 def test_one_evaluation_that_is_high_by_chance_crosses_nothing():
     rates = [0.0, 0.2, 0.6, 0.2, 0.2, 0.6, 0.8]
     curve = LearningCurve.of_rows([row(100 * n, rate) for n, rate in enumerate(rates)])
-    # What rises and is nearest to them is 0, .2, 1/3, 1/3, 1/3, .6, .8: 0.5 lies at 5/8 of the way from 400 to 500.
+    # What rises and is nearest to them is 0, .2, 1/3, 1/3, 1/3, .6, .8: 0.5 is at 5/8 of the way from 400 to 500.
     assert curve.crossing(50).steps == pytest.approx(400 + 100 * (0.5 - 1 / 3) / (0.6 - 1 / 3))
     assert LearningCurve.of_rows([row(0, 0.7), row(100, 0.2)]).crossing(50) is None, "it was lost again"
 

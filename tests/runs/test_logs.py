@@ -1,4 +1,4 @@
-"""Loggers: what each is told, what becomes of one that fails, and that two need packages of their own.
+"""Loggers: what each receives, what happens to one that fails, and two that need extra packages.
 
 Weights & Biases and MLflow are stand-ins here, which take what the real ones take and nothing else.
 """
@@ -103,16 +103,16 @@ def libraries(monkeypatch):
 
 def expected_of(folder):
     """Return the finite values that a logger should get from a run's tables, by (tag, steps)."""
-    told = {}
+    output = {}
     for row in RunFolder(folder).metrics.numbers():
-        told |= {(tag(name), int(row["steps"])): value for name, value in row.items() if name != "steps"}
+        output |= {(tag(name), int(row["steps"])): value for name, value in row.items() if name != "steps"}
     for row in RunFolder(folder).evaluations.read():
         for name in ("success_rate", "length", "return", "length_over_shortest"):
-            told[f"eval/{name}", int(row["steps"])] = float(row[name])
-    return {key: value for key, value in told.items() if math.isfinite(value)}
+            output[f"eval/{name}", int(row["steps"])] = float(row[name])
+    return {key: value for key, value in output.items() if math.isfinite(value)}
 
 
-def test_all_loggers_are_told_the_same(libraries, tmp_path):
+def test_all_loggers_receive_the_same(libraries, tmp_path):
     hierroom.train(**TINY, evaluations=3, evaluation_episodes=5, out=tmp_path / "run", log="tensorboard,wandb,mlflow")
     expected = expected_of(tmp_path / "run")
     wandb, mlflow = libraries.wandb, libraries.mlflow
@@ -206,9 +206,9 @@ def test_a_logger_that_cannot_begin(libraries, tmp_path, monkeypatch, capsys):
 
     monkeypatch.setattr(libraries.mlflow, "MlflowClient", refuse)
     hierroom.train(**TINY, evaluations=0, out=tmp_path / "run", log="mlflow")
-    told = capsys.readouterr().err
+    output = capsys.readouterr().err
     assert re.search(
-        r"warning: PermissionError: no key \(line \d+ of .*test_logs.py\); training goes on without MLflow\n", told
+        r"warning: PermissionError: no key \(line \d+ of .*test_logs.py\); training goes on without MLflow\n", output
     )
 
 

@@ -11,7 +11,7 @@ from hierroom.worlds.env_config import EnvConfig
 CONFIG = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=2048)
 
 
-def test_a_controller_is_not_told_of_goals_that_ended():
+def test_a_controller_does_not_observe_goals_that_ended():
     with pytest.raises(InputError, match=r"^goal-outcome is .* one of meta_features, not of features$"):
         Trainer(CONFIG.changed(features=("view", "goal-outcome")))
 

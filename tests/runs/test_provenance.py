@@ -59,20 +59,20 @@ def test_a_run_tells_each_command_that_worked_on_it(run):
 def test_the_page_tells_of_every_file_of_a_run(run):
     page = (Path(hierroom.__file__).parents[1] / "docs" / "runs.md").read_text()
     for path in run.iterdir():
-        told = "events.out.tfevents.*" if path.name.startswith("events") else f"{path.name}{'/' * path.is_dir()}"
-        assert f"| `{told}` |" in page, told
+        listed = "events.out.tfevents.*" if path.name.startswith("events") else f"{path.name}{'/' * path.is_dir()}"
+        assert f"| `{listed}` |" in page, listed
     for entry in read_sessions(run)[0]:
         assert f"`{entry}`" in page, entry
 
 
 def test_versions_and_machine(run):
-    told = read_sessions(run)[0]
-    assert told["hierroom"]["version"] == hierroom.__version__
-    assert told["packages"]["torch"] == version("torch")
-    assert set(told["packages"]) == {"numba", "numpy", "scipy", "torch", "gymnasium", "pettingzoo"}
-    assert told["python"] == ".".join(map(str, sys.version_info[:3]))
-    assert told["cpu"]
-    assert told["gpu"] is None
+    listed = read_sessions(run)[0]
+    assert listed["hierroom"]["version"] == hierroom.__version__
+    assert listed["packages"]["torch"] == version("torch")
+    assert set(listed["packages"]) == {"numba", "numpy", "scipy", "torch", "gymnasium", "pettingzoo"}
+    assert listed["python"] == ".".join(map(str, sys.version_info[:3]))
+    assert listed["cpu"]
+    assert listed["gpu"] is None
 
 
 def git(*arguments: str) -> str:
@@ -140,7 +140,7 @@ def test_the_version_of_a_checkout_tells_its_commit(tmp_path, monkeypatch):
     monkeypatch.setattr(hierroom, "__version__", "1.2.dev3+gold")
     monkeypatch.setattr(hierroom, "__file__", str(tmp_path / "hierroom" / "__init__.py"))
     commit = describe_git(tmp_path)["commit"]
-    version_of = version_of_code.__wrapped__  # what is told in a process does not change
+    version_of = version_of_code.__wrapped__  # a process keeps its first answer
     assert version_of() == f"1.2.dev3+g{commit[:9]}"
     Path("hierroom/__init__.py").write_text("X = 1", encoding="utf-8")
     assert version_of() == f"1.2.dev3+g{commit[:9]}.dirty"

@@ -145,16 +145,16 @@ def test_a_folder_that_holds_anything_else_is_not_taken(tmp_path):
         assert [one for one in path.parents[name.count("/")].rglob("*") if one.is_file()] == [path]
 
 
-def test_rows_that_a_table_lost_are_told_of_and_the_run_goes_on(fixed, tmp_path, capsys):
+def test_rows_that_a_table_lost_are_reported_and_the_run_goes_on(fixed, tmp_path, capsys):
     shutil.copytree(fixed[1], out := tmp_path / "run")
     lines = (out / "metrics.csv").read_bytes().splitlines(keepends=True)
     (out / "metrics.csv").write_bytes(b"".join([*lines[:3], *lines[4:]]))
     (out / "episodes.csv").unlink()
     assert train(["--resume", str(out)]) == 0
-    told = capsys.readouterr().err
+    output = capsys.readouterr().err
     n_rows = len(lines) - 1
-    assert f"warning: {out}/metrics.csv has lost 1 of {n_rows} rows; the run goes on without them\n" in told
-    assert f"warning: {out}/episodes.csv has lost " in told
+    assert f"warning: {out}/metrics.csv has lost 1 of {n_rows} rows; the run goes on without them\n" in output
+    assert f"warning: {out}/episodes.csv has lost " in output
     assert (out / "metrics.csv").read_bytes() == b"".join([*lines[:3], *lines[4:]])
 
 
@@ -167,9 +167,9 @@ def test_a_learning_rate_that_jumps_when_a_run_goes_on_for_longer_is_said(tmp_pa
     for steps, said in ((64, ""), (128, "controller_0 goes on at 5.5e-04 after 1.0e-04: it falls over 128 steps")):
         resumed, again = resume(folder.config().changed(steps=steps), folder.path)
         again.lock.release()
-        told = capsys.readouterr().err
-        assert said in told
-        assert bool(said) == ("learning rate" in told)
+        output = capsys.readouterr().err
+        assert said in output
+        assert bool(said) == ("learning rate" in output)
     resumed.advance()
     assert resumed.metrics()["learning_rate"] == pytest.approx(1e-4)
 

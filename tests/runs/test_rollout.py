@@ -210,7 +210,7 @@ def test_what_cannot_be_played_is_refused_at_once(run):
         with pytest.raises(InputError, match=message):
             hierroom.rollout(*arguments)
     idle = SimpleNamespace(step=lambda turns: None)
-    with pytest.raises(InputError, match=r"^step of a player must return what turns\.step gave, a Step, not None$"):
+    with pytest.raises(InputError, match=r"^step of a player must return the Step that turns\.step returned, not"):
         list(hierroom.rollout(idle, EnvConfig("a")))
     for player in (agent, "random", "oracle"):
         with pytest.raises(InputError, match="seed must be at least 0, not -1"):

@@ -49,7 +49,7 @@ def test_a_checkpoint_is_found_by_its_steps(tmp_path):
         folder.load_checkpoint(65)
 
 
-def test_of_a_broken_checkpoint_the_one_before_is_told_where_it_is_the_newest(tmp_path):
+def test_of_a_broken_checkpoint_the_one_before_is_reported_where_it_is_the_newest(tmp_path):
     folder = RunFolder.create(tmp_path / "run", SMALL)
     paths = []
     for steps in (64, 128, 256):
@@ -67,7 +67,7 @@ def test_of_a_broken_checkpoint_the_one_before_is_told_where_it_is_the_newest(tm
         folder.load_checkpoint()
 
 
-def test_of_a_checkpoint_of_another_version_nothing_before_it_is_told(tmp_path, monkeypatch):
+def test_of_a_checkpoint_of_another_version_nothing_before_it_is_reported(tmp_path, monkeypatch):
     folder = RunFolder.create(tmp_path / "run", SMALL)
     with monkeypatch.context() as older:
         older.setattr(checkpoint, "CHECKPOINT_FORMAT", 3)

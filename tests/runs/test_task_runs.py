@@ -138,7 +138,7 @@ def test_a_trained_agent_plays_from_python_and_its_meta_controller_elsewhere(run
 
 
 @pytest.mark.parametrize(
-    ("player", "said"), [("random", None), ("oracle", "task has no oracle: nobody knows its shortest ways")]
+    ("player", "said"), [("random", None), ("oracle", "task has no oracle: its shortest solutions are unknown")]
 )
 def test_players_without_training_play_a_task_where_they_can(player, said):
     played = hierroom.rollout(player, hierroom.env(chest_task.chest), 5)

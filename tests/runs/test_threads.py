@@ -173,7 +173,7 @@ def test_filters_and_styles_are_as_before_though_threads_draw_at_the_same_time()
 
 
 @pytest.fixture
-def own_network(tmp_path, monkeypatch):
+def user_network(tmp_path, monkeypatch):
     (tmp_path / "drawn_in_threads.py").write_text(NETWORK)
     monkeypatch.syspath_prepend(tmp_path)
     return "drawn_in_threads:Own"
@@ -194,9 +194,9 @@ def test_three_trainings_at_once_give_what_one_alone_does(tmp_path, entries):
 
 
 @pytest.mark.parametrize("agent", ["a", "learned-g", "own"])
-def test_threads_that_share_an_agent_play_what_one_alone_plays(agent, tmp_path, own_network):
+def test_threads_that_share_an_agent_play_what_one_alone_plays(agent, tmp_path, user_network):
     if agent == "own":
-        loaded = hierroom.train(out=tmp_path / "run", steps=128, network=own_network, minibatches=2, **SMALL)
+        loaded = hierroom.train(out=tmp_path / "run", steps=128, network=user_network, minibatches=2, **SMALL)
     else:
         loaded = hierroom.load(agent)
 
@@ -213,9 +213,9 @@ def test_threads_that_share_an_agent_play_what_one_alone_plays(agent, tmp_path, 
 
 @pytest.mark.parametrize("entries", [{"network": "own"}, {"method": "ppo-rnd"}])
 @pytest.mark.parametrize("mode", [torch.no_grad, torch.inference_mode])
-def test_training_computes_the_same_whatever_torch_was_set_to(mode, entries, tmp_path, own_network):
+def test_training_computes_the_same_whatever_torch_was_set_to(mode, entries, tmp_path, user_network):
     if "network" in entries:
-        entries = {"network": own_network.replace("Own", "Plain")}
+        entries = {"network": user_network.replace("Own", "Plain")}
 
     def train(name):
         agent = hierroom.train(out=tmp_path / name, steps=128, evaluations=0, minibatches=2, **SMALL, **entries)

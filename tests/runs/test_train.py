@@ -132,8 +132,10 @@ def test_a_meta_controller_whose_memory_cannot_be_saved_is_warned_of_at_the_star
         assert train(flags) == 0
     finally:
         sys.modules.pop("forgets_of_test", None)
-    told = " ".join(capsys.readouterr().out.split())
-    assert "warning: the meta-controller forgets_of_test:Forgets has the method observe and attributes (given)" in told
+    output = " ".join(capsys.readouterr().out.split())
+    assert (
+        "warning: the meta-controller forgets_of_test:Forgets has the method observe and attributes (given)" in output
+    )
     assert not (tmp_path / "run" / "evaluations.csv").exists()
     assert train([*FLAGS, "--steps", "512", "--evaluations", "0", "--out", "other"]) == 0
     assert "warning" not in capsys.readouterr().out
@@ -180,9 +182,9 @@ def test_the_stage_of_a_curriculum_is_in_the_console_the_table_and_the_summary(t
     monkeypatch.chdir(tmp_path)
     flags = ["--graph", "expected_steps:20..100", "--curriculum-stages", "3", *FLAGS[2:], "--evaluations", "1"]
     assert train([*flags, "--steps", "1024", "--out", "run"]) == 0
-    told = capsys.readouterr().out
-    assert "stage 1 of 3" in told
-    assert "stage of the curriculum" in told
+    output = capsys.readouterr().out
+    assert "stage 1 of 3" in output
+    assert "stage of the curriculum" in output
     folder = RunFolder.open("run")
     assert {row["stage"] for row in folder.metrics.numbers()} == {1.0}
     summary = json.loads((folder.path / "summary.json").read_text())
@@ -334,7 +336,7 @@ def test_a_run_whose_goals_are_not_legal_says_so(tmp_path, capsys, monkeypatch):
     assert "were not legal" not in capsys.readouterr().err
 
 
-def test_goals_that_are_not_legal_are_told_of(monkeypatch):
+def test_goals_that_are_not_legal_are_reported(monkeypatch):
     trainer = Trainer(SMALL)
     assert trainer.metrics()["meta_illegal_goals"] == 0
     monkeypatch.setattr(trainer.agents["meta_0"], "act", lambda observation: np.full(len(observation), 12))

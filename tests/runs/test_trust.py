@@ -54,7 +54,7 @@ CALLS = {
 
 @pytest.fixture
 def run(tmp_path, monkeypatch) -> RunFolder:
-    """A run, and beside it and within it a module that leaves a file behind when it is imported."""
+    """A run, and next to it and within it a module that leaves a file behind when imported."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path])
     trainer, folder = session.begin(SMALL, Path("run"))
@@ -117,7 +117,7 @@ def test_compare_reads_and_runs_nothing(run):
 
 @pytest.mark.parametrize("argument", ["--trust-run", "--trust_run", "--meta=planted:Code"])
 @pytest.mark.parametrize("call", ["--resume=run", "--config=run/config.json"])
-def test_a_run_of_ones_own_code_goes_on_where_it_is_agreed_to_or_named(run, argument, call):
+def test_a_run_of_user_code_resumes_where_it_is_trusted_or_named(run, argument, call):
     _, own = session.begin(SMALL.changed(meta="planted:Code"), Path("own"))
     with pytest.raises(InputError, match="--trust-run"):
         parse([call.replace("run", "own", 1)])

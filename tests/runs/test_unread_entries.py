@@ -33,7 +33,7 @@ def test_an_entry_is_read_by_some(changes, unread):
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-def test_what_a_preset_has_is_not_told(preset):
+def test_what_a_preset_has_is_not_reported(preset):
     assert unread_note(find_preset(preset)) is None
 
 
@@ -47,7 +47,7 @@ def test_commands_say_so(tmp_path, monkeypatch, capsys):
     hierroom.train(graph=("a", "keys-0-exit-1"), method="ppo", subgoal_horizon=7, out="from-python", **entries)
     said = capsys.readouterr().err
     assert "warning: subgoal_horizon has no effect on ppo" in said
-    assert "keys-0-exit-1" in said.partition("subgoal_horizon")[0], "two graphs that are the same are told of, too"
+    assert "keys-0-exit-1" in said.partition("subgoal_horizon")[0], "two graphs that are the same are reported, too"
     assert sweep(["meta_ppo.gamma=0.9,0.99", "method=hippo,ppo", "--list"]) == 0
     assert capsys.readouterr().err == "warning: meta_ppo.gamma is given, and has no effect on any run of the sweep\n"
     assert sweep(["novelty_bonus=0.1,0.2", "method=hippo,ppo-novelty", "--list"]) == 0
@@ -63,8 +63,8 @@ def test_evaluate_says_so_of_a_controller_without_goals(tmp_path, monkeypatch, c
     for method in ("ppo", "hippo"):
         assert train([*words, "--method", method, "--out", method]) == 0
     capsys.readouterr()
-    told = "warning: --meta has no effect on a controller of the method ppo\n"
-    told += "warning: --goal-mask has no effect on a controller of the method ppo\n"
-    for run, expected in (("ppo", told), ("hippo", "")):
+    warning = "warning: --meta has no effect on a controller of the method ppo\n"
+    warning += "warning: --goal-mask has no effect on a controller of the method ppo\n"
+    for run, expected in (("ppo", warning), ("hippo", "")):
         assert evaluate([run, "--episodes", "2", "--meta", "random", "--goal-mask", "none"]) == 0
         assert capsys.readouterr().err == expected

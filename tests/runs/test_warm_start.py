@@ -103,12 +103,12 @@ def test_a_warm_start_is_resumed_without_the_run_it_came_from(run, tmp_path):
     (tmp_path / "before").unlink()
     assert train(["--resume", out, "--steps", "1024", "--trust-run"]) == 0
     folder = RunFolder.open(out)
-    told = (folder.config(), TrainConfig.from_dict(json.loads(folder.load_checkpoint()["config"])))
-    assert [config.warm_start for config in told] == [str(tmp_path / "before")] * 2
+    given = (folder.config(), TrainConfig.from_dict(json.loads(folder.load_checkpoint()["config"])))
+    assert [config.warm_start for config in given] == [str(tmp_path / "before")] * 2
 
 
 def test_what_a_gpu_trained_plays_on_the_cpu(tmp_path, monkeypatch):
-    """A GPU trains through torch and the CPU plays with compiled kernels, whose optimiser keeps other records."""
+    """A GPU trains through torch and the CPU plays with compiled kernels; their optimiser keeps other records."""
     config = SMALL.changed(device="cuda")
     with monkeypatch.context() as without_kernels:
         without_kernels.setattr(ppo, "FusedBackend", lambda *arguments: TorchBackend(*arguments[:2], "cpu"))

@@ -1,4 +1,4 @@
-"""Agents in one file: those that ship, one's own, and files that are damaged or lie."""
+"""Agents in one file: those that ship, custom ones, and damaged or false files."""
 
 import json
 from pathlib import Path
@@ -119,7 +119,7 @@ def test_the_meta_controller_alone_in_every_environment():
     for _ in range(5):
         several.step(np.zeros(3, int))
     few = make_vec(ROOM, 3, meta=agent.meta_controller(2))
-    with pytest.raises(InputError, match=r"made for 2 environments, but here is one of number 2; say so: meta_contr"):
+    with pytest.raises(InputError, match=r"made for 2 environments, not for environment 2; use meta_contr"):
         few.reset(seed=3)
 
 
@@ -154,8 +154,8 @@ def test_damage_is_seen(tmp_path, trained):
 
 def changed(path: Path, **metadata: str) -> None:
     with safe_open(path, "pt") as file:
-        told, tensors = file.metadata(), {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
-    save_file(tensors, path, {**told, **metadata})
+        header, tensors = file.metadata(), {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+    save_file(tensors, path, {**header, **metadata})
 
 
 def test_other_metadata_is_no_agent(tmp_path, trained):
@@ -182,7 +182,7 @@ def test_weights_of_another_network_are_refused(tmp_path, trained):
     saved = SavedAgent.read(_saved(tmp_path, trained))
     other = SavedAgent(saved.config.changed(hidden_size=32), saved.steps, saved.agents)
     other.write(tmp_path / "other.safetensors")
-    with pytest.raises(InputError, match="these weights are of another agent: its hidden_size is 64, here it is 32"):
+    with pytest.raises(InputError, match="these weights belong to another agent: its hidden_size is 64, not 32"):
         hierroom.load(tmp_path / "other.safetensors")
     SavedAgent(saved.config, saved.steps, {}).write(tmp_path / "empty.safetensors")
     with pytest.raises(InputError, match=r"empty\.safetensors does not fit its config"):
@@ -214,7 +214,7 @@ def test_a_training_begins_as_an_agent_that_ships(tmp_path, is_file):
     ours, theirs = warm.controller.weights, hierroom.load("a").controller.weights
     for name, tensor in theirs["learner"]["backend"]["network"].items():
         assert torch.equal(ours["learner"]["backend"]["network"][name], tensor)
-    with pytest.raises(InputError, match=r"cannot warm-start this run: .*hidden_size is 64, here it is 32"):
+    with pytest.raises(InputError, match=r"cannot warm-start this run: .*hidden_size is 64, not 32"):
         Trainer(warm.config.changed(hidden_size=32))
 
 

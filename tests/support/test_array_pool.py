@@ -30,8 +30,8 @@ def test_an_array_that_is_held_in_any_way_is_never_reused(hold):
             array[:] = step
         held.append(hold(arrays))
         del arrays, array
-    told = [np.asarray(one[0] if isinstance(one, list) else one) for one in held]
-    assert [set(one.ravel().tolist()) for one in told] == [{step} for step in range(6)]
+    held_arrays = [np.asarray(one[0] if isinstance(one, list) else one) for one in held]
+    assert [set(one.ravel().tolist()) for one in held_arrays] == [{step} for step in range(6)]
 
 
 def test_an_array_that_nobody_holds_is_reused():

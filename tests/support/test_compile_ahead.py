@@ -1,4 +1,4 @@
-"""After ``python -m hierroom compile`` nothing compiles any more, and a second call sees so at once."""
+"""After ``python -m hierroom compile`` nothing compiles any more, and a second call sees so fast."""
 
 import os
 from pathlib import Path
@@ -87,13 +87,13 @@ def test_no_kernel_holds_code_that_prints_shapes(compiled):
 def test_what_was_deleted_or_is_of_other_source_is_not_taken_for_complete(compiled, tmp_path, monkeypatch):
     kept = tmp_path / "kernels.advance.nbc"
     kept.touch()
-    told = compiled.read_text()
+    printed = compiled.read_text()
     stamp = tmp_path / STAMP
-    stamp.write_text(told.replace('"files": [', f'"files": ["{kept}", '))
+    stamp.write_text(printed.replace('"files": [', f'"files": ["{kept}", '))
     assert _is_complete(stamp)
     kept.unlink()
     assert not _is_complete(stamp)
-    for wrong in ("", "[]", "{}", "null", told.replace('"made_of": "', '"made_of": "0')):
+    for wrong in ("", "[]", "{}", "null", printed.replace('"made_of": "', '"made_of": "0')):
         stamp.write_text(wrong)
         assert not _is_complete(stamp)
 

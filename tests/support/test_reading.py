@@ -32,7 +32,7 @@ def sparse(path: Path, size: int) -> None:
         (lambda path: sparse(path, 2**40), "it is larger than [0-9,]+ MiB"),
         (lambda path: path.symlink_to(path), "Too many levels of symbolic links"),
         (lambda path: None, "No such file or directory"),
-        (lambda path: path.symlink_to("/proc/self/pagemap"), "it is larger than 1 MiB"),  # of which no size is known
+        (lambda path: path.symlink_to("/proc/self/pagemap"), "it is larger than 1 MiB"),  # it has no known size
     ],
 )
 @pytest.mark.parametrize("read", READERS)

@@ -49,7 +49,7 @@ def test_a_pool_works_in_a_forked_process():
     assert pool.submit(pow, 3, 2).result() == 9
 
 
-@pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")  # Python 3.12 warns of forks beside threads
+@pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")  # Python 3.12 warns of forks with threads
 def test_a_world_that_was_stepped_with_two_threads_goes_on_in_a_forked_process():
     n = 2 * MIN_ENVS_PER_THREAD
     world, actions = Engine([NAMED_GRAPHS["a"]], n, size=19, threads=2), np.arange(n) % 5
@@ -78,9 +78,9 @@ def test_a_learner_with_two_threads_goes_on_in_a_forked_process():
         pass
 
     def next_update():
-        while (told := envs.tick(learner)[-1]) is None:
+        while (losses := envs.tick(learner)[-1]) is None:
             pass
-        return told
+        return losses
 
     there = in_a_fork(next_update)
     assert there == next_update()
@@ -93,10 +93,10 @@ def test_a_copy_of_a_learner_learns_as_it_does_and_apart_from_it(clone):
         envs.tick(learner)
     twin, twin_envs = clone(learner), copy.deepcopy(envs)
     before = learner.state_dict()["backend"]["network"]
-    told = [twin_envs.tick(twin) for _ in range(20)]
+    losses = [twin_envs.tick(twin) for _ in range(20)]
     for name, tensor in learner.network.state_dict().items():
         assert (tensor == before[name]).all(), name
-    for one, other in zip([envs.tick(learner) for _ in range(20)], told, strict=True):
+    for one, other in zip([envs.tick(learner) for _ in range(20)], losses, strict=True):
         for a, b in zip(one, other, strict=True):
             np.testing.assert_array_equal(a, b)
     for name, tensor in learner.network.state_dict().items():

@@ -42,8 +42,8 @@ def test_the_return_of_the_controller_ends_with_the_episode_or_its_option(reward
         subgoal_horizon=4,
     )
     step = Step(records, N_GOALS)
-    told = list(zip(step.return_terminated.tolist(), step.return_truncated.tolist(), strict=True))
-    assert told == list(intrinsic if reward_name == "intrinsic" else others)
+    ends = list(zip(step.return_terminated.tolist(), step.return_truncated.tolist(), strict=True))
+    assert ends == list(intrinsic if reward_name == "intrinsic" else others)
 
 
 def test_an_option_that_begins_is_one_turn_of_the_meta_controller_and_ends_it():

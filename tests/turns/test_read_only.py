@@ -116,7 +116,7 @@ class Observing:
 
 
 class Rewarding:
-    """Likewise, as a reward."""
+    """The same, as a reward."""
 
     def __init__(self, of):
         self.of = of
@@ -202,7 +202,7 @@ def test_a_player_that_returns_the_step_of_other_environments_ends_in_one_line()
             turns.step(np.zeros(len(turns), int))
             return others.step(np.zeros(5, int))
 
-    with pytest.raises(InputError, match=r"^the player Elsewhere must return what its last call of turns\.step gave"):
+    with pytest.raises(InputError, match=r"^the player Elsewhere must return the Step of its last turns\.step"):
         next(hierroom.rollout(Elsewhere(), EnvConfig("c", size=11, max_steps=5), 3))
 
 

@@ -1,4 +1,4 @@
-"""The compiled turns beside their slow twins."""
+"""The compiled turns against their slow twins."""
 
 import numpy as np
 import pytest

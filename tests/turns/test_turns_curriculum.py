@@ -1,4 +1,4 @@
-"""Curricula: turns in environments whose graphs grow harder as the agent escapes, and easier as it does not."""
+"""Curricula: turns in environments with harder graphs as the agent escapes, and easier ones as it does not."""
 
 import numpy as np
 import pytest
@@ -106,13 +106,13 @@ def test_going_back_restores_the_stage(stages):
     state = turns.get_state()
 
     def play_and_note(turns):
-        told = []
+        observed = []
         for _ in range(9 * SETTINGS["max_steps"]):  # until some time after the easy stage has come back
             step = turn_left(turns)
-            told.append(
+            observed.append(
                 (stage_of(turns), step.lengths.tolist(), step.goals.tolist(), turns.world.state.levels.tobytes())
             )
-        return told
+        return observed
 
     first = play_and_note(turns)
     assert {stage for stage, *_ in first} == {0, 1}

@@ -17,11 +17,11 @@ def observed(turns):
 
 
 def played(turns, meta, actions):
-    told = []
+    moments = []
     for row in actions:
         take_turn(meta, turns)
-        told.append([*fields(turns.step(row)).values(), *observed(turns).as_dict().values()])
-    return told
+        moments.append([*fields(turns.step(row)).values(), *observed(turns).as_dict().values()])
+    return moments
 
 
 @pytest.mark.parametrize("autoreset", [True, False])
@@ -32,14 +32,14 @@ def test_going_back_and_playing_again_is_the_same(autoreset):
     played(turns, meta, actions[:25])  # the middle of an option
     state = turns.get_state()
     kept = {name: array.copy() for name, array in state.items()}
-    told = played(turns, meta, actions[25:])
+    moments = played(turns, meta, actions[25:])
     for name, array in state.items():
         np.testing.assert_array_equal(array, kept[name], err_msg=name)
     turns.set_state(state)
     elsewhere = make(seed=1, **settings)
     elsewhere.set_state(state)
     for other in (turns, elsewhere):
-        for one, again in zip(told, played(other, meta, actions[25:]), strict=True):
+        for one, again in zip(moments, played(other, meta, actions[25:]), strict=True):
             for a, b in zip(one, again, strict=True):
                 np.testing.assert_array_equal(a, b)
 
@@ -130,15 +130,15 @@ def test_episodes_begin_anew_by_themselves_where_nothing_else_is_said():
 def test_an_episode_begins_instead_of_a_step():
     """As `Autoreset.NEXT_STEP` of Gymnasium's vector environments wants it."""
     turns, expected = make("a", n=4, seed=6, autoreset=False), make("a", n=4, seed=6, autoreset=False)
-    told, _ = (each.step([1, 2, 0, 1]) for each in (turns, expected))
+    moments, _ = (each.step([1, 2, 0, 1]) for each in (turns, expected))
     some = np.array([0, 2])
     turns.reset_ended(some)
     expected.reset(None, some)
     for name, array in expected.get_state().items():
         np.testing.assert_array_equal(turns.get_state()[name], array, err_msg=name)
-    assert turns.last_step is told
-    assert told.actions.tolist() == [5, 2, 5, 1]  # 5: none
-    assert told.goals.tolist() == [-1] * 4
+    assert turns.last_step is moments
+    assert moments.actions.tolist() == [5, 2, 5, 1]  # 5: none
+    assert moments.goals.tolist() == [-1] * 4
 
 
 def test_parts_are_taken_only_where_no_environment_depends_on_others():

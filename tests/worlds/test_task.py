@@ -168,9 +168,9 @@ def test_recorded_episodes_are_played_again_and_drawn():
         ({"goals": {}}, "goals of a task are functions by name, at least one, not a dict"),
         ({"goals": {"chest": True}}, "goal 'chest' must be a function of environment and info, not True"),
         ({"target": "gold"}, "the target must be one of the goals coin, key, chest, not 'gold'"),
-        ({"rules": {"coin": {}}}, "they lack 'key', 'chest'"),
-        ({"rules": {**chest_task.RULES, "rope": {}}}, "they have 'rope'"),
-        ({"rules": {"chest": {}}}, "they lack 'coin', 'key'"),
+        ({"rules": {"coin": {}}}, "these lack 'key', 'chest'"),
+        ({"rules": {**chest_task.RULES, "rope": {}}}, "these have 'rope'"),
+        ({"rules": {"chest": {}}}, "these lack 'coin', 'key'"),
         ({"rules": {**chest_task.RULES, "key": {"wants": "coin"}}}, "rule 'key' takes needs, uses, gives"),
         ({"rules": {**chest_task.RULES, "chest": {"needs": "ky"}}}, "goal 'chest' asks for 'ky', which no rule gives"),
         ({"rules": {"coin": {"needs": "key"}, "key": {"needs": "coin"}, "chest": {"needs": "key"}}}, "need each other"),
@@ -283,7 +283,7 @@ def test_a_task_is_found_again_by_the_name_that_its_module_gives_it():
     sys.modules["a_script"].chest = chest  # imported there, and earlier in the alphabet
     assert name_in_module(chest) == "chest_task:chest"
     del sys.modules["a_script"]
-    with pytest.raises(InputError, match="no module has task under a name"):
+    with pytest.raises(InputError, match="no module has a name for task"):
         name_in_module(replace(chest))
 
 

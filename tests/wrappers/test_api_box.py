@@ -55,8 +55,8 @@ def test_boxes_hold_the_numbers_of_the_dicts(drop_key):
             (seen, infos), (expected, expected_infos) = env.reset(), plain.reset()
             continue
         actions = {agent: int(rng.integers(14)) for agent in BOTH}
-        (seen, *told, infos), (expected, *expected_told, expected_infos) = env.step(actions), plain.step(actions)
-        assert told == expected_told
+        (seen, *results, infos), (expected, *expected_results, expected_infos) = env.step(actions), plain.step(actions)
+        assert results == expected_results
     assert len(outcomes) > 1
     assert directions == {0, 1, 2, 3}
 
@@ -76,7 +76,7 @@ def test_pettingzoo_checkers(drop_key, capsys):
 
 @pytest.mark.parametrize("drop_key", [False, True])
 def test_turns_show_the_same_boxes_and_their_masks(drop_key):
-    """Played beside the dicts, with every action there is, legal or not."""
+    """Played next to the dicts, with every action, legal or not."""
     settings = {"drop_key": drop_key, "goal_mask": "existing", "subgoal_horizon": 5, "reward": "bonus"}
     env, plain = make_aec(**settings), hierroom.raw_env(graph="a", size=11, max_steps=60, **settings)
     assert env.observation_space("meta_0") == env.observation_space("controller_0")
@@ -87,16 +87,16 @@ def test_turns_show_the_same_boxes_and_their_masks(drop_key):
         plain.reset(seed=seed)
         for agent in plain.agent_iter():
             assert env.agent_selection == agent
-            (seen, *told), (expected, *expected_told) = env.last(), plain.last()
-            assert told == expected_told
+            (seen, *results), (expected, *expected_results) = env.last(), plain.last()
+            assert results == expected_results
             assert env.observation_space(agent).contains(seen)
             np.testing.assert_allclose(seen["observation"], numbers(agent, expected), atol=1e-6)
             mask = expected["action_mask"].tolist()
             assert seen["action_mask"].tolist() == [*mask, *[0] * (14 - len(mask))]
-            action = None if told[1] or told[2] else int(rng.integers(14))
+            action = None if results[1] or results[2] else int(rng.integers(14))
             env.step(action)
             plain.step(action)
-        n_illegal += expected_told[3]["illegal_actions"]
+        n_illegal += expected_results[3]["illegal_actions"]
     assert n_illegal > 0
 
 

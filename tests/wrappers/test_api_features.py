@@ -27,15 +27,15 @@ add = hierroom.add_features
 def expected(seed, names=NAMES, agent=CONTROLLER):
     features, meta = Features(WORLD, names, agent), FixedDFS()
     turns = Turns(EnvConfig(reward="intrinsic", **SETTINGS), seed=seed, memories=MEMORIES)
-    told = []
+    observed = []
     for action in ACTIONS:
         if agent == CONTROLLER:
             take_turn(meta, turns)
         if agent == CONTROLLER or len(turns.due(META)):  # the meta-controller is shown them on its turns
-            told.append(features.encode(turns.observe(agent, np.arange(1)))[0].tolist())
+            observed.append(features.encode(turns.observe(agent, np.arange(1)))[0].tolist())
         take_turn(meta, turns)
         turns.step([action])
-    return told
+    return observed
 
 
 def choice(env):
@@ -48,48 +48,48 @@ def choice(env):
 def test_aec(agent):
     env = add(hierroom.env(**SETTINGS), NAMES, agent)
     env.reset(seed=3)
-    told, left = [], list(ACTIONS)
+    observed, left = [], list(ACTIONS)
     while left:
         if env.agent_selection == META:
             ended = env.terminations[META] or env.truncations[META]
             if ended:
                 env.reset()
             if agent == META:
-                told.append(env.observe(META)["features"].tolist())
+                observed.append(env.observe(META)["features"].tolist())
             env.step(choice(env))
         else:
             if agent == CONTROLLER:
-                told.append(env.observe(CONTROLLER)["features"].tolist())
+                observed.append(env.observe(CONTROLLER)["features"].tolist())
             env.step(left.pop(0))
-    assert told == expected(3, agent=agent)
-    assert len(told) > 15
+    assert observed == expected(3, agent=agent)
+    assert len(observed) > 15
 
 
 def test_parallel():
     env = add(hierroom.parallel_env(**SETTINGS), NAMES)
     observations, _ = env.reset(seed=3)
     without_goal = Features(WORLD, NAMES[1:])
-    told = []
+    observed = []
     for action in ACTIONS:
-        told.append(observations[CONTROLLER]["features"][2:].tolist())
+        observed.append(observations[CONTROLLER]["features"][2:].tolist())
         is_turn = env.unwrapped.single.is_meta_turn
         observations, *_ = env.step({META: choice(env) if is_turn else WAIT, CONTROLLER: action})
         if not env.agents:
             observations, _ = env.reset()
-    assert told == expected(3, without_goal.names)  # its goal is chosen in the step itself
+    assert observed == expected(3, without_goal.names)  # its goal is chosen in the step itself
 
 
 def test_gymnasium():
     env = add(gymnasium.make("hierroom/EscapeRoom-d-v0", meta="fixed-dfs", **rest()), NAMES)
     observation, _ = env.reset(seed=3)
-    told = []
+    observed = []
     for action in ACTIONS:
-        told.append(observation["features"].tolist())
+        observed.append(observation["features"].tolist())
         observation, _, terminated, truncated, _ = env.step(action)
         assert observation in env.observation_space
         if terminated or truncated:
             observation, _ = env.reset()
-    assert told == expected(3)
+    assert observed == expected(3)
 
 
 def rest():

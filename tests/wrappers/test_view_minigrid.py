@@ -31,7 +31,7 @@ def test_gymnasium_checker():
 @pytest.mark.parametrize("drop_key", [False, True])
 @pytest.mark.parametrize("meta", ["none", "fixed-dfs"])
 def test_the_view_equals_minigrid_s_observations_and_the_environment_s_steps(drop_key, meta):
-    """At random and on the way to the exit, beside the environment itself."""
+    """At random and on the way to the exit, next to the environment itself."""
     settings = {"graph": "e", "size": 13, "max_steps": 200, "drop_key": drop_key, "meta": meta, "reward": "bonus"}
     plain = gymnasium.make("hierroom/EscapeRoom-v0", **settings)
     env = hierroom.minigrid_view(gymnasium.make("hierroom/EscapeRoom-v0", **settings))
@@ -54,10 +54,10 @@ def test_the_view_equals_minigrid_s_observations_and_the_environment_s_steps(dro
         carried.add(env.carrying and env.carrying.color)
         state = plain.unwrapped.single.turns.world.get_state()
         action = int(shortest_actions(state)[0]) if t % 200 < 190 and t % 3 else int(rng.integers(5 + drop_key))
-        (seen, *told, info) = env.step(int(TO_MINIGRID[action]))
-        (expected, *expected_told, expected_info) = plain.step(action)
-        assert told == expected_told
-        if told[1] or told[2]:
+        (seen, *results, info) = env.step(int(TO_MINIGRID[action]))
+        (expected, *expected_results, expected_info) = plain.step(action)
+        assert results == expected_results
+        if results[1] or results[2]:
             (seen, info), (expected, expected_info) = env.reset(), plain.reset()
     assert len(carried) > 2
     assert (len(missions) > 3) == (meta != "none")

@@ -1,1 +1,1 @@
-"""Random walks: their weights, and what is computed of them exactly."""
+"""Random walks: their weights, and exact quantities."""

@@ -62,6 +62,11 @@ class Chain:
     Args:
         weights: W [n, n] CSR, the probability of each move in one step; the rest of a row is the probability to stay.
         goals: for each goal the nodes at which it has been achieved; `"exit"` is one node.
+
+    Examples:
+        >>> chain = hierroom.complexity.Chain.from_matrix([[0, 1, 0], [0.5, 0, 0.5], [0, 0, 1]], source=0, target=2)
+        >>> round(chain.expected_steps, 3), round(chain.reach_probability(2).item(), 3)
+        (4.0, 0.5)
     """
 
     weights: sp.csr_array

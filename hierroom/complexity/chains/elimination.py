@@ -1,16 +1,16 @@
 """Elimination without subtraction: the factors of D - W, accurate however long the walk takes.
 
-Gaussian elimination of D - W subtracts nearly equal numbers on its diagonal where a target is hard to reach: with a
-mean of 10^k steps it loses k of the 16 digits of a float. Grassmann, Taksar and Heyman (Regenerative analysis and
-steady state distributions for Markov chains, Operations Research 33, 1985) replace the diagonal by what it stands for:
-the rate at which a node is left. Eliminating node k sends its visitors on,
+Gaussian elimination of D - W subtracts nearly equal numbers where a target is hard to reach. With a mean of 10^k steps
+it loses k of the 16 digits of a float. Grassmann, Taksar and Heyman (Regenerative analysis and steady state
+distributions for Markov chains, Operations Research 33, 1985) replace the diagonal by what it stands for: the rate at
+which a node is left. Eliminating node k sends its visitors on,
 
     w_ij += w_ik w_kj / s_k,    r_i += w_ik r_k / s_k,    s_k = r_k + sum of w_kj over the j that are not eliminated,
 
-with r the rate from each node to those outside the system. Nothing is ever subtracted, and so each factor, and each
-solution for a right-hand side that is not negative, has a small relative error in each entry, whatever the condition of
-D - W: at most about 2 n^2 roundings for n nodes (O'Cinneide, Entrywise perturbation theory and error analysis for
-Markov chains, Numerische Mathematik 65, 1993), and in practice a few.
+with r the rate from each node to those outside the system. Nothing is ever subtracted. So each factor, and each
+solution for a nonnegative right-hand side, has a small relative error in each entry, whatever the condition of D - W.
+It is at most about 2 n^2 roundings for n nodes, and in practice a few (O'Cinneide, Entrywise perturbation theory and
+error analysis for Markov chains, Numerische Mathematik 65, 1993).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ TOO_LONG = (
     "this one takes more"
 )
 BLOCK = 64
-"""Columns that are skipped at once where a row has none of them."""
+"""Columns that are skipped together where a row has none of them."""
 
 
 class Elimination:

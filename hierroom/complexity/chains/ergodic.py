@@ -33,7 +33,7 @@ from hierroom.support.errors import InputError
 MAX_DENSE_NODES = 2000
 """With more nodes eigenvalues are found iteratively, and the mixing time, a dense power of P, is refused."""
 MAX_COVER_NODES = 14
-"""Most nodes for an exact cover time, whose cost doubles with every node."""
+"""Most nodes for an exact cover time; its cost doubles with every node."""
 
 
 def stationary_distribution(weights: Weights) -> NDArray[np.float64]:
@@ -42,6 +42,15 @@ def stationary_distribution(weights: Weights) -> NDArray[np.float64]:
     Between two visits to one node s of the recurrent class a walk spends an expected v_i steps at i, and
     pi_i = v_i / sum v (proposition 1.14). This needs no eigenvector, and nodes that are seldom visited keep their
     relative precision.
+
+    Args:
+        weights: W [n, n], dense or sparse; rows sum to at most one.
+
+    Examples:
+        >>> from hierroom.complexity.measures import stationary_distribution
+        >>> triangle = [[0, 0.5, 0.5], [0.5, 0, 0.5], [0.5, 0.5, 0]]
+        >>> stationary_distribution(triangle).round(3).tolist()
+        [0.333, 0.333, 0.333]
     """
     moves = as_moves(weights)
     classes, n = closed_classes(moves), n_nodes(moves)
@@ -64,9 +73,18 @@ def stationary_distribution(weights: Weights) -> NDArray[np.float64]:
 def spectral_gap(weights: Weights) -> float:
     """Absolute spectral gap in 0..1: one minus the modulus of the second greatest eigenvalue of P (section 12.2).
 
-    The eigenvalues of P are those of its parts among nodes that reach each other. Where a walk ends, they are found of
+    The eigenvalues of P are those of its parts among nodes that reach each other. Where a walk ends, they are those of
     D^(1/2) P D^(-1/2), with the stationary distribution on the diagonal of D: a symmetric matrix if the walk is
     reversible (lemma 12.1). Those of P itself can be far off by rounding alone, as a corridor's are.
+
+    Args:
+        weights: W [n, n], dense or sparse; rows sum to at most one.
+
+    Examples:
+        >>> from hierroom.complexity.measures import spectral_gap
+        >>> triangle = [[0, 0.5, 0.5], [0.5, 0, 0.5], [0.5, 0.5, 0]]
+        >>> round(spectral_gap(triangle), 3)
+        0.5
     """
     moves = as_moves(weights)
     n = n_nodes(moves)
@@ -87,6 +105,16 @@ def mixing_time(weights: Weights, distance: float = 0.25) -> float:
     The least t with max over s of |P^t(s, .) - pi|_TV <= distance; the distance never grows with t. ``inf`` if the walk
     is periodic, or not there after 2^60 steps. Powers of P are rounded, so a time of t steps is off by a few times
     10^-16 t of itself: it is exact up to about 10^7 steps.
+
+    Args:
+        weights: W [n, n], dense or sparse; rows sum to at most one.
+        distance: total variation distance that counts as close, between 0 and 1.
+
+    Examples:
+        >>> from hierroom.complexity.measures import mixing_time
+        >>> triangle = [[0, 0.5, 0.5], [0.5, 0, 0.5], [0.5, 0.5, 0]]
+        >>> round(mixing_time(triangle), 3)
+        2.0
     """
     if not 0 < distance < 1:
         raise InputError(f"a mixing time needs a distance between 0 and 1, not {distance}")
@@ -117,6 +145,17 @@ def commute_time(weights: Weights, source: int, target: int) -> float:
     """Mean number of steps from one node to another and back (section 10.3); ``inf`` if one may never be reached.
 
     C(i, j) = H(i, j) + H(j, i), H being the mean first-passage times.
+
+    Args:
+        weights: W [n, n], dense or sparse; rows sum to at most one.
+        source: index of one node.
+        target: index of the other node.
+
+    Examples:
+        >>> from hierroom.complexity.measures import commute_time
+        >>> triangle = [[0, 0.5, 0.5], [0.5, 0, 0.5], [0.5, 0.5, 0]]
+        >>> round(commute_time(triangle, source=0, target=1), 3)
+        4.0
     """
     there, back = (mean_first_passage_time(weights, node) for node in (target, source))
     return float(there[as_node(source, len(there))] + back[target])
@@ -126,6 +165,17 @@ def committor(weights: Weights, sources: Targets, targets: Targets) -> NDArray[n
     """Probability [n] to reach the targets before the sources: the harmonic function 0 on one set and 1 on the other.
 
     q(i) = sum_j P(i, j) q(j) elsewhere, with q = 0 on the sources and 1 on the targets (chapter 9).
+
+    Args:
+        weights: W [n, n], dense or sparse; rows sum to at most one.
+        sources: one or several nodes; the value is 0 there.
+        targets: one or several other nodes; the value is 1 there.
+
+    Examples:
+        >>> from hierroom.complexity.measures import committor
+        >>> triangle = [[0, 0.5, 0.5], [0.5, 0, 0.5], [0.5, 0.5, 0]]
+        >>> committor(triangle, sources=0, targets=2).round(3).tolist()
+        [0.0, 0.5, 1.0]
     """
     moves = as_moves(weights)
     is_source, is_target = as_targets(sources, n_nodes(moves)), as_targets(targets, n_nodes(moves))
@@ -138,8 +188,18 @@ def committor(weights: Weights, sources: Targets, targets: Targets) -> NDArray[n
 def cover_time(weights: Weights, source: int) -> float:
     """Exact mean number of steps until every node was visited (chapter 11), for up to `MAX_COVER_NODES` nodes.
 
-    E(V, i), the mean with the nodes V visited and the walk at i in V, solves E(V, i) = 1 + sum_j P_ij E(V + {j}, j), a
-    linear system for each V, the larger sets first. ``inf`` if a node cannot be reached from every other.
+    E(V, i) is the mean with the nodes V visited and the walk at i in V. It solves E(V, i) = 1 + sum_j P_ij E(V + {j},
+    j), a linear system for each V, the larger sets first. ``inf`` if a node cannot be reached from every other.
+
+    Args:
+        weights: W [n, n], dense or sparse; rows sum to at most one.
+        source: index of the start node.
+
+    Examples:
+        >>> from hierroom.complexity.measures import cover_time
+        >>> triangle = [[0, 0.5, 0.5], [0.5, 0, 0.5], [0.5, 0.5, 0]]
+        >>> round(cover_time(triangle, source=0), 3)
+        3.0
     """
     moves = as_moves(weights)
     n = n_nodes(moves)
@@ -169,7 +229,21 @@ def cover_time(weights: Weights, source: int) -> float:
 def sampled_cover_time(weights: Weights, source: int, n_walks: int = 1000, seed: int = 0) -> tuple[float, float]:
     """Estimate the mean number of steps until every node was visited, for graphs too large for `cover_time`.
 
-    Return the mean and its standard error; (``inf``, 0) if a node cannot be reached from every other.
+    Args:
+        weights: W [n, n], dense or sparse; rows sum to at most one.
+        source: index of the start node.
+        n_walks: number of walks to draw, at least 2.
+        seed: fixes the walks.
+
+    Returns:
+        The mean and its standard error; (``inf``, 0) if a node cannot be reached from every other.
+
+    Examples:
+        >>> from hierroom.complexity.measures import sampled_cover_time
+        >>> triangle = [[0, 0.5, 0.5], [0.5, 0, 0.5], [0.5, 0.5, 0]]
+        >>> mean, error = sampled_cover_time(triangle, source=0)
+        >>> abs(mean - 3) < 4 * error
+        True
     """
     moves = as_moves(weights)
     source = as_node(source, n_nodes(moves))

@@ -1,9 +1,9 @@
 """First passage of a random walk in discrete time: mean, variance, probability, visits, and sensitivity to each edge.
 
 Every function takes W as in `chains.weights` and returns the exact limit where an equation has no solution: a mean is
-``inf`` where the target may never be reached. With Q the transition matrix among the nodes that are not targets,
-I - Q = D - W on those nodes; N = (I - Q)^-1 is the fundamental matrix (Kemeny and Snell, Finite Markov Chains, 1960,
-chapter 3). Systems are solved without subtraction (`chains.elimination`): each entry has a small relative error.
+``inf`` where the target may never be reached. Q is the transition matrix among the nodes that are not targets, so I - Q
+= D - W on those nodes. N = (I - Q)^-1 is the fundamental matrix (Kemeny and Snell, Finite Markov Chains, 1960, chapter
+3). Systems are solved without subtraction (`chains.elimination`): each entry has a small relative error.
 """
 
 from __future__ import annotations
@@ -51,6 +51,11 @@ def mean_first_passage_time(weights: Weights, targets: Targets) -> NDArray[np.fl
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
         targets: one or several nodes.
+
+    Examples:
+        >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
+        >>> hierroom.complexity.mean_first_passage_time(W, targets=2).round(3).tolist()
+        [6.0, 4.0, 0.0]
     """
     moves, fates = _prepare(weights, targets)
     means = np.where(fates.target, 0.0, np.inf)
@@ -71,6 +76,11 @@ def first_passage_variance(weights: Weights, targets: Targets) -> NDArray[np.flo
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
         targets: one or several nodes.
+
+    Examples:
+        >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
+        >>> hierroom.complexity.first_passage_variance(W, targets=2).round(3).tolist()
+        [22.0, 20.0, 0.0]
     """
     variances, unit = _variances(weights, targets)
     largest = variances[np.isfinite(variances)].max(initial=0.0)
@@ -119,6 +129,11 @@ def hitting_probability(weights: Weights, targets: Targets) -> NDArray[np.float6
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
         targets: one or several nodes.
+
+    Examples:
+        >>> W = [[0.5, 0.25, 0.25], [0, 1, 0], [0, 0, 1]]
+        >>> hierroom.complexity.hitting_probability(W, targets=2).tolist()
+        [0.5, 0.0, 1.0]
     """
     moves, fates = _prepare(weights, targets)
     reached = (fates.target | fates.sure).astype(float)
@@ -138,6 +153,11 @@ def expected_visits(weights: Weights, source: int, targets: Targets) -> NDArray[
         weights: W [n, n], dense or sparse; rows sum to at most one.
         source: index of the start node.
         targets: one or several nodes.
+
+    Examples:
+        >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
+        >>> hierroom.complexity.expected_visits(W, source=0, targets=2).round(3).tolist()
+        [4.0, 2.0, 0.0]
     """
     moves, fates = _prepare(weights, targets)
     n = n_nodes(moves)
@@ -158,7 +178,7 @@ def expected_visits(weights: Weights, source: int, targets: Targets) -> NDArray[
 def passage_time_sensitivity(weights: Weights, source: int, targets: Targets) -> sp.csr_array:
     """Return the derivative [n, n] CSR of the mean first-passage time by each edge's weight, balanced by staying.
 
-    dm_s / dW_ij = v_i (m_j - m_i), with v the expected visits from s and m the mean times: at each visit to i, a little
+    dm_s / dW_ij = v_i (m_j - m_i), with v the expected visits from s and m the mean times. At each visit to i, a little
     probability moves from staying at i to going to j. This follows from dN = N dQ N. Edges that begin at a node visited
     before a target have an entry; all are ``nan`` if the mean is ``inf``.
 
@@ -166,6 +186,11 @@ def passage_time_sensitivity(weights: Weights, source: int, targets: Targets) ->
         weights: W [n, n], dense or sparse; rows sum to at most one.
         source: index of the start node.
         targets: one or several nodes.
+
+    Examples:
+        >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
+        >>> hierroom.complexity.passage_time_sensitivity(W, source=0, targets=2).toarray().round(3).tolist()
+        [[0.0, -8.0, 0.0], [4.0, 0.0, -8.0], [0.0, 0.0, 0.0]]
     """
     moves, fates = _prepare(weights, targets)
     source = as_node(source, n_nodes(moves))

@@ -1,6 +1,6 @@
 """The paper's hitting time: the sparse least-squares solution of a singular Laplacian system.
 
-The paper (section 2.1) sets L = W - D, asks for x with L x = b and x_t = 0, where b_s = 1 and b_t = -1, and calls x_s
+The paper (section 2.1) sets L = W - D and asks for x with L x = b and x_t = 0, where b_s = 1 and b_t = -1. It calls x_s
 the hitting time. No x solves this system, because L is singular and b is not in its range. Table 2 is reproduced by the
 least-squares solution x = pinv(L) b, which gives
 
@@ -22,7 +22,7 @@ million. It is above 100 exactly where more than 100 steps are spent at the star
 with drop it is up to 113 with 7 rooms. Use the mean to compare hard graphs.
 
 **Sparse solution.** Let K = D - W. Its left null space is spanned by one vector y_c for each closed class c of the
-walk, zero outside the class, and its right null space by the h_c, the probabilities to end in class c. Hence
+walk, zero outside the class. Its right null space is spanned by the h_c, the probabilities to end in class c. Hence
 
     1. b^ = b - sum_c y_c (y_c' b) / (y_c' y_c)        the part of b in the range of K: least squares,
     2. K x = b^, with x = 0 at one node of each class  regular: solved by elimination without subtraction,
@@ -61,6 +61,11 @@ def laplacian(weights: Weights) -> sp.csr_array:
 
     Args:
         weights: W [n, n], dense or sparse.
+
+    Examples:
+        >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
+        >>> hierroom.complexity.laplacian(W).toarray().tolist()
+        [[-0.5, 0.5, 0.0], [0.5, -1.0, 0.5], [0.0, 0.0, 0.0]]
     """
     matrix = as_weights(weights)
     return sp.csr_array(matrix - sp.diags_array(row_sums(matrix)))
@@ -73,6 +78,11 @@ def laplacian_hitting_time(weights: Weights, source: int, target: int) -> float:
         weights: W [n, n], dense or sparse; rows may have any sum, and the diagonal cancels.
         source: index of the start node.
         target: index of the goal node.
+
+    Examples:
+        >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
+        >>> round(hierroom.complexity.laplacian_hitting_time(W, source=0, target=2), 3)
+        4.0
     """
     matrix = as_weights(weights)
     n = n_nodes(matrix)
@@ -101,6 +111,11 @@ def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_
         weights: W [n, n] with one closed class in the connected component of the source, as in any walk that restarts.
         source: index of the start node.
         target: index of the goal node.
+
+    Examples:
+        >>> W = [[0, 1, 0], [0.5, 0, 0.5], [1, 0, 0]]
+        >>> hierroom.complexity.laplacian_sensitivity(W, source=0, target=2).toarray().round(3).tolist()
+        [[0.0, -0.123, 0.0], [0.123, 0.0, 0.074], [-1.086, 0.0, 0.0]]
     """
     whole = as_weights(weights)
     n = n_nodes(whole)

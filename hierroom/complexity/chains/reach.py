@@ -8,8 +8,8 @@ because Q^t h is the probability to reach the targets later than t.
 
 - **Small walks** raise Q to the requested powers by repeated squaring, about 20 products for t = 10^6.
 - **Large walks** step a vector, w_t = Q^t h, until its decay is geometric. If lo <= 1 - w_{t+1} / w_t <= hi at every
-  node, then (1 - hi)^k w_t <= w_{t+k} <= (1 - lo)^k w_t for all k, because Q has no negative entries (the
-  Collatz-Wielandt bounds). Once the two differ by less than the tolerance for every k, the rest of the curve is known.
+node, then (1 - hi)^k w_t <= w_{t+k} <= (1 - lo)^k w_t for all k. These are the Collatz-Wielandt bounds, as Q has no
+negative entries. Once the two differ by less than the tolerance for every k, the rest of the curve is known.
   A walk that mixes slowly is squared after as many steps as squaring costs, if more than that are left.
 """
 
@@ -43,7 +43,7 @@ SMALL = 96
 CHECK_EVERY = 64
 """Number of steps between two checks whether the decay is geometric."""
 PATIENCE = 16_384
-"""Least number of steps before a walk whose decay is still not geometric (it mixes very slowly) is squared instead."""
+"""Least number of steps before a walk that mixes very slowly (its decay is not geometric yet) is squared instead."""
 STEP_COST, DENSE_GAIN = 16_000, 32
 """Cost of a step beyond its multiplications, in multiplications, and the dense ones that cost as much as one."""
 LONG = 10**9
@@ -62,6 +62,11 @@ def reach_probability(weights: Weights, source: int, targets: Targets, times: Ar
         source: index of the start node.
         targets: one or several nodes.
         times: numbers of steps t, any shape, each 0, 1, 2, ...
+
+    Examples:
+        >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
+        >>> hierroom.complexity.reach_probability(W, source=0, targets=2, times=[1, 2, 3]).round(3).tolist()
+        [0.0, 0.25, 0.375]
     """
     moves, steps = as_moves(weights), as_times(times)
     n = n_nodes(moves)
@@ -83,6 +88,11 @@ def expected_states(
         times: numbers of steps t, any shape, each 0, 1, 2, ...
         nodes: the nodes that count; by default all of them.
         multiplicity: for each of ``nodes`` the number of nodes that it stands for, as in `augmented.alike_nodes`.
+
+    Examples:
+        >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
+        >>> hierroom.complexity.expected_states(W, source=0, times=[0, 1, 2]).round(3).tolist()
+        [1.0, 1.5, 2.0]
     """
     moves, steps = as_moves(weights), as_times(times)
     n = n_nodes(moves)

@@ -32,7 +32,7 @@ def rounding_slack(dtype: np.dtype) -> float:
 
 
 def as_weights(weights: Weights) -> sp.csr_array:
-    """Check W, whose rows may have any sum, and return a copy as [n, n] float64 CSR without stored zeros."""
+    """Check W with rows of any sum, and return a copy as [n, n] float64 CSR without stored zeros."""
     return _read(weights)[0]
 
 
@@ -59,7 +59,7 @@ def _read(weights: Weights) -> tuple[sp.csr_array, np.dtype]:
 
 
 def as_probabilities(weights: Weights) -> sp.csr_array:
-    """Check W, whose rows sum to at most one, and return it as `as_weights`.
+    """Check W with rows that sum to at most one, and return it as `as_weights`.
 
     Rows of coarse floats, such as float32, may exceed one by their rounding, and are divided by their sum.
     """
@@ -78,7 +78,7 @@ def as_probabilities(weights: Weights) -> sp.csr_array:
 
 
 def as_moves(weights: Weights) -> sp.csr_array:
-    """Check W, whose rows sum to at most one, and return it as [n, n] float64 CSR without its diagonal."""
+    """Check W with rows that sum to at most one, and return it as [n, n] float64 CSR without its diagonal."""
     matrix = as_probabilities(weights)
     matrix.setdiag(0.0)
     matrix.eliminate_zeros()
@@ -146,7 +146,7 @@ def can_reach(
 
 
 def closed_classes(weights: sp.csr_array) -> list[NDArray[np.int64]]:
-    """Find the closed classes: sets of nodes that reach each other and no other node, in one of which a walk ends."""
+    """Find the closed classes: sets of nodes that reach each other and no other node. A walk ends in one of them."""
     n_classes, labels = connected_components(weights, directed=True, connection="strong")
     edges = weights.tocoo()
     leaves = labels[edges.row] != labels[edges.col]

@@ -51,7 +51,7 @@ def svg_of(figure: Figure) -> str:
 
 
 def draw_goal_graph(graph: GoalGraph, axes: Axes, scale: float = 1.0) -> None:
-    """Draw a goal graph onto an Axes: the start at the top, and below each node what it makes possible."""
+    """Draw a goal graph onto an Axes: the start at the top, and below each node those that it makes possible."""
     places = place_goals(graph)
     title = f"goal graph {graph.name}\n{graph.n_rooms} rooms, exit depth {graph.exit_depth}, width {graph.width}"
     pen = Pen(axes, scale, title, list(places.values()))
@@ -86,7 +86,7 @@ def draw_augmented(augmented: AugmentedGraph, axes: Axes, scale: float = 1.0) ->
 
 
 def caption(augmented: AugmentedGraph) -> str:
-    """Explain the symbols of `draw_augmented`, and what is not drawn."""
+    """Explain the symbols of `draw_augmented`, and name the parts not drawn."""
     walk = augmented.walk
     lines = ["circles: rooms    squares: keys    exit: one node, drawn wherever it is reached    two heads: both ways"]
     lines.append("grey band: each of its rooms leads to every other; an arrow at a band is one at each of its rooms")

@@ -36,7 +36,7 @@ def figure_of_chain(chain: Chain, unrolled: MarkingGraph | None = None, restarts
 
     Args:
         chain: the chain.
-        unrolled: the rules of which it is the marking chain.
+        unrolled: the rules, if it is their marking chain.
         restarts: whether to draw the moves to the start.
     """
     n = len(chain.labels)

@@ -1,4 +1,4 @@
-"""A picture of rules as a graph with their state: what was achieved, what there is, what can be done and is pursued."""
+"""A picture of rules as a graph with their state: achieved, possible and pursued goals, and the counts of facts."""
 
 from __future__ import annotations
 
@@ -64,7 +64,6 @@ def rules_picture(
 
 @lru_cache(maxsize=16)
 def _layout(rules: Rules) -> tuple[list[Point], tuple[int, int]]:
-    """Return the place of each goal in pixels, in rows by depth, and the size of the picture."""
     places = place_rows(np.array([*goal_depths(rules).values()]), np.array([link[:2] for link in links(rules)]), 0)
     xs, ys = zip(*places, strict=True)
     at = [(COLUMN * (x - min(xs) + 1.4), ROW * (max(ys) - y + 0.8)) for x, y in places]
@@ -73,7 +72,6 @@ def _layout(rules: Rules) -> tuple[list[Point], tuple[int, int]]:
 
 
 def _arrow(draw: object, start: Point, end: Point, colour: str) -> None:
-    """Draw an arrow between the rims of two goals."""
     (x, y), (to_x, to_y) = start, end
     down = np.sign(to_y - y)
     tip, tail = (to_x, to_y - down * HALF_HEIGHT), (x, y + down * HALF_HEIGHT)

@@ -1,4 +1,4 @@
-"""Places of nodes in drawings: sets of open doors in rows by size, and what is equal by symmetry once."""
+"""Places of nodes in drawings: sets of open doors in rows by size, with symmetric ones drawn once."""
 
 from __future__ import annotations
 
@@ -151,7 +151,7 @@ def place_goals(graph: GoalGraph) -> dict[str, Point]:
 
 
 def place_rows(rows: NDArray[np.floating], edges: NDArray[np.integer], n_lines: int) -> list[Point]:
-    """Place nodes in rows, each below those from which edges lead to it; what is out of reach comes last."""
+    """Place nodes in rows, each below its predecessors; unreachable nodes come last."""
     last = max([row for row in rows.tolist() if math.isfinite(row)], default=0.0) + 1
     height = max(LEAST_ROW, 1.2 + TEXT_LINE * (n_lines + 1))
     places: dict[int, Point] = {}

@@ -17,8 +17,8 @@ LEAST_CHANCE = 1e-300
 class CoveringLength:
     """Bounds on the covering length L, in episodes; all are ``inf`` where a pair is less likely than `LEAST_CHANCE`.
 
-    L episodes of the random policy try every pair of a state and an action with probability 1/2 (Even-Dar and Mansour,
-    Learning Rates for Q-learning, JMLR 2003, who count steps; in episodes as Laidlaw et al. 2023 use it).
+    L episodes of the random policy try every pair of a state and an action with probability 1/2. (Even-Dar and Mansour,
+    Learning Rates for Q-learning, JMLR 2003, count steps; in episodes as Laidlaw et al. 2023 use it).
     """
 
     low: float  # no fewer episodes suffice: the hardest pair alone is missed with probability above 1/2
@@ -34,6 +34,17 @@ def covering_length(mdp: DeterministicMDP, horizon: int) -> CoveringLength:
     With d_t(s, a) the probability that step t takes action a in state s, an episode tries a pair with probability p,
     max_t d_t <= p <= min(1, sum_t d_t). L is at least ln(1/2) / ln(1 - p) for each pair, and at most the least n with
     sum over the pairs of (1 - p)^n <= 1/2.
+
+    Args:
+        mdp: the MDP.
+        horizon: number of steps T of an episode, at least 1.
+
+    Examples:
+        >>> from hierroom.complexity.measures import DeterministicMDP, covering_length
+        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
+        >>> bounds = covering_length(mdp, horizon=3)
+        >>> bounds.low, bounds.high
+        (2, 6)
     """
     check_horizon(mdp, horizon)
     occupancy = np.zeros(mdp.n_states)

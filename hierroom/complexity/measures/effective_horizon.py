@@ -1,9 +1,9 @@
 """The effective horizon and the effective planning window of a deterministic MDP.
 
-With Q^1 the values of the random policy and Q^(k+1)_h(s, a) = r(s, a) + max_a' Q^k_(h-1)(s', a'), an MDP is
-*k-QVI-solvable* if every policy that is greedy in Q^k is optimal (Laidlaw, Russell and Dragan, Bridging RL Theory and
-Practice with the Effective Horizon, NeurIPS 2023, definition 5.1). If GORP (see `gorp`) finds an optimal policy with k
-and m_k with probability 1/2, H_k = k + log_A m_k, and the effective horizon is H = min_k H_k (definition 5.2).
+Let Q^1 be the values of the random policy and Q^(k+1)_h(s, a) = r(s, a) + max_a' Q^k_(h-1)(s', a'). An MDP is
+*k-QVI-solvable* if every policy that is greedy in Q^k is optimal: definition 5.1 of Laidlaw, Russell and Dragan,
+Bridging RL Theory and Practice with the Effective Horizon, NeurIPS 2023. If GORP (see `gorp`) finds an optimal policy
+with k and m_k with probability 1/2, H_k = k + log_A m_k, and the effective horizon is H = min_k H_k (definition 5.2).
 """
 
 from __future__ import annotations
@@ -62,8 +62,18 @@ def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
 
         m >= 16 (S_t(s) / D_t(s)^2) ln(2 T A^k)
 
-    suffices. D_t(s) is the gap of Q^k between its greatest value and that of the best suboptimal action, and S_t(s) the
-    greatest (Q - Q_worst) (Q_best - Q_worst) after k - 1 further actions, a bound on the variance of a return.
+    suffices. D_t(s) is the gap of Q^k between its greatest value and that of the best suboptimal action. S_t(s) bounds
+    the variance of a return: the greatest (Q - Q_worst) (Q_best - Q_worst) after k - 1 further actions.
+
+    Args:
+        mdp: the MDP.
+        horizon: number of steps T of an episode, at least 1.
+
+    Examples:
+        >>> from hierroom.complexity.measures import DeterministicMDP, effective_horizon
+        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
+        >>> round(effective_horizon(mdp, horizon=3).value, 2)
+        2.0
     """
     values, is_optimal, table = mdp.random_values(horizon), mdp.optimal_actions(horizon), (mdp.transitions, mdp.rewards)
     variances = np.zeros_like(values)
@@ -82,7 +92,18 @@ def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
 
 
 def minimum_k(mdp: DeterministicMDP, horizon: int) -> int:
-    """Return the least k at which an MDP is k-QVI-solvable (definition 5.1)."""
+    """Return the least k at which an MDP is k-QVI-solvable (definition 5.1).
+
+    Args:
+        mdp: the MDP.
+        horizon: number of steps T of an episode, at least 1.
+
+    Examples:
+        >>> from hierroom.complexity.measures import DeterministicMDP, minimum_k
+        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
+        >>> minimum_k(mdp, horizon=3)
+        1
+    """
     return _backups_needed(mdp, horizon, mdp.random_values(horizon))
 
 
@@ -90,6 +111,16 @@ def effective_planning_window(mdp: DeterministicMDP, horizon: int) -> int:
     """Return the least W such that every plan of W steps that is greedy in their reward alone is optimal: Q^1 = r.
 
     Malik, Pacchiano, Srinivasan and Li (Sample Efficient Reinforcement Learning In Continuous State Spaces, ICML 2021).
+
+    Args:
+        mdp: the MDP.
+        horizon: number of steps T of an episode, at least 1.
+
+    Examples:
+        >>> from hierroom.complexity.measures import DeterministicMDP, effective_planning_window
+        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
+        >>> effective_planning_window(mdp, horizon=3)
+        2
     """
     check_horizon(mdp, horizon)
     return _backups_needed(mdp, horizon, np.zeros((horizon + 1, mdp.n_states)))

@@ -1,9 +1,9 @@
-"""The rollouts that GORP needs on a deterministic MDP whose return is 0 or 1: exactly, or by runs drawn.
+"""The rollouts that GORP needs on a deterministic MDP with returns 0 or 1: exactly, or by runs drawn.
 
 GORP (greedy over random policy; Laidlaw, Russell and Dragan 2023, algorithm 1) fixes one action after the other. It
-makes m rollouts of the random policy after each of the A^k sequences of k further actions, and fixes the first action
-of the sequence of the greatest mean return; ties are broken at random. With m_k rollouts it finds an optimal policy
-with probability 1/2, and H_k = k + log_A m_k (definition 5.2), of which `effective_horizon` gives an upper bound only.
+makes m rollouts of the random policy after each of the A^k sequences of k further actions. It fixes the first action of
+the sequence of the greatest mean return; ties are broken at random. With m_k rollouts it finds an optimal policy with
+probability 1/2, and H_k = k + log_A m_k (definition 5.2); `effective_horizon` gives an upper bound only.
 """
 
 from __future__ import annotations
@@ -47,12 +47,18 @@ class GorpRollouts:
 
 
 class Gorp:
-    """GORP on one MDP, whose returns must be 0 or 1.
+    """GORP on one MDP with returns 0 or 1.
 
     Args:
         horizon: number of steps T of an episode, at least 1.
         k: number of actions of a sequence, at least 1.
         runs: number of runs to draw, for MDPs too large to compute the probability; None computes it.
+
+    Examples:
+        >>> from hierroom.complexity.measures import DeterministicMDP, Gorp
+        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
+        >>> Gorp(mdp, horizon=3).rollouts().rollouts
+        1
     """
 
     def __init__(self, mdp: DeterministicMDP, horizon: int, k: int = 1, runs: int | None = None, seed: int = 0):
@@ -76,7 +82,7 @@ class Gorp:
     def success_probability(self, m: int) -> float:
         """Return the probability that GORP finds an optimal policy with m rollouts, at most `MAX_ROLLOUTS`."""
         if not 1 <= m <= MAX_ROLLOUTS:
-            raise InputError(f"the number of rollouts must lie in 1..{MAX_ROLLOUTS:,}, not {m}")
+            raise InputError(f"the number of rollouts must be in 1..{MAX_ROLLOUTS:,}, not {m}")
         mdp, known = self.mdp, (self._leaves, self._leaf_steps, self._random)
         if not self._is_solvable[self.horizon, mdp.start]:
             return 1.0  # every policy is optimal

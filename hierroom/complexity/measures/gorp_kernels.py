@@ -1,4 +1,4 @@
-"""The choice that GORP makes at one state, as a compiled function."""
+"""GORP's choice at one state, as a compiled function."""
 
 import math
 
@@ -107,9 +107,9 @@ def leaf_chances(leaves, leaf_steps, random_values, state, h, k, chances):
 def success_values(transitions, leaves, leaf_steps, random_values, is_optimal, visited, k, m, nodes, node_weights):
     """Return the probability [T + 1, S] that GORP takes optimal actions only, from the states ``visited`` [T + 1, S].
 
-    After each sequence of k actions, those with one first action in a row, ``leaves`` [S, A ** k] is the state and
-    ``leaf_steps`` [S, A ** k] the step that earns the reward, or a great number. ``random_values`` [T + 1, S] is the
-    random policy's probability of return 1.
+    After each sequence of k actions, ``leaves`` [S, A ** k] is the state and ``leaf_steps`` [S, A ** k] the step that
+    earns the reward, or a great number. Sequences with the same first action are adjacent. ``random_values`` [T + 1, S]
+    is the random policy's probability of return 1.
     """
     horizon, n_states, n_actions = random_values.shape[0] - 1, transitions.shape[0], transitions.shape[1]
     success = np.zeros((horizon + 1, n_states))

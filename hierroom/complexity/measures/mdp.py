@@ -34,6 +34,12 @@ class DeterministicMDP:
     Args:
         transitions: [S, A] int, the state after each action.
         rewards: [S, A] float, finite.
+
+    Examples:
+        >>> from hierroom.complexity.measures import DeterministicMDP
+        >>> corridor = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])  # 0: back, 1: on
+        >>> corridor.shortest_solution(), corridor.random_values(3)[3, 0].item()
+        (2, 0.375)
     """
 
     transitions: NDArray[np.int64]
@@ -53,7 +59,7 @@ class DeterministicMDP:
         if not np.isfinite(rewards).all():
             raise InputError("the rewards of an MDP must be finite")
         if not 0 <= self.start < n:
-            raise InputError(f"the start of an MDP with {n} states must lie in 0..{n - 1}, not {self.start}")
+            raise InputError(f"the start of an MDP with {n} states must be in 0..{n - 1}, not {self.start}")
         object.__setattr__(self, "transitions", transitions.astype(np.int64))
         object.__setattr__(self, "rewards", rewards)
 
@@ -69,7 +75,7 @@ class DeterministicMDP:
 
     @cached_property
     def is_absorbing(self) -> NDArray[np.bool_]:
-        """[S] bool, whether every action stays in the state and earns nothing."""
+        """Flags [S] of states in which every action stays and earns nothing."""
         stays = self.transitions == np.arange(self.n_states)[:, None]
         return (stays & (self.rewards == 0)).all(axis=1)
 
@@ -144,6 +150,14 @@ def graph_mdp(augmented: AugmentedGraph) -> DeterministicMDP:
 
     Action i takes the i-th edge of a node, in the order of `AugmentedGraph.edges`, or stays if there are fewer edges.
     The step to the exit earns 1 and ends the episode.
+
+    Args:
+        augmented: the augmented goal graph.
+
+    Examples:
+        >>> from hierroom.complexity.measures import graph_mdp
+        >>> graph_mdp(hierroom.complexity.AugmentedGraph(hierroom.GoalGraph.named("c"))).shortest_solution()
+        5
     """
     sources, targets = augmented.edges.T
     n = len(augmented.nodes)
@@ -175,6 +189,12 @@ def enumerate_env(
         state: returns what decides all that follows in an environment, without the number of steps.
         actions: which actions to take; all by default.
         reward: converts a reward, such as ``lambda r: float(r > 0)`` where it shrinks with the number of steps.
+
+    Examples:
+        >>> from hierroom.complexity.measures import enumerate_env
+        >>> lake = gymnasium.make("FrozenLake-v1", is_slippery=False)
+        >>> enumerate_env(lake, lambda env: env.unwrapped.s).shortest_solution()
+        6
     """
     if not isinstance(env.action_space, Discrete):
         raise InputError(f"states are enumerated with discrete actions, not with {env.action_space}")

@@ -32,13 +32,19 @@ def policy_information(returns: ArrayLike, n_bins: int = 100, temperature: float
     """Estimate both capacities from episodes of policies drawn from the prior (Furuta et al. 2021, algorithm 1).
 
     With the shares p of bins b of returns, PIC = H(mean over policies of p) - mean over policies of H(p), where H is
-    the entropy -sum_b p_b ln p_b; POIC is the same of the two shares E[exp((R - R_max) / temperature)] and its rest.
+    the entropy -sum_b p_b ln p_b. POIC is the same for the two shares E[exp((R - R_max) / temperature)] and its rest.
     From few episodes both are too great on average.
 
     Args:
         returns: [P, E] float, the returns of E episodes of each of P policies.
         n_bins: number of bins of equal width, at least 1.
         temperature: of optimality, above 0, in units of return.
+
+    Examples:
+        >>> from hierroom.complexity.measures import policy_information
+        >>> always, never, at_times = [1, 1, 1, 1], [0, 0, 0, 0], [1, 0, 1, 0]
+        >>> round(policy_information([always, never, at_times]).pic, 3)
+        0.462
     """
     table = np.asarray(returns, float)
     if table.ndim != 2 or not table.size or not np.isfinite(table).all():
@@ -62,7 +68,7 @@ def mdp_policy_information(
     temperature: float = 1.0,
     seed: int = 0,
 ) -> PolicyInformation:
-    """Compute both capacities on an MDP whose return is 0 or 1, for policies drawn from a prior (Furuta et al. 2021).
+    """Compute both capacities on an MDP with returns 0 or 1, for policies drawn from a prior (Furuta et al. 2021).
 
     With the policies' probabilities p of return 1 and H(p) = -p ln p - (1 - p) ln(1 - p),
 
@@ -76,6 +82,12 @@ def mdp_policy_information(
         n_policies: number of policies drawn, at least 1.
         deviation: standard deviation of the preferences, at least 0.
         temperature: of optimality, above 0; towards 0 POIC becomes PIC.
+
+    Examples:
+        >>> from hierroom.complexity.measures import DeterministicMDP, mdp_policy_information
+        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
+        >>> round(mdp_policy_information(mdp, horizon=3).pic, 3)
+        0.133
     """
     check_horizon(mdp, horizon)
     if not mdp.is_binary:

@@ -32,7 +32,7 @@ from hierroom.support.errors import InputError
 
 @dataclass(frozen=True)
 class MdpMeasures:
-    """The measures of the literature on a deterministic MDP whose return is 0 or 1."""
+    """The measures of the literature on a deterministic MDP with returns 0 or 1."""
 
     states: int  # number of states
     actions: int  # number of actions A
@@ -65,7 +65,7 @@ class SampledMeasures:
     rollouts: int | None  # least m_1 with which half of the runs of GORP succeed; None if it takes too many steps
     rollouts_tried: int  # the most rollouts with which less than half of them do; 0 if one is enough
     effective_horizon: float  # H_1 = 1 + log_A m_1; ``inf`` if m_1 is not known
-    samples: float  # GORP's sample bound T^2 A^H; ``inf`` likewise
+    samples: float  # GORP's sample bound T^2 A^H; ``inf`` if no float is so large
     pic: float  # policy information capacity, in nats
     poic: float  # policy-optimal information capacity, in nats
 
@@ -73,12 +73,19 @@ class SampledMeasures:
 def measure_mdp(
     mdp: DeterministicMDP, horizon: int, *, n_policies: int = 200, gorp_runs: int | None = None, seed: int = 0
 ) -> MdpMeasures:
-    """Compute every measure of an MDP whose returns are 0 or 1.
+    """Compute every measure of an MDP with returns 0 or 1.
 
     Args:
         horizon: number of steps T of an episode, at least as many as a shortest solution has.
         n_policies: number of policies drawn for the information capacities.
         gorp_runs: number of runs of GORP to draw, for MDPs too large to compute its probability; None computes it.
+
+    Examples:
+        >>> from hierroom.complexity.measures import DeterministicMDP, measure_mdp
+        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
+        >>> measures = measure_mdp(mdp, horizon=3)
+        >>> measures.shortest, measures.k, measures.planning_window
+        (2, 1, 2)
     """
     shortest = mdp.shortest_solution()
     if shortest < 0:
@@ -123,7 +130,19 @@ class WalkMeasures:
 
 
 def measure_walk(chain: Chain, n_walks: int = 1000, seed: int = 0) -> WalkMeasures:
-    """Compute every measure of the long run of a walk; ``n_walks`` are for the cover time of a large graph."""
+    """Compute every measure of the long run of a walk.
+
+    Args:
+        chain: the walk.
+        n_walks: number of walks drawn for the cover time of a large graph, at least 2.
+        seed: fixes these walks.
+
+    Examples:
+        >>> from hierroom.complexity.measures import measure_walk
+        >>> walk = measure_walk(hierroom.complexity.analyze("a").chain)
+        >>> walk.nodes, walk.cover > walk.mixing
+        (5, True)
+    """
     weights, source, target = as_moves(chain.weights), chain.source, chain.goals[EXIT][0]
     n = len(chain.labels)
     to_exit = committor(weights, source, target)

@@ -44,7 +44,7 @@ class MeasuredGraph:
 
     @property
     def cells(self) -> list[str]:
-        """The measures of the MDP as they are printed, in the order of `MDP_COLUMNS`; ``-`` for what is not known."""
+        """The measures of the MDP as printed, in the order of `MDP_COLUMNS`; ``-`` for unknown ones."""
         columns = MDP_COLUMNS if isinstance(self.mdp, MdpMeasures) else SAMPLED_COLUMNS
         return [columns[name](self.mdp) if name in columns else "-" for name in MDP_COLUMNS]
 

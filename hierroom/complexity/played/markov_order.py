@@ -2,8 +2,8 @@
 
 For each node j, the counts n_ijk of i, j, k one after the other are a table of predecessors i against successors k. If
 play is a Markov chain of order one, rows and columns are independent. Pearson's statistic of the tables, summed over
-the nodes j, is then chi-squared, with the sum of their degrees of freedom (Anderson and Goodman, Statistical inference
-about Markov chains, 1957, section 3.3; Billingsley, Statistical Inference for Markov Processes, 1961). Staying counts
+the nodes j, is then chi-squared, with the sum of their degrees of freedom. (Anderson and Goodman, Statistical inference
+about Markov chains, 1957, section 3.3; Billingsley, Statistical Inference for Markov Processes, 1961.) Staying counts
 as a step. The test misses a memory of more than two steps that leaves no trace in two, and differences between levels.
 """
 

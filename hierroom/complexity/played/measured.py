@@ -1,7 +1,7 @@
 """A chain measured from play: counted transitions between nodes of the augmented graph, and a report on their W.
 
-Two kinds of edges come from the assumed walk: a truncated episode leads back to the start, like the walk's restart
-("the agent is not able to reach the exit within the time limit"), and the exit has only its restart.
+Two kinds of edges come from the assumed walk. A truncated episode leads back to the start, like the walk's restart
+("the agent is not able to reach the exit within the time limit"). The exit has only its restart.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class MeasuredReport(PlayedChain):
         return [(name, f"{self.predictions[name]:.4g}", *cells) for name, *cells in super().rows()]
 
     def notes(self) -> list[str]:
-        """Return what explains `rows`."""
+        """Return an explanation of `rows`."""
         unforeseen = sum(move.count for move in self.moves() if move.assumed == 0)
         steps = self.counts.counts.sum()
         return [f"{unforeseen} of {steps} steps took an edge that the assumed walk lacks", *super().notes()]

@@ -37,7 +37,7 @@ class EpisodeCounts:
     failed: NDArray[np.bool_] | None = None  # [E], whether the episode ended for good without the exit; None: never
 
     def total(self, multiplicity: ArrayLike | None = None) -> sp.csr_array:
-        """Sum the transitions [n, n] over the episodes, of which each counts ``multiplicity`` [E] times, or once."""
+        """Sum the transitions [n, n] over the episodes; each counts ``multiplicity`` [E] times, or once."""
         times = np.ones(len(self.lengths)) if multiplicity is None else np.asarray(multiplicity, float)
         shape = (self.n_nodes, self.n_nodes)
         return sp.coo_array((self.counts * times[self.episodes], (self.sources, self.targets)), shape=shape).tocsr()
@@ -49,7 +49,7 @@ class EpisodeCounts:
         return float(self.lengths[was_cut].min()) if was_cut.any() else np.inf
 
     def reach(self, t: ArrayLike) -> NDArray[np.float64]:
-        """Fraction of the episodes that had escaped within t steps; ``nan`` past the step limit, where nobody knows."""
+        """Fraction of the episodes that had escaped within t steps; ``nan`` past the step limit."""
         steps = as_times(t)
         share = np.searchsorted(np.sort(self.lengths[self.escaped]), steps, side="right") / len(self.lengths)
         return np.where(steps > self.step_limit, np.nan, share)
@@ -121,7 +121,7 @@ def percentile_interval(value: float, resampled: ArrayLike, n_episodes: int, lev
 def observed(
     counts: EpisodeCounts, times: tuple[int, ...], level: float, n_resamples: int, rng: np.random.Generator
 ) -> dict[str, Interval]:
-    """Return `"expected_steps"` to the exit, their `"std"` and `"exit within N"`; ``nan`` for what was not observed."""
+    """Return `"expected_steps"` to the exit, their `"std"` and `"exit within N"`; ``nan`` if not observed."""
     n = len(counts.lengths)
     # One after the other: all at once are too large for the memory where there are many episodes.
     draws = (rng.multinomial(n, np.full(n, 1 / n)) for _ in range(n_resamples))

@@ -17,7 +17,7 @@ MAX_ALTERNATIVES = 4
 
 @dataclass(frozen=True)
 class PlayedRules:
-    """Dependencies of goals as far as play shows them: an upper bound of what is needed.
+    """Dependencies of goals as far as play shows them: an upper bound of the true needs.
 
     What had been achieved before *every* first achievement of a goal may be needed for it; what was missing once is
     not. Where nothing less was ever enough in any single episode, the goal has alternatives: of the smallest sets that

@@ -1,4 +1,4 @@
-"""A chain measured from play, in any environment: its numbers beside those of the episodes, all with intervals."""
+"""A chain measured from play, in any environment: its numbers next to those of the episodes, all with intervals."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from hierroom.support.tables import html_table, text_table
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PlayedChain:
-    """The walk whose moves are as frequent as those of the episodes, next to what was observed of them.
+    """A walk with the same frequencies of moves as the episodes, next to the observed numbers.
 
     W_ij is the fraction of the steps from node i that led to node j. An episode that misses the exit leads from its
     last node back to the source, in one more step. This makes the chain's `expected_steps` and `empirical_steps` the
@@ -39,6 +39,12 @@ class PlayedChain:
 
     Everything else, such as a probability within t steps, is true of play only if play is Markov on these nodes: see
     `markov`, and compare with `observed`.
+
+    Examples:
+        >>> walks = [["in", "hall", "in", "hall", "out"], ["in", "hall", "out"]]
+        >>> played = hierroom.complexity.measure_trajectories(walks, target="out")
+        >>> played.episodes, played.success_rate, played.empirical_steps
+        (2, 1.0, 3.0)
     """
 
     counts: EpisodeCounts  # each episode has at least one transition
@@ -155,7 +161,7 @@ class PlayedChain:
         return rows
 
     def notes(self) -> list[str]:
-        """Return what explains `rows`, a sentence or less a line."""
+        """Return an explanation of `rows`, at most a sentence a line."""
         notes = self._test_notes()
         if not self.counts.escaped.any():
             notes.append("nobody escaped, so the times to the exit are infinite")

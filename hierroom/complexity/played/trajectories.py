@@ -38,6 +38,12 @@ def measure_trajectories(
         may_miss: accept that no trajectory reaches the target; its times are infinite then.
         failed: for each episode whether it ended for good without the target; by default such episodes were truncated.
         seed: seed of the bootstrap that gives intervals.
+
+    Examples:
+        >>> walks = [["in", "hall", "in", "hall", "out"], ["in", "hall", "out"]]
+        >>> chain = hierroom.complexity.measure_trajectories(walks, target="out").chain
+        >>> round(chain.expected_steps, 3)
+        3.0
     """
     numbers: dict[Hashable, int] = {}
     walks: list[NDArray[np.int64]] = []
@@ -53,9 +59,9 @@ def measure_trajectories(
     if not walks:
         raise InputError("a chain is measured from at least one trajectory, but there is none")
     if not (may_miss or any(reached)):
-        raise InputError(f"{missed(target, list(numbers))}; say may_miss=True if that may be")
+        raise InputError(f"{missed(target, list(numbers))}; pass may_miss=True to allow that")
     if failed is not None and len(failed) != len(walks):
-        raise InputError(f"failed must say it of each of {len(walks)} episodes, not of {len(failed)}")
+        raise InputError(f"failed must have a value for each of {len(walks)} episodes, not {len(failed)}")
     labels, escaped = node_labels([*numbers, target]), np.array(reached)
     n, end = len(labels), len(labels) - 1
     keys, triples = [], []
@@ -92,6 +98,12 @@ def measure_env(
         seed: episode e begins with ``env.reset(seed=seed + e)``; also fixes the random actions and the bootstrap.
         max_steps: number of steps after which an episode is truncated, if the environment does not do so.
         progress: called with the number of episodes done.
+
+    Examples:
+        >>> lake = gymnasium.make("FrozenLake-v1", is_slippery=False)
+        >>> played = hierroom.complexity.measure_env(lake, lambda env: env.unwrapped.s, target=15, episodes=300)
+        >>> played.episodes, 0 < played.success_rate < 0.1
+        (300, True)
     """
     if episodes < 1 or (max_steps is not None and max_steps < 1):
         raise InputError(f"play at least one episode of at least one step, not {episodes} of {max_steps}")
@@ -127,5 +139,5 @@ def check_start(node: Hashable, first: Hashable, target: Hashable) -> None:
 
 
 def missed(target: Hashable, seen: Sequence[Hashable]) -> str:
-    """Say that no episode reaches the target, which may be misspelt, with the nodes that were seen."""
+    """Return a message that no episode reaches the target, perhaps misspelt, with the nodes seen."""
     return f"no episode reaches the target {shown(target)}; nodes seen are {first_names(seen)}"

@@ -49,7 +49,6 @@ def _on_lengths(runs: Sequence[EvaluatedRun], end: float) -> Iterable[str]:
 
 
 def _on_unknown(comparison: Comparison) -> Iterable[str]:
-    """Name the runs without a value of the metric, of which one leaves a group's estimate without a number."""
     tasks, metric, steps = comparison.tasks, comparison.metric, comparison.summaries[0].steps
     for group in comparison.groups:
         unknown = {

@@ -143,7 +143,6 @@ class _Estimator:
 
 
 def _by_graph(strata: Strata, strata_graphs: Sequence[tuple[str, ...]], graphs: Sequence[str]) -> list[Scores]:
-    """Return for each graph the scores [..., R, Q] of the runs that were evaluated on it."""
     return [
         np.concatenate(
             [s[..., own.index(graph), :] for s, own in zip(strata, strata_graphs, strict=True) if graph in own], axis=-2

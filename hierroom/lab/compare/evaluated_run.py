@@ -36,7 +36,7 @@ class EvaluatedRun:
     reward: str  # the controller's
     curves: Mapping[str, Mapping[str, Curve]]  # by goal graph and metric
     episodes: frozenset[int]  # of each evaluation, over all graphs; several where these differ
-    own_graphs: Mapping[str, object]  # what distinguishes the user-defined goal graphs and layouts, by their names
+    user_graphs: Mapping[str, object]  # what distinguishes the user-defined goal graphs and layouts, by their names
     code: Mapping[str, frozenset[str]]  # see `provenance.code_of`
 
     @property
@@ -119,7 +119,7 @@ def runs_inside(path: Path) -> list[Path]:
 
 
 def _content(config: Path) -> bytes | Path:
-    """Return the content of a config; its path where it cannot be read, as it equals no other then."""
+    """Return the content of a config; its path if unreadable, as it equals no other then."""
     try:
         return read_bytes(config)
     except InputError:
@@ -127,7 +127,6 @@ def _content(config: Path) -> bytes | Path:
 
 
 def _endings(table: Path) -> set[str]:
-    """Return how the names of the folders in a sweep's table end: with part of the row's digest."""
     try:
         return {row.get("digest", "")[:6] for _, row in read_csv(table)[1]}
     except InputError:
@@ -175,7 +174,7 @@ def refuse_without_overlap(runs: Sequence[EvaluatedRun]) -> None:
     if start >= end:
         short = min(runs, key=lambda run: run.last_steps)
         only = f"{short.path} was evaluated up to {short.last_steps:,.0f} steps only"
-        raise InputError(f"{only}, where no curve can begin; leave it out, or --resume it")
+        raise InputError(f"{only}, before the other curves begin; leave it out, or --resume it")
 
 
 def entries_of(path: Path, config: TrainConfig) -> dict[str, Any]:

@@ -95,7 +95,6 @@ def describe_differences(groups: Sequence[Group], by: Sequence[str]) -> list[str
 
 
 def _different_code(runs: Sequence[EvaluatedRun]) -> list[str]:
-    """Return the modules, packages and the like of which runs had several versions, each with these in short."""
     names = dict.fromkeys(name for run in runs for name in run.code)
     versions = {name: sorted(set().union(*(run.code.get(name, ()) for run in runs))) for name in names}
     return [f"{one_line(name)} ({', '.join(map(_short, ones))})" for name, ones in versions.items() if len(ones) > 1]
@@ -124,11 +123,11 @@ def _refuse_copies(runs: Iterable[EvaluatedRun]) -> None:
     for run in runs:
         names = [name for name in run.entries if _is_treatment(name) or name in ("seed", "graph")]
         key = tuple(str(run.entries[name]) for name in names if name not in ("preset", "variant"))
-        key += (str(sorted(run.own_graphs.items())),)  # other graphs of the same name are for `Tasks.common` to refuse
+        key += (str(sorted(run.user_graphs.items())),)  # other graphs of the same name are for `Tasks.common` to refuse
         if key in seen:
             both = f"{seen[key].path} and {run.path} have the same seed, {run.entries['seed']}"
             raise InputError(
-                f"{both}, and differ at most in steps, threads, device and evaluations, so that they count once; give "
+                f"{both}, and differ at most in steps, threads, device and evaluations: a repeated run; give "
                 "one of them, or compare --by steps"
             )
         seen[key] = run

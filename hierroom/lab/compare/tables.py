@@ -106,7 +106,6 @@ def improvement_table(comparison: Comparison) -> Table:
 
 
 def _group(summary: GroupSummary) -> Row:
-    """Return the group's name and choices; ``graph`` and ``steps`` of the config get other names than the row's."""
     choices = summary.group.choices.items()
     own = {f"config_{name}" if name in ("graph", "steps") else name: value for name, value in choices}
     return {"group": summary.group.label, **own}
@@ -131,7 +130,6 @@ def _with_interval(estimate: Estimate, n: int, digits: int, gap: str, scale: flo
 
 
 def _censored(steps: float, reached: float, end: float) -> str:
-    """Return ``-`` if no run was that good, ``>1.00M`` if half or fewer were."""
     if math.isfinite(steps):
         return _steps(steps)
     return f">{_steps(end)}" if reached else "-"

@@ -81,8 +81,8 @@ def graphs_of(groups: Sequence[Group]) -> list[set[str]]:
     """Return the names of each group's graphs; refuse two different goal graphs of the same name."""
     named: dict[str, EvaluatedRun] = {}
     for run in (run for group in groups for run in group.runs):
-        for name, graph in run.own_graphs.items():
-            if named.setdefault(name, run).own_graphs[name] != graph:
+        for name, graph in run.user_graphs.items():
+            if named.setdefault(name, run).user_graphs[name] != graph:
                 both = f"in {named[name].path} and in {run.path}"
                 raise InputError(
                     f"two different goal graphs or layouts are called {name}, {both}; compare one of them at a time"

@@ -5,9 +5,9 @@ A table of cells has a row for each method, graph and size, with numbers in perc
 - ``seeds`` of our runs; ``paper_success``, ``paper_length``: as printed, NaN where the paper prints a dash;
 - ``success``, ``length``: means over our seeds; ``success_half_width``, ``length_half_width``: half the widths of their
   95% intervals, NaN of a single seed;
-- ``steps_to_paper``: training steps until our evaluated success rate reached the paper's, the median of our seeds;
-  infinite if half of them or more never did, NaN if the paper's is below 1%, which our evaluations cannot resolve;
-  ``steps_to_95``: the same until 95%; the endings ``_low`` and ``_high`` are the fastest and slowest seed.
+- ``steps_to_paper`` is the median over our seeds of the training steps until our evaluated success rate reached the
+paper's. It is infinite if half of them or more never did, and NaN if the paper's is below 1%, too little to resolve.
+``steps_to_95`` is the same until 95%; ``_low`` and ``_high`` are the fastest and slowest seed.
 """
 
 from __future__ import annotations
@@ -91,7 +91,6 @@ def _mean(values: np.ndarray | pd.Series, name: str) -> dict[str, float]:
 
 
 def _steps_to(percent: float, curves: Sequence[pd.DataFrame]) -> tuple[float, float, float]:
-    """Return the steps at which curves reach a success rate: the median, the fewest and the most."""
     points = [curve[["steps", "success_rate"]].to_numpy().T for curve in curves]
     reached = [first_crossing(steps, success, percent / 100) for steps, success in points]
     return median(reached), min(reached), max(reached)

@@ -1,4 +1,4 @@
-"""Figures 3 to 5: learning curves, steps to each goal, and the hitting time against what was learned."""
+"""Figures 3 to 5: learning curves, steps to each goal, and the hitting time against success and length."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ class PaperRuns:
 
     @property
     def command(self) -> str:
-        """A command that makes these runs, without what decides no result, so that it names no machine."""
+        """A command that makes these runs, without options that change no result, so that it names no machine."""
         words = ["python", "-m", "hierroom", "paper", "all"]
         for entry in fields(self):
             value = getattr(self, entry.name)
@@ -77,11 +77,11 @@ class PaperRuns:
         return shell_words(*words)
 
     def train(self, graphs: Iterable[str], methods: Iterable[str] = METHODS) -> Sweep:
-        """Train what is missing of some graphs and methods; an interruption keeps what was trained."""
+        """Train the missing runs of some graphs and methods; an interruption keeps the finished ones."""
         chosen = [graph for graph in graphs if graph in self.graphs]
         if not chosen or not {*self.graphs} <= {*"abcdefg"}:
             needed, given = ", ".join(graphs), " ".join(self.graphs)
-            raise InputError(f"the paper has the graphs a to g, of which this needs one of {needed}, not {given!r}")
+            raise InputError(f"this needs one of the paper's graphs {needed}, not {given!r}")
         sweep = self.sweep(chosen, methods)
         outcome = sweep.fill(processes=self.processes, ray=self.ray, command=self.command)
         if outcome.is_interrupted:

@@ -138,8 +138,6 @@ def _by_method(cells: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
 
 
 def _compared(name: str, cells: pd.DataFrame, quantity: str) -> list[tuple[str, ...]]:
-    """Return lines of a method: the paper's numbers, ours, and the half-widths of ours unless there is one seed."""
-
     def texts(column: str, unknown: str) -> list[str]:
         return [unknown if np.isnan(value) else f"{value:.1f}" for value in cells[column]]
 

@@ -115,7 +115,6 @@ class Board:
         return top
 
     def _tree(self, game: Game, left: int, top: int) -> int:
-        """Draw the goal graph: keys are filled once held, rooms once their door is open; return where it ends."""
         graph, level = game.graph, game.state.levels[0]
         places = tree_places(graph.key_rooms)
         wide, deep = 1 + max(place[0] for place in places), 1 + max(place[1] for place in places)

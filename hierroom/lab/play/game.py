@@ -19,7 +19,7 @@ from hierroom.worlds.escape_room.replayer import ACTION_NAMES
 
 
 class Game:
-    """The levels of one environment, played step by step; a trained agent looks on, to remember what was seen.
+    """The levels of one environment, played step by step; a trained agent watches, to remember what it needs.
 
     Args:
         turns: one environment without autoreset, with measured shortest lengths.
@@ -99,7 +99,7 @@ class Game:
             self.message = f"escaped in {n} steps" if self.has_escaped else f"the limit of {n} steps is reached"
 
     def use(self) -> None:
-        """Pick up or open what is in front for the person, or say why not, without a step."""
+        """Pick up or open the object in front, or say why not, without a step."""
         self.is_piloted = False
         level = self.state.levels[0]
         row, col = level.row + ROW_STEP[level.direction], level.col + COL_STEP[level.direction]

@@ -68,7 +68,6 @@ def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable
 
 
 def _parts(groups: Sequence[Group]) -> list[tuple[Sequence[Group], Tasks]]:
-    """Return the comparisons: all groups on the shared graphs, and on each other graph those that have it."""
     by_group = graphs_of(groups)
     shared = set.intersection(*by_group)
     kind = common_kind(run.kind for group in groups for run in group.runs)
@@ -127,13 +126,13 @@ def _graph_curves(run: EvaluatedRun) -> dict[str, dict[str, list[float | None]]]
 
 
 def rounded(values: Sequence[float] | NDArray, digits: int = 5) -> list[float | None]:
-    """Round to so many significant digits, so that the page stays small; what is not finite is None."""
+    """Round to some significant digits, so that the page stays small; None for numbers that are not finite."""
     numbers = np.asarray(values, float).tolist()
     return [float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in numbers]
 
 
 def goal_row(evaluation: Evaluation) -> dict[str, Any]:
-    """Return what trained agents achieved, for the page."""
+    """Return the goals of trained agents, for the page."""
     goals = [
         {"name": name, "share": share, "mean_step": None if np.isnan(step) else step}
         for name, (share, step) in evaluation.steps_to_goals.items()

@@ -22,7 +22,7 @@ MEASURES: Mapping[str, str] = {
 
 
 def complexities(runs: Sequence[ReportedRun], rules: Mapping[str, Rules]) -> tuple[list[dict[str, Any]], list[str]]:
-    """Return how hard the graphs of some runs, and the rules of tasks, are to explore, a row for each.
+    """Return the complexity of the graphs of some runs, and of the rules of tasks, a row for each.
 
     Return also notes on those that are too large.
     """
@@ -67,5 +67,5 @@ def learning_points(curves: Curves) -> list[dict[str, Any]]:
 
 
 def graph_label(name: str, drop_key: bool) -> str:
-    """Return what a goal graph is called with keys that can be dropped, or without."""
+    """Return the name of a goal graph with or without keys that can be dropped."""
     return f"{name}, keys can be dropped" if drop_key else name

@@ -43,7 +43,6 @@ def script_json(value: Any) -> Markup:
 
 
 def _plotly() -> str:
-    """Return the chart library, gzip as base64, a third of its size; the page unpacks it to draw charts."""
     from plotly.offline import get_plotlyjs
 
     return base64.b64encode(gzip.compress(get_plotlyjs().encode(), 9, mtime=0)).decode()

@@ -66,7 +66,6 @@ def filmed(episode: Episode) -> dict[str, Any]:
 
 
 def _chosen(played: Sequence[Episode], n: int) -> list[int]:
-    """Choose the first escape and the first failure of each graph in turn, then the rest."""
     firsts: dict[tuple[bool, str], int] = {}
     for number, episode in enumerate(played):
         firsts.setdefault((episode.success, episode.variant), number)
@@ -78,7 +77,7 @@ def _chosen(played: Sequence[Episode], n: int) -> list[int]:
 def replay(
     episode: Episode, controller: EpisodeDecisions | None = None, meta: EpisodeDecisions | None = None
 ) -> dict[str, Any]:
-    """Return an episode of L steps as plain types, with what its agents computed, to draw each of its L + 1 states."""
+    """Return an episode of L steps as plain types, with its agents' decisions, to draw each of its L + 1 states."""
     states = list(episode.states())
     first, size = states[0].levels[0], episode.start.size
     colours = first.colours[: int(first.n_rooms) - 1].tolist()

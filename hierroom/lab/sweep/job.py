@@ -14,10 +14,10 @@ from rich.console import Console
 from hierroom.complexity.graph_set import GraphSet
 from hierroom.lab.sweep.plan import PlannedRun
 from hierroom.runs.evaluation import Evaluation
-from hierroom.runs.folder.own_modules import find_module_files, own_code_digest
 from hierroom.runs.folder.provenance import changed_modules, version_of_code
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.run_lock import RunLock, RunLockedError
+from hierroom.runs.folder.user_modules import find_module_files, user_code_digest
 from hierroom.runs.interrupt import Interrupt
 from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
 from hierroom.runs.logs.output import lasting_output
@@ -58,7 +58,7 @@ class Job:
         for file in find_module_files(config, self.metas):
             if _loaded_files.setdefault(file.name, file.digest) != file.digest:
                 raise InputError(f"{file.name} changed while the sweep went on; begin the sweep again to load it anew")
-        own_code = own_code_digest(config, self.metas)
+        user_code = user_code_digest(config, self.metas)
         if (self.folder / "config.json").is_file():
             if changes := changed_modules(self.folder, config):
                 raise InputError(f"{changes[0]}; move {self.folder} away to train this run with the code as it is now")
@@ -80,7 +80,7 @@ class Job:
             if not trainer.is_done:
                 return None
             write_results(trainer, folder, Console(file=io.StringIO()), spent)
-            return self._numbers(trainer, folder) | {"own_code": own_code}
+            return self._numbers(trainer, folder) | {"own_code": user_code}
 
     def check_folder(self) -> None:
         """Refuse a folder that holds another run."""
@@ -117,7 +117,6 @@ class Job:
         return numbers | {"version": version_of_code(), "command": self.command}
 
     def _evaluate(self, trainer: Trainer, steps: float, kind: dict[str, Any]) -> Evaluation:
-        """Evaluate over the episodes of the plan, or over as many as take about so many steps, see the class."""
         if self.episodes is not None:
             return trainer.evaluate(self.episodes, **kind)
         few = trainer.evaluate(FEWEST_EPISODES, **kind)  # the first episodes of those that are played in the end

@@ -69,7 +69,7 @@ class Plan:
         given = {name for values in (self.values, *(self.variants or {}).values()) for name in values}
         for one, several, is_given in (("seed", "seeds", self.seeds is not None), ("graph", "graphs", self.graphs)):
             if is_given and one in given:
-                raise InputError(f"{one} and {several} are both given, which say the same of a run; leave one out")
+                raise InputError(f"{one} and {several} are both given and mean the same; leave one out")
 
     def runs(self) -> tuple[PlannedRun, ...]:
         """Return all runs; the seeds are the outermost, so that an unfinished sweep is balanced."""
@@ -175,7 +175,6 @@ def _assignment(word: str) -> tuple[str, list[Any]]:
 
 
 def _value(text: str) -> Any:
-    """Return the value that a text means in TOML, or the text."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except (ValueError, RecursionError):

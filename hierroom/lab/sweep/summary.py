@@ -28,7 +28,7 @@ class Summary:
     has_single_runs: bool  # whether some line is of one run
 
     def caption(self) -> str:
-        """Return how to read the numbers."""
+        """Return an explanation of the numbers."""
         return f"{_CAPTION}{_SINGLE_RUNS if self.has_single_runs else ''}"
 
     def table(self) -> Table:
@@ -78,7 +78,6 @@ def summarise(runs: Sequence[PlannedRun], rows: pd.DataFrame, metas: Sequence[st
 
 
 def _spread(group: pd.DataFrame, name: str, text: Callable[[float], str]) -> str:
-    """Return the median over the seeds and their range, or a single run's value and interval."""
     stem = name.removesuffix("_rate")
     numbers = group.reindex(columns=[name, f"{stem}_low", f"{stem}_high"], fill_value="").replace("", "inf")
     values, lows, highs = numbers.astype(float).T.to_numpy()  # without evaluations there are no milestones

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from hierroom.lab.sweep.plan import Plan, PlannedRun
 from hierroom.lab.sweep.table import SweepTable
-from hierroom.runs.folder.own_modules import own_code_digest
+from hierroom.runs.folder.user_modules import user_code_digest
 from hierroom.support.errors import InputError, require_number
 from hierroom.support.files import usable_path
 
@@ -69,7 +69,7 @@ class Sweep:
         rows = self.table.read()
         before = dict(zip(rows["digest"], rows.get("own_code", ()), strict=False))
         done = [run for run in self.plan.runs() if before.get(run.digest)]
-        now = {run.digest: own_code_digest(run.config, self.plan.metas) for run in done}
+        now = {run.digest: user_code_digest(run.config, self.plan.metas) for run in done}
         return [run.name for run in done if now[run.digest] and before[run.digest] != now[run.digest]]
 
     def fill(
@@ -139,7 +139,6 @@ class Sweep:
         return []
 
     def _check(self, runs: Sequence[PlannedRun]) -> None:
-        """Make each trainer and meta-controller once, so that no hour passes before an error is seen."""
         from hierroom.meta import make_meta
         from hierroom.runs.trainer import Trainer
 

@@ -141,7 +141,6 @@ def _write(path: Path, rows: pd.DataFrame, first: Sequence[str] = ()) -> None:
 
 
 def _is_same(rows: pd.DataFrame, run: PlannedRun) -> pd.Series:
-    """Return whether each row is of the same run with another config, such as an older preset."""
     is_same = rows["digest"] != ""
     for name, text in run.identity.items():
         is_same &= rows.get(name, "") == text
@@ -151,13 +150,11 @@ def _is_same(rows: pd.DataFrame, run: PlannedRun) -> pd.Series:
 
 
 def _point(evaluation: Mapping[str, str]) -> dict[str, str]:
-    """Return a point of a learning curve, short enough for a table of a thousand runs."""
     kept = {name: text for name, text in evaluation.items() if name not in _LEFT_OUT_OF_CURVES}
     return {name: _text(float(text), ".5g") if name != "steps" else text for name, text in kept.items()}
 
 
 def _text(value: object, style: str = ".6g") -> str:
-    """Return a number in few digits, as seeds decide two; what has no value is empty."""
     if value is None or value != value or value in (float("inf"), -float("inf")):
         return ""
     return format(value, style) if isinstance(value, float) else str(value)

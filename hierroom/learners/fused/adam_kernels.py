@@ -13,8 +13,8 @@ BETA1, BETA2 = 0.9, 0.999
 """Decay rates of the two moments: the values of Kingma & Ba (2015) and of torch."""
 
 LEAST_MEAN = 1e-30
-"""Set first moments below this to zero: those of table rows that no longer occur would decay to denormal numbers and
-stay there, because 0.9 times the smallest of these rounds to itself, and slow down every later step."""
+"""First moments below this become zero. Those of table rows that no longer occur would decay to denormal numbers and
+stay there, as 0.9 times the smallest of these rounds to itself, and slow down every later step."""
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")

@@ -49,7 +49,7 @@ class FusedBackend:
         self._stepper = self.stepper()
 
     def __getstate__(self) -> dict:
-        """Return what a copy is made from, as its weights must be views of its own vector."""
+        """Return the state of a copy; its weights must be views of its own vector."""
         return {"arguments": (self._network, self._config, self._threads), "state": self.state_dict()}
 
     def __setstate__(self, copied: dict) -> None:
@@ -67,7 +67,7 @@ class FusedBackend:
     evaluate = step  # the default network has no evaluation mode
 
     def stepper(self) -> FusedStepper:
-        """Return what computes the turns of one policy with the current weights."""
+        """Return a stepper for the turns of one policy with the current weights."""
         return FusedStepper(self._network, self._weights, self._numbers, self._threads, self._pool)
 
     def train(
@@ -120,7 +120,6 @@ class FusedBackend:
         return statistics, sum_gradients(self._shares[: len(workers)])
 
     def _each(self, work: Callable, workers: list[ShardWorker], tasks: list) -> list:
-        """Run ``work(worker, task)`` for each worker and its task on all threads; return the results in order."""
         if min(self._threads, len(workers)) == 1:
             return list(map(work, workers, tasks))
         futures = [self._pool.submit(work, *pair) for pair in zip(workers, tasks, strict=True)]

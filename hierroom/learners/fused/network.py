@@ -50,7 +50,7 @@ class Tape:
 
     @property
     def encoded(self) -> NDArray[np.floating]:
-        """[T M, 2 H]: the first H entries of a row are the encoder's output."""
+        """Outputs [T M, 2 H]; the first H entries of a row are the encoder's."""
         return self.driven.reshape(-1, self.driven.shape[-1])
 
 

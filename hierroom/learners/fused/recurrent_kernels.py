@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hierroom.learners.fused.product_kernels import add_product, add_transposed_product, pack
 from hierroom.support.compile.kernel import njit
 
-_DEPTH = 64  # samples whose weight gradients are summed at a time
+_DEPTH = 64  # samples of one sum of weight gradients
 # Typed as float32, because Numba promotes float32 with a Python number to float64; float64 arrays stay float64.
 _HALF, _ONE, _TWO = np.float32(0.5), np.float32(1), np.float32(2)
 _LIMIT, _QUARTER = np.float32(12), np.float32(0.25)

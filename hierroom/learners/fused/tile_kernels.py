@@ -30,7 +30,7 @@ _DEPTH = 64  # terms that `add_transposed_product` sums at a time, so that both 
 def _tile_intrinsic(n_rows: int) -> Callable[..., None]:
     """Make ``tile(c, c_at, c_step, a, a_at, a_step, a_next, b, b_at, depth)``: add a product to n_rows x L of c.
 
-    L is `_LANES`. All positions are flat: entry (i, j) of the tile is ``c[c_at + i c_step + j]``, and for each k below
+    L is `_LANES`. All positions are flat. Entry (i, j) of the tile is ``c[c_at + i c_step + j]``. For each k below
     ``depth`` the kernel adds ``a[a_at + i a_step + k a_next] * b[b_at + L k + j]`` to it. Bounds are not checked.
     """
 

@@ -90,8 +90,16 @@ class PolicyNetwork(Protocol):
 class OneTurn(nn.Module):
     """A network that takes one turn when it is called: a `PolicyNetwork` as a plain module, ready for `torch.export`.
 
-    Its call takes the features [N, K] uint8 of an observation and the state [N, S] float32 before the turn, and returns
+    A call takes the features [N, K] uint8 of an observation and the state [N, S] float32 before the turn. It returns
     the logits [N, A] float32 of all actions, legal or not, the values [N] float32 and the state [N, S] after the turn.
+
+    Examples:
+        >>> import torch
+        >>> agent = hierroom.load("a")
+        >>> features = torch.zeros(2, len(agent.controller.features.cardinalities), dtype=torch.uint8)
+        >>> logits, values, state = agent.network(features, agent.network.initial_state(2))
+        >>> logits.shape, values.shape
+        (torch.Size([2, 5]), torch.Size([2]))
     """
 
     def __init__(self, network: nn.Module) -> None:

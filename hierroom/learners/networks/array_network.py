@@ -145,7 +145,6 @@ class _Image(nn.Module):
 
 
 def _kernels(height: int, width: int, is_symbols: bool) -> Iterator[tuple[int, int]]:
-    """Yield kernels and strides, as many as an image has room for."""
     smallest = min(height, width)
     for kernel, stride in _SMALL if is_symbols or smallest < 16 else _STRIDED if smallest >= 36 else _CLOSE:
         if smallest < kernel:

@@ -58,7 +58,6 @@ class FeatureEncoder(nn.Module):
 
 
 def _input_matrix(cardinalities: Sequence[int], vectors: Sequence[ArrayLike | None]) -> Tensor:
-    """Return the block-diagonal matrix [sum of cardinalities, D] of the numbers of all features."""
     blocks = [np.eye(n) if own is None else np.asarray(own) for n, own in zip(cardinalities, vectors, strict=True)]
     for column, (n, block) in enumerate(zip(cardinalities, blocks, strict=True)):
         if block.ndim != 2 or len(block) != n:

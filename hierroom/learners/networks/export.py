@@ -9,7 +9,7 @@ from pathlib import Path
 import torch
 
 from hierroom.learners.networks.actor_critic import AgentSpace, OneTurn
-from hierroom.support.errors import InputError, own_code
+from hierroom.support.errors import InputError, user_code
 from hierroom.support.files import write_atomically
 
 FORMATS = (".pt2", ".onnx")
@@ -25,7 +25,7 @@ def export(network: OneTurn, space: AgentSpace, path: Path) -> None:
         raise InputError("to export to .onnx install onnxscript (pip install onnxscript)")
     written, n = io.BytesIO(), torch.export.Dim("n", min=1)
     inputs = torch.zeros(2, space.n_features, dtype=torch.uint8), network.initial_state(2)
-    with own_code("the network", f"cannot be exported to {kind}"), torch.no_grad():
+    with user_code("the network", f"cannot be exported to {kind}"), torch.no_grad():
         program = torch.export.export(network, inputs, dynamic_shapes=({0: n}, {0: n}))
         if kind == ".pt2":
             torch.export.save(program, written)

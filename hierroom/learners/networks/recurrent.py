@@ -1,4 +1,4 @@
-"""The recurrent core: an LSTM whose state is reset inside a sequence wherever an episode begins."""
+"""The recurrent core: an LSTM that resets its state inside a sequence wherever an episode begins."""
 
 from __future__ import annotations
 

@@ -49,25 +49,28 @@ class TrainConfig:
         env: the environment.
         agents: the two agents.
         ppo: hyperparameters of the controller's learner.
-        meta_ppo: hyperparameters of a learned meta-controller's learner, whose turns are options.
-        preset: what the other entries start from: default, long (for five million steps and the shortest paths),
-            large (for grids of 31 cells and more), learned (for a learned meta-controller, which implies it), paper
-            (section 3 of the paper) or algorithm1 (its Algorithm 1 to the letter). It is kept so that the run's name
-            can tell what differs from it.
+        meta_ppo: hyperparameters of a learned meta-controller's learner; its turns are options.
+        preset: defaults of the other entries: default, long (five million steps and the shortest paths), large (grids
+            of 31 cells and more), learned (for a learned meta-controller), paper (section 3 of the paper) or algorithm1
+            (the paper's Algorithm 1). The run's name lists the differences from it.
         steps: primitive steps to train for, over all environments.
-        evaluations: how often the agents are evaluated while they learn, apart from training and the same levels each
-            time: before the first step, and so many times after, at equal ratios of the steps. 0: never.
-        evaluation_episodes: episodes of each; None: 100, or fewer of agents that fail, once it is clear how often.
+        evaluations: number of evaluations during training, after one before the first step, at equal ratios of the
+            steps. They play the same levels each time, none of them seen in training. 0: never.
+        evaluation_episodes: episodes of each evaluation. None: 100, or fewer once the success rate of a failing agent
+            is clear.
         seed: fixes levels, weights, actions and shuffles.
-        num_envs: environments trained in side by side.
-        stagger_clocks: whether the first episodes begin with different step counts, spread over the time limit, so that
-            not all environments reach it at the same time.
-        threads: threads to compute with where there is enough to share, from 128 environments on; results do not
-            depend on them.
-        device: where the learner computes: cpu, cuda, cuda:1, ...
-        warm_start: the folder of a run, or a .safetensors file, or an agent that ships (a to g), whose controller
-            this one begins as: its weights and nothing else. The controllers must be alike; the meta-controllers need
-            not be.
+        num_envs: number of environments that train in parallel.
+        stagger_clocks: whether the first episodes begin with different step counts, so that not all environments reach
+            the limit together.
+        threads: threads to compute with, used from 128 environments on; they do not change results.
+        device: device of the learner: cpu, cuda, cuda:1, ...
+        warm_start: start from the weights of another controller: of a run's folder, a .safetensors file, or an agent
+            that ships (a to g). The two controllers must be alike.
+
+    Examples:
+        >>> config = hierroom.TrainConfig(steps=2_000_000).changed(method="ppo", graph="g", gamma=0.99)
+        >>> config.entries["method"], config.env.names, config.ppo.gamma
+        ('ppo', ('g',), 0.99)
     """
 
     env: tyro.conf.OmitArgPrefixes[EnvConfig] = field(default_factory=EnvConfig)
@@ -105,7 +108,6 @@ class TrainConfig:
         object.__setattr__(self, "agents", self._agents_of_world())
 
     def _agents_of_world(self) -> AgentsConfig:
-        """Return the agents with features of the world: those of EscapeRooms by name, those of a task as it says."""
         usual, own = AgentsConfig(), {name: getattr(self.agents, name) for name in ("features", "meta_features")}
         if self.env.task is not None:
             return replace(self.agents, **{name: None for name, one in own.items() if one == getattr(usual, name)})
@@ -121,7 +123,7 @@ class TrainConfig:
 
     @property
     def title(self) -> str:
-        """Return what the run trains, in a sentence."""
+        """Return a description of the run, in a sentence."""
         agents = f"{self.agents.method} with meta-controller {self.resolved_method.meta}"
         played, excluded = ", ".join(self.env.names), ", ".join(spec_names(self.env.exclude))
         where = f"{self.env.kind} {played}{f' without {excluded}' if excluded else ''}, seed {self.seed}"
@@ -136,8 +138,8 @@ class TrainConfig:
         """Return the config with some entries changed, by flat names (see `ENTRIES`) or as a part, such as ``ppo``."""
         if entries.get("preset", self.preset) != self.preset:
             raise InputError(
-                f"a config begins with a preset: one that began with {self.preset} cannot be changed to "
-                f"{entries['preset']}; change the entries that are to be others"
+                f"a config keeps its preset: one from {self.preset} cannot be changed to "
+                f"{entries['preset']}; change single entries instead"
             )
         if "task" in entries and entries["task"] is not None and entries["task"] != self.env.task:
             entries = {**dict.fromkeys(OF_WORLD), **entries}
@@ -183,10 +185,10 @@ class TrainConfig:
             for specs in (entries["env"].graph, entries["env"].exclude):
                 for spec in specs if isinstance(specs, tuple) else (specs,):
                     if isinstance(spec, str) and not (spec in NAMED_GRAPHS or is_graph_set(spec)):
-                        raise InputError(f"goal graphs stand in it by their content, or by a letter, not as {spec!r}")
+                        raise InputError(f"goal graphs must be given by content or by a letter, not as {spec!r}")
             layout = entries["env"].layout
             if any(isinstance(one, str) for one in ((layout,) if isinstance(layout, str) else layout)):
-                raise InputError("layouts stand in it by their content, and not as paths or texts")
+                raise InputError("layouts must be given by content, not as paths or texts")
             parts = {name: part(**msgspec.structs.asdict(entries[name])) for name, part in PARTS.items()}
             return cls(**{**entries, **parts})
         except (InputError, msgspec.ValidationError) as error:

@@ -15,7 +15,7 @@ from hierroom.support.files import usable_path
 from hierroom.support.reading import read_toml
 
 OF_ENVIRONMENTS = ("env_index", "levels")
-"""Entries of an environment that a run sets itself: it trains in levels of its own, and is evaluated in others."""
+"""Entries of an environment that a run sets itself: training and evaluation have different levels."""
 
 
 def read_config(path: str | Path, *, trust: bool = False, **entries: Any) -> TrainConfig:
@@ -50,7 +50,6 @@ def read_config(path: str | Path, *, trust: bool = False, **entries: Any) -> Tra
 
 
 def _read_entries(path: Path) -> dict[str, Any]:
-    """Read the entries of a TOML file by their flat names, each of its type."""
     if usable_path(path).is_dir():
         raise InputError(f"{path} is a folder; a config is a TOML file or, to repeat a run, its config.json")
     if path.suffix == ".json":

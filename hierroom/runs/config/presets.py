@@ -76,7 +76,15 @@ customary values for what the paper does not specify. docs/presets.md explains a
 
 
 def find_preset(name: str) -> TrainConfig:
-    """Return the preset of that name."""
+    """Return a preset: a config to train, or to change with `TrainConfig.changed`.
+
+    Args:
+        name: default, long, large, learned, paper or algorithm1.
+
+    Examples:
+        >>> hierroom.find_preset("long").steps
+        5000000
+    """
     if name not in PRESETS:
         raise InputError(f"the presets are {', '.join(PRESETS)}; there is no {name!r}")
     return PRESETS[name]

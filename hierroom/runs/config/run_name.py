@@ -1,4 +1,4 @@
-"""The name of a run: what is trained, and what differs from its preset."""
+"""The name of a run: method, world and differences from its preset."""
 
 from __future__ import annotations
 
@@ -76,7 +76,6 @@ def _text(name: str, value: Any, usual: Any) -> str:
 
 
 def _names(value: tuple[str, ...], usual: tuple[str, ...]) -> list[str]:
-    """Return what was left out of the usual names and added to them, or all names where they are fewer."""
     left_out, added = [one for one in usual if one not in value], [one for one in value if one not in usual]
     changes = [*(["without", *left_out] if left_out else []), *(["with", *added] if added else [])]
     is_in_order = [one for one in value if one in usual] == [one for one in usual if one in value]
@@ -84,7 +83,6 @@ def _names(value: tuple[str, ...], usual: tuple[str, ...]) -> list[str]:
 
 
 def _name_of(spec: str) -> str:
-    """Return the class of ``package.module:Class``, and any other name whole."""
     return spec.rpartition(":")[2]
 
 

@@ -38,6 +38,6 @@ def unread_note(config: TrainConfig) -> str | None:
     names, method = unread_entries(config), config.resolved_method
     if not names:
         return None
-    reward = method.controller.reward if isinstance(method.controller.reward, str) else "of one's own"
+    reward = method.controller.reward if isinstance(method.controller.reward, str) else "custom"
     agents = f"{config.agents.method} with meta-controller {method.meta} and reward {reward}"
     return f"{', '.join(names)} {'have' if len(names) > 1 else 'has'} no effect on {agents}"

@@ -1,4 +1,4 @@
-"""A checkpoint as bytes: what torch writes, then its SHA-256 digest, as torch checks no checksums of its format."""
+"""A checkpoint as bytes: torch's format, then its SHA-256 digest, as torch checks no checksums."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def _last_line(content: bytes) -> bytes:
 def _plain(value: Any, name: str, depth: int = 0) -> Any:
     """Return a state as tensors and plain types, so that nothing in it is ever executed; ``name`` is for messages."""
     if depth > _DEEPEST:
-        raise InputError(f"a checkpoint cannot hold {name[:100]}...: it lies in more than {_DEEPEST} lists and dicts")
+        raise InputError(f"a checkpoint cannot hold {name[:100]}...: more than {_DEEPEST} nested lists and dicts")
     if value is None or type(value) in (bool, int, float, str, bytes):
         return value
     if isinstance(value, torch.Tensor) and value.layout is torch.strided and not value.is_quantized:

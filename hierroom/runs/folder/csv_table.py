@@ -20,7 +20,7 @@ _LONGEST = 2**20  # bytes of a line
 
 
 class CSVTable:
-    """Rows of a CSV file, each of which begins with its ``steps``; a resumed run calls `keep` before it appends.
+    """Rows of a CSV file; each begins with its ``steps``. A resumed run calls `keep` before it appends.
 
     Where ``numbers`` are given, these columns must exist, and each cell is a number in the range of its column, except
     those of the columns ``texts``. Each number is the least in its column, where every row has one; None where not.
@@ -49,7 +49,7 @@ class CSVTable:
         return n_kept
 
     def measure(self, n_rows: float = math.inf, steps: float = math.inf) -> tuple[int, int]:
-        """Return how many rows `keep` would keep, and the bytes until their end, and change nothing."""
+        """Return the number of rows that `keep` would keep, and the bytes until their end; change nothing."""
         names, n_kept, end = [], 0, 0
         for place, entries in self._rows(steps) if n_rows else ():
             n_kept += bool(names)
@@ -104,7 +104,6 @@ class CSVTable:
             raise InputError(f"{self.path} is broken: {error}") from error
 
     def _rows(self, most: float = math.inf) -> Iterator[tuple[int, list[str]]]:
-        """Yield the names of the columns, then the entries of each row, with the place in the file after them."""
         allowed = "a number of steps" + (f" up to {most:,}" if most < math.inf else "")
         end, names, torn, first_torn = 0, [], 0, 0
         if not self.path.exists():
@@ -174,7 +173,6 @@ def _entries(line: bytes, *, is_first: bool) -> list[str] | None:
 
 
 def _steps(entries: Sequence[str]) -> int:
-    """Return the steps that a row begins with; -1 if it begins with something else."""
     try:
         return int(float(entries[0]))
     except (ValueError, OverflowError):

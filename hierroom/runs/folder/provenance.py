@@ -17,8 +17,8 @@ import torch
 
 import hierroom
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.folder.own_modules import ModuleFile, find_module_files
 from hierroom.runs.folder.trust import COPIES, named_code
+from hierroom.runs.folder.user_modules import ModuleFile, find_module_files
 from hierroom.runs.logs.output import warn
 from hierroom.support.cli import shell_words
 from hierroom.support.errors import InputError
@@ -50,13 +50,13 @@ def record_session(path: Path, config: TrainConfig, variant: str = "", warm_star
 
 
 def variant_of(path: Path) -> str:
-    """Return what the plan of a sweep called a run; empty where it did not."""
+    """Return the variant of a run in a sweep's plan; empty without one."""
     named = (one for one in read_sessions(path) if isinstance(one, dict))
     return next((str(one["variant"]) for one in named if "variant" in one), "")
 
 
 def code_of(path: Path) -> dict[str, frozenset[str]]:
-    """Return what a run was trained with besides its config, by name: modules, hierroom, packages, its warm start.
+    """Return the code of a run by name: modules, hierroom, packages, its warm start.
 
     The values are digests and versions, several where the sessions differ; none if provenance.json cannot be read.
     """
@@ -88,7 +88,7 @@ def warn_of_changed_modules(path: Path, config: TrainConfig) -> None:
 
 
 def describe_session(device: str = "cpu") -> dict[str, Any]:
-    """Return what a result may depend on besides the config: command, versions, machine, commits."""
+    """Return the circumstances of a result besides the config: command, versions, machine, commits."""
     package = Path(hierroom.__file__).parent
     return {
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -130,7 +130,7 @@ def describe_git(folder: Path, tracked: str | None = None) -> dict[str, Any] | N
 
 
 def _git(folder: Path, *arguments: str) -> str | None:
-    """Return what git prints; None if it fails. It takes no lock and starts no program of the checkout's config."""
+    """Return git's output; None if it fails. It takes no lock and starts no program of the checkout's config."""
     # In a hook, variables name git's repository, and would win over the folder. No missing file is fetched, because the
     # checkout's config says by which program.
     env = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
@@ -146,7 +146,7 @@ def _git(folder: Path, *arguments: str) -> str | None:
 
 
 def _status(folder: Path) -> str | None:
-    """Return what git status prints, or None; the checkout's own filters, which would run programs, are off."""
+    """Return git status's output, or None; the checkout's own filters, which would run programs, are off."""
     listed = [
         _git(folder, "config", scope, "--includes", "--null", "--name-only", "--get-regexp", r"^filter\.")
         for scope in ("--local", "--worktree")
@@ -170,7 +170,7 @@ def _cpu() -> str:
 
 
 def read_sessions(path: Path) -> list[dict[str, Any]]:
-    """Return the sessions of a run's provenance.json, as they are there; none without that file."""
+    """Return the sessions of a run's provenance.json, unchanged; none without that file."""
     file = path / FILE
     if not file.exists():
         return []
@@ -200,7 +200,6 @@ def _changes(path: Path, files: list[ModuleFile], before: dict[str, dict[str, An
 
 
 def _copied(path: Path, folder: str, file: ModuleFile, before: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Copy a file into the run's folder, unless its content is there already; return its record."""
     record = {"file": file.name, "sha256": file.digest}
     if file.problem or file.content is None:
         return {**record, "problem": file.problem}

@@ -77,7 +77,6 @@ class RunFolder:
         return run
 
     def _refuse_content(self) -> None:
-        """Raise FileExistsError if the folder holds anything that a killed `create` does not leave."""
         for path in self.path.iterdir():
             is_ours = path == self.checkpoints and not path.is_symlink()
             is_empty = is_ours and all(map(is_unfinished, path.iterdir()))
@@ -128,7 +127,6 @@ class RunFolder:
         return {int(path.stem.removesuffix(_INTERRUPTED)): path for path in sorted(paths)}
 
     def _remove_interrupted(self) -> None:
-        """Delete the checkpoints at which the run was interrupted, except the newest of all."""
         kept = max(self._checkpoint_paths().items(), default=(0, None))[1]
         for path in self.checkpoints.glob(f"*{_INTERRUPTED}.pt"):
             if path != kept:

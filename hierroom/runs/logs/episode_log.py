@@ -1,4 +1,4 @@
-"""The episodes of training: a row for each that ends, and means over the last of them."""
+"""The episodes of training: a row for each, and means over the latest."""
 
 from __future__ import annotations
 

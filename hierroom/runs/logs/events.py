@@ -32,7 +32,6 @@ class Events(Logger):
         self._file: Path | None = None
 
     def _write(self, *events: Event) -> None:
-        """Append events to the file, without a buffer."""
         if self._file is None:
             events = (*self._begin(), *events)
         assert self._file is not None
@@ -43,7 +42,6 @@ class Events(Logger):
         append_whole(self._file, records.getvalue())
 
     def _begin(self) -> list[Event]:
-        """Choose a file name that sorts after those of earlier sessions; return the file's first events."""
         started = [int(n) for path in self._path.glob(f"{_NAME}.*") if (n := path.name.split(".")[3]).isdecimal()]
         number = max([int(time.time()), *(before + 1 for before in started)])
         self._file = self._path / f"{_NAME}.{number:010d}.{socket.gethostname()}.{os.getpid()}.0"

@@ -10,7 +10,7 @@ import numpy as np
 from hierroom.runs.evaluation import Evaluation, Score
 
 MILESTONES = (50, 90, 95, 99)
-"""Success rates in percent whose crossing is recorded."""
+"""Success rates in percent; a run records when it first reaches each."""
 FIRST_POINT = 0.01
 """The first evaluation after the one before training, as a share of all steps: learning is fastest at the start."""
 

@@ -1,4 +1,4 @@
-"""Weights & Biases and MLflow as loggers, which need packages of their own."""
+"""Weights & Biases and MLflow as loggers, which need extra packages."""
 
 from __future__ import annotations
 

@@ -91,7 +91,6 @@ def _warn(error: Exception, label: str) -> None:
 
 
 def _identities(path: Path) -> dict[str, str]:
-    """Read the identities from earlier sessions; none where that fails."""
     try:
         known = read_json(path / _FILE)
         return {name: known[name] for name in LIBRARIES if isinstance(known.get(name), str)}

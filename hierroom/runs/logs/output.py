@@ -36,7 +36,7 @@ class LastingStream:
         return len(text)
 
     def flush(self) -> None:
-        """Write what is still in memory."""
+        """Write the buffered text."""
         if self.stream is not None:
             try:
                 self.stream.flush()
@@ -44,7 +44,7 @@ class LastingStream:
                 self._lose()
 
     def _lose(self) -> None:
-        """Lead the stream nowhere, so that Python does not fail at exit with what it still has in memory."""
+        """Lead the stream nowhere, so that Python does not fail at exit with buffered text."""
         with suppress(OSError, ValueError, AttributeError):
             number = self.stream.fileno() if self.stream is not None else -1
             if number in (1, 2):  # the process's own
@@ -102,7 +102,7 @@ def is_quiet() -> bool:
 
 
 def warn(line: str) -> None:
-    """Print a warning on standard error, if anybody can read it, unless the run prints nothing."""
+    """Print a warning on standard error, if it is open, unless the run prints nothing."""
     if is_quiet():
         return
     print(one_line(f"warning: {line}"), file=LastingStream(sys.stderr))

@@ -1,4 +1,4 @@
-"""A clock of Numba's compilation, which does not count as training, and lines about what it compiles."""
+"""A clock of Numba's compilation, which does not count as training, and lines about it."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class CompileClock(event.Listener):
 
     @contextmanager
     def quiet(self) -> Iterator[None]:
-        """Say nothing in this context, where others say what is compiled."""
+        """Print nothing in this context, where other lines report compilation."""
         was_heard, self._is_heard = self._is_heard, False
         try:
             yield

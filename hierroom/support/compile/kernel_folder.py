@@ -79,5 +79,5 @@ def _private_folder() -> Path | None:
         status = path.lstat()
     except (OSError, AttributeError):  # Windows numbers no users; their cache folders can be written
         return None
-    is_own = stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid() and not status.st_mode & 0o077
-    return path if is_own and _can_write(path) else None
+    is_private = stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid() and not status.st_mode & 0o077
+    return path if is_private and _can_write(path) else None

@@ -49,7 +49,7 @@ def side_by_side(statement: str) -> Iterator[None]:
 
 
 def n_compiled() -> int:
-    """Return how many kernels are on disk, each counted as often as there are types of arguments."""
+    """Return the number of kernels on disk, each counted once for each signature."""
     return len([*Path(kernel_folder() or os.devnull).rglob("*.nbc")])
 
 

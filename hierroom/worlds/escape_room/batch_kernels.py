@@ -31,7 +31,7 @@ def look_levels(levels, grids, outcomes):
 
 @njit(cache=True, nogil=True)
 def step_levels(levels, grids, actions, outcomes):
-    """Step every environment whose episode has not ended; the flags of the other environments do not change."""
+    """Step every environment with an episode under way; the flags of the others do not change."""
     for n in range(levels.shape[0]):
         if levels[n].has_ended:
             outcomes[n].achieved, outcomes[n].n_first, outcomes[n].reward = 0, 0, 0.0

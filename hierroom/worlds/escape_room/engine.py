@@ -1,4 +1,4 @@
-"""N EscapeRoom environments that are stepped at once."""
+"""N EscapeRoom environments stepped together."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ class Engine:
         return self.advance(whole_numbers(actions, len(self)))
 
     def step_within_episode(self, actions: ArrayLike) -> np.ndarray:
-        """Act once in every environment whose episode has not ended and return the outcomes, without resets."""
+        """Act once in every environment with an episode under way and return the outcomes, without resets."""
         return self.advance_within_episode(whole_numbers(actions, len(self)))
 
     def advance(self, actions: NDArray[np.int64]) -> np.ndarray:
@@ -212,7 +212,6 @@ class Engine:
         batch_kernels.look_levels(self._state.levels, self._state.grids, self._outcomes)
 
     def _clear_outcomes(self, envs: NDArray[np.integer], lengths: ArrayLike) -> None:
-        """Set the outcomes of environments that have taken no step since they were reset or restored."""
         outcomes = np.zeros(len(envs), OUTCOME)
         outcomes["length"] = lengths
         self._outcomes[envs] = outcomes

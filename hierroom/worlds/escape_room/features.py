@@ -41,42 +41,42 @@ _GOAL_IDS = np.arange(N_GOALS)
 
 
 def _goal_cells(observation: Any) -> NDArray:
-    """[M, 1] the cell of the view that holds the goal, or 49: colours differ, so there is one at most."""
+    """Return the cell of the view with the goal, or 49 [M, 1]; colours differ, so there is one at most."""
     is_goal = observation.view.tiles.reshape(-1, N_CELLS) == _GOAL_TILES[observation.goals][:, None]
     return np.where(is_goal.any(axis=1), is_goal.argmax(axis=1), N_CELLS)[:, None]
 
 
 def _goal_place(observation: Any) -> NDArray:
-    """[M, 2] `_places` of the goal where it was seen last: nothing moves unseen; a key in hand stays where it lay."""
+    """Return the `_places` [M, 2] where the goal was seen last; a key in hand keeps its first place."""
     return _places_of_goals(observation.view.levels, observation.goals[:, None])
 
 
 def _object_places(observation: Any) -> NDArray:
-    """[M, 26] likewise of every goal, by id, whichever the controller has."""
+    """Return the `_places` [M, 26] of all goals, by id."""
     goals = np.broadcast_to(_GOAL_IDS, (len(observation.view.levels), N_GOALS))
     return _places_of_goals(observation.view.levels, goals)
 
 
 def _doorway_places(observation: Any) -> NDArray:
-    """[M, 4] `_places` of the two doors that were opened or walked through last, the later one first."""
+    """Return the `_places` [M, 4] of the two doors opened or crossed last, the later one first."""
     return _compiled_places()(observation.view.levels, observation.view.levels["doorways"].astype(np.int64))
 
 
 def _frontier_places(observation: Any) -> NDArray:
-    """[M, 4] `_places` of what `nearest_frontiers` finds."""
+    """Return the `_places` [M, 4] of `nearest_frontiers`."""
     return _compiled_places()(
         observation.view.levels, nearest_frontiers(observation.view.levels, observation.view.maps)
     )
 
 
 def _places_of_goals(levels: np.ndarray, goals: NDArray[np.integer]) -> NDArray:
-    """[M, 2 G] `_places` of goals [M, G] that were seen."""
+    """Return the `_places` [M, 2 G] of goals [M, G] that were seen."""
     return _compiled_places()(levels, _compiled_seen()(levels, goals))
 
 
 @njit(cache=True)
 def _seen_at(levels, goals):
-    """[M, G, 2] (row, col) of those goals [M, G] that were seen this episode, zeros for the others and for no goal."""
+    """Return (row, col) [M, G, 2] of goals [M, G] seen this episode; zeros for others and for no goal."""
     cells = np.zeros((*goals.shape, 2), np.int64)
     for m, g in np.ndindex(goals.shape):
         goal = goals[m, g]
@@ -94,7 +94,7 @@ def _seen_at(levels, goals):
 
 @njit(cache=True)
 def _places(levels, cells):
-    """[M, 2 C] how far ahead of the agent and how far to its right each of some cells [M, C, 2] is.
+    """Return how far ahead of the agent and to its right each cell [M, C, 2] is: [M, 2 C].
 
     Each is the class of the distance, -6 to 6, plus 6; `UNKNOWN_DISTANCE` where the cell's row is 0, as none's is.
     """
@@ -117,7 +117,6 @@ def _class_of(distance):
 
 @cache
 def _compiled_seen() -> Callable[..., NDArray]:
-    """Compile `_seen_at` for goals that need not be contiguous."""
     return compiled(_seen_at, np.zeros(1, LEVEL), np.zeros((2, 4), np.int64)[:, ::2])
 
 
@@ -127,12 +126,11 @@ def _compiled_places() -> Callable[..., NDArray]:
 
 
 def _by_colour(observation: Any, what: str) -> NDArray:
-    """[M, 6] the bits of ``keys`` or ``doors``."""
     return observation.view.levels[what][:, None] >> observation.view.levels["branches"] & 1
 
 
 def _goal_status(observation: Any) -> NDArray:
-    """[M, 13] for each goal id 0 for never seen, 1 for seen this episode, 2 for a key in hand or an open door."""
+    """Return for each goal [M, 13]: 0 never seen, 1 seen this episode, 2 a key in hand or an open door."""
     status = observation.view.levels["seen"][:, None] >> _GOAL_IDS & 1
     achieved = np.concatenate([_by_colour(observation, "keys"), _by_colour(observation, "doors")], axis=1)
     status[:, :EXIT_GOAL][achieved > 0] = 2
@@ -140,7 +138,6 @@ def _goal_status(observation: Any) -> NDArray:
 
 
 def _view(observation: Any) -> NDArray:
-    """[M, 49] the tile codes of the view."""
     return observation.view.tiles.reshape(-1, N_CELLS)
 
 
@@ -164,10 +161,14 @@ FEATURES: Mapping[str, Feature] = {
     "keys": Feature((2,) * N_COLOURS, lambda observation: _by_colour(observation, "keys")),
     "goal-status": Feature((3,) * N_GOALS, _goal_status, is_by_goal=True),
 }
-"""view: the tile of each cell of the view; view-ids: the same, read as its object id, colour id and open bit; goal:
-object and colour; goal-in-view: the cell of the view that holds the goal; goal-place: about how far ahead of the agent
-and to its right the goal is, once it was seen this episode; object-places: the same for each goal id, whichever the
-goal; doorway-places: the same for the two doors that were opened or walked through last; frontier-places: the same for
-floor next to what was not seen yet, the nearest in the agent's room and the nearest elsewhere; direction; keys: those
-held, by colour; goal-status: whether each goal was seen this episode, and whether the key is in hand or the door open.
+"""Features of an EscapeRoom.
+
+- view: the tile of each cell in view; view-ids: the same, as object id, colour id and open bit
+- goal: object and colour of the goal; goal-in-view: its cell in the view
+- goal-place: about how far ahead of the agent and to its right the goal is, once seen this episode
+- object-places: the same for each goal id; doorway-places: for the two doors opened or crossed last
+- frontier-places: the same for floor next to unseen cells, the nearest in the agent's room and the nearest elsewhere
+- direction; keys: the keys held, by colour
+- goal-status: whether each goal was seen this episode, and whether the key is in hand or the door open
+
 A meta-controller's goal is the one it gave last."""

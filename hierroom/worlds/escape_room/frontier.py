@@ -1,4 +1,4 @@
-"""Frontiers: floor that was in view this episode, beside a cell that was not (Yamauchi 1997)."""
+"""Frontiers: floor that was in view this episode, next to a cell that was not (Yamauchi 1997)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hierroom.worlds.escape_room.rooms import room_at
 def nearest_frontiers(levels: np.ndarray, maps: Maps) -> NDArray[np.int64]:
     """Find the frontier cells nearest to the agents by Manhattan distance; of equals the first by row and column.
 
-    Floor is what lies in a room or is an open door.
+    Floor is every cell of a room and every open door.
 
     Returns:
         [M, 2, 2] (row, col) of the nearest in the room where the agent stands, and of the nearest anywhere else, zeros
@@ -57,7 +57,7 @@ def find_frontiers(levels, rooms):
 
 @njit(cache=True)
 def _frontier(level, row):
-    """Bits of the cells of a row that were seen, but not all four beside them."""
+    """Return bits of the seen cells of a row that have an unseen neighbour."""
     line = row - MARGIN
     seen = level.explored[line]
     return seen & ~((seen << ONE) & (seen >> ONE) & level.explored[line - 1] & level.explored[line + 1])
@@ -71,5 +71,4 @@ def _keep_nearer(level, row, col, nearest):
 
 @njit(cache=True)
 def _rank(level, row, col):
-    """Return a number that grows with the distance, then with the row, then with the column."""
     return ((abs(row - level.row) + abs(col - level.col)) * 2 * MAX_SIZE + row) * 2 * MAX_SIZE + col

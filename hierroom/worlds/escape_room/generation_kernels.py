@@ -77,8 +77,8 @@ def draw(level, grid, graph):
     """Draw a level with a goal graph.
 
     Up to four branch rooms occupy one side of the centre each; a fifth room divides one side, and a sixth also the
-    opposite side. Every level is solvable by construction: each room is a rectangle at least two cells wide and deep,
-    so the exit, which never lies directly behind its door, cuts off no cell; keys can be picked up and therefore never
+    opposite side. Every level is solvable by construction. Each room is a rectangle at least two cells wide and deep,
+    and the exit is never directly behind its door, so it cuts off no cell. Keys can be picked up and therefore never
     block the way.
     """
     n_branches = graph.n_rooms - 1

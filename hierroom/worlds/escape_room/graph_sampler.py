@@ -17,10 +17,10 @@ EPISODES_PER_STAGE = 200
 
 
 class GraphSampler:
-    """The goal graphs of N environments: one graph, or a set of them, all at once or stage by stage.
+    """The goal graphs of N environments: one graph, or a set of them, together or stage by stage.
 
-    The curriculum decides by the same number of episodes of each environment, the first that begin after its last
-    decision, and waits until all have ended: those that escape end first, and would else be counted too often.
+    The curriculum decides by equally many episodes of each environment, the first that begin after its last decision.
+    It waits until all have ended, because escapes end first and would count too often.
 
     Args:
         graph: the graphs, as `find_graphs` takes them, less those of ``exclude``.

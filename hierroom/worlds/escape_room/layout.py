@@ -45,7 +45,7 @@ LEVEL = record_type(
     # Of a level that is drawn: top row, left col, bottom row, right col of rooms 0, 1, ...
     ("rectangles", "i4", (MAX_GRID_ROOMS, 4)),
     ("doors_at", "i4", (N_COLOURS, 2)),  # (row, col)
-    ("keys_at", "i4", (N_COLOURS, 2)),  # (row, col) where its key lies, or lay before it was picked up
+    ("keys_at", "i4", (N_COLOURS, 2)),  # (row, col) of its key, or of the key's cell before it was picked up
     ("exit_at", "i4", 2),  # (row, col)
     ("divider", "i4", 4),  # row or col at which each side of the centre is divided if it holds two rooms
     # The agent.
@@ -133,7 +133,7 @@ class State:
     def distances(self, goals: NDArray[np.integer]) -> NDArray[np.integer]:
         """Return [N] the Manhattan distances to goals [N] from the agents, ignoring walls; 0 for -1, no goal.
 
-        A key's distance is that from where it lies, or lay before it was picked up.
+        A key's distance is that of its cell, or of its first cell once it is picked up.
         """
         levels, envs = self.levels, np.arange(len(self))
         branches = levels["branches"][envs, goals % N_COLOURS]

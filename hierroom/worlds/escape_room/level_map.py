@@ -1,4 +1,4 @@
-"""Text maps of levels: walls, doors, keys, the exit and the start, as somebody draws them in an editor."""
+"""Text maps of levels, to draw in an editor: walls, doors, keys, the exit and the start."""
 
 from __future__ import annotations
 
@@ -215,7 +215,6 @@ def _rows_of(text: str) -> tuple[tuple[str, ...], Cell]:
 
 
 def _cells_of(row: str) -> str:
-    """Return a row of printed text, two characters a cell, in those of a map, or as it is where a map has none."""
     return "".join(_PAIRS.get(row[at : at + 2], row[at]) for at in range(0, len(row), 2))
 
 

@@ -51,9 +51,9 @@ class LevelView:
 
         Returns:
             ``observation`` [M, 7, 7, 3] uint8 as MiniGrid's ``image``: cell [i, j] is i - 3 cells to the agent's right
-            and 6 - j ahead; its channels are MiniGrid's object id, its colour id, and 1 for an open door.
-            ``direction`` [M] int64, 0 east, 1 south, 2 west, 3 north. ``keys_held`` and ``doors_open`` [M, 6] int8 by
-            colour, the keys held and the doors open.
+            and 6 - j ahead. Its channels are MiniGrid's object id, its colour id, and 1 for an open door. ``direction``
+            [M] int64, 0 east, 1 south, 2 west, 3 north. ``keys_held`` and ``doors_open`` [M, 6] int8 by colour, the
+            keys held and the doors open.
         """
         levels, branches = self.levels, self.levels["branches"]
         return {
@@ -86,37 +86,37 @@ class LevelView:
 
     @cached_property
     def exists(self) -> NDArray[np.bool_]:
-        """[M, 6] whether branch room 1, 2, ... is there."""
+        """Flags [M, 6] whether branch room 1, 2, ... is there."""
         return self.levels["n_rooms"][:, None] - 1 > _BRANCHES
 
     @cached_property
     def keys(self) -> NDArray[np.bool_]:
-        """[M, 6] whether the key of branch room 1, 2, ... is held."""
+        """Flags [M, 6] whether the key of branch room 1, 2, ... is held."""
         return (self.levels["keys"][:, None] >> _BRANCHES & 1).astype(bool)
 
     @cached_property
     def doors(self) -> NDArray[np.bool_]:
-        """[M, 6] whether the door of branch room 1, 2, ... is open."""
+        """Flags [M, 6] whether the door of branch room 1, 2, ... is open."""
         return (self.levels["doors"][:, None] >> _BRANCHES & 1).astype(bool)
 
     @property
     def colours(self) -> NDArray[np.integer]:
-        """[M, 6] colour of branch room 1, 2, ...: the key's goal id; the door's is 6 more."""
+        """Colours [M, 6] of branch room 1, 2, ...: the key's goal id; the door's is 6 more."""
         return self.levels["colours"]
 
     @property
     def key_rooms(self) -> NDArray[np.integer]:
-        """[M, 6] room in which the key of branch room 1, 2, ... lay at the start."""
+        """Rooms [M, 6] that had the key of branch room 1, 2, ... at the start."""
         return self.levels["key_rooms"]
 
     @cached_property
     def reachable(self) -> NDArray[np.bool_]:
-        """[M, 13] goals that can be achieved before anything else is: `GoalGraph.open_goals` by goal id."""
+        """Goals that can be achieved next, [M, 13]: `GoalGraph.open_goals` by goal id."""
         return self.goals_by("reachable")
 
     @cached_property
     def seen(self) -> NDArray[np.bool_]:
-        """[M, 13] goals of the level that came into view this episode and are not achieved yet."""
+        """Goals of the level that came into view this episode and are not achieved yet, [M, 13]."""
         return self.goals_by("seen")
 
     def goals_by(self, mask: str) -> NDArray[np.bool_]:
@@ -125,16 +125,16 @@ class LevelView:
 
     @cached_property
     def depth_first_ranks(self) -> NDArray[np.integer]:
-        """[M, 13] ranks of goals in a depth-first walk, the next one highest: exit, door of a key held, latest key."""
+        """Ranks of goals in a depth-first walk, the next one highest, [M, 13]: exit, door of a key held, latest key."""
         opened_at = np.zeros((len(self), 1 + N_COLOURS), np.int64)  # of every room; the centre is open from step 0
         opened_at[:, 1:] = self.levels["opened_at"]
-        recency = opened_at[np.arange(len(self))[:, None], self.key_rooms]  # [M, 6] of the room the key lies in
+        recency = opened_at[np.arange(len(self))[:, None], self.key_rooms]  # [M, 6] of the key's room
         later = self.levels["max_steps"].astype(np.int64) + 1
         return self.by_goal(recency, recency + later[:, None], 2 * later)
 
     @property
     def oracle_goals(self) -> NDArray[np.integer]:
-        """[M] the goal achieved first on a shortest way to the exit."""
+        """Goals [M] achieved first on a shortest way to the exit."""
         return np.array([_first_goal(self.state[m]) for m in range(len(self))])
 
     def by_goal(self, keys: NDArray, doors: NDArray, exits: NDArray) -> NDArray:

@@ -29,7 +29,7 @@ class MapRooms:
     """The rooms of a map; room 0 is where the agent starts, and rooms are numbered as in `GoalGraph.canonical`.
 
     Args:
-        key_rooms: [rooms - 1] the room in which the key of room 1, 2, ... lies.
+        key_rooms: the rooms [rooms - 1] with the key of room 1, 2, ...
         exit_room: the room of the exit.
         door_rooms: [rooms - 1] the room from which the door of room 1, 2, ... is opened.
         colours: [rooms - 1] the colour of that door and key.
@@ -46,9 +46,8 @@ class MapRooms:
 def read_rooms(drawn: Drawn, refuse: Callable[[Cell, str], NoReturn], where: Callable[[Cell], str]) -> MapRooms:
     """Return the rooms of a map, or ``refuse`` it, with a cell, if it cannot be solved or is no tree of keys and doors.
 
-    A room is the floor that a door makes reachable. The door of a room is opened from another room, which need not be
-    the first; a goal graph says by its keys alone what must be achieved before what, so whoever has the key of a door
-    must have passed through every door before it.
+    A room is the floor that a door makes reachable. A door may be opened from any room. A goal graph orders goals by
+    keys alone, so whoever has the key of a door must have passed through every door before it.
     """
     doors, name = drawn.doors, {colour: f"the {COLOURS[colour]} door" for colour in drawn.doors}
     at_door = {cell: colour for colour, cell in doors.items()}
@@ -68,7 +67,7 @@ def read_rooms(drawn: Drawn, refuse: Callable[[Cell, str], NoReturn], where: Cal
             behind = [one for one in _beside(cell) if one in drawn.floor and room_of.get(one) != room]
             if other := [room_of[one] for one in behind if one in room_of]:
                 way = "the start" if other[0] < 0 else name[other[0]]
-                refuse(cell, f"{name[colour]} lies in a loop: what is behind it is entered from {way} as well")
+                refuse(cell, f"{name[colour]} is in a loop: the room behind it can be entered from {way} as well")
             if not behind and drawn.exit not in _beside(cell):
                 refuse(cell, f"{name[colour]} opens nothing: the same room, or wall, is on all its sides")
             room_of |= dict.fromkeys(_flood(behind, drawn.floor), colour)
@@ -82,7 +81,7 @@ def read_rooms(drawn: Drawn, refuse: Callable[[Cell, str], NoReturn], where: Cal
     if not exit_rooms:
         refuse(drawn.exit, "the exit cannot be reached: no way leads to it, even through the doors")
     if -1 in exit_rooms:
-        refuse(drawn.exit, "the exit can be reached before any door is open; it must lie behind a door")
+        refuse(drawn.exit, "the exit can be reached before any door is open; it must be behind a door")
     if len(exit_rooms) > 1:
         ways = " and from behind ".join(sorted(name[one] for one in exit_rooms if one is not None))
         refuse(drawn.exit, f"the exit is entered from behind {ways}; a tree of keys and doors has one way to it")
@@ -98,7 +97,7 @@ def read_rooms(drawn: Drawn, refuse: Callable[[Cell, str], NoReturn], where: Cal
         if room not in entered:
             locked = _first_locked(room, entered, door_rooms)
             key = f"the key of that door, at {where(drawn.keys[locked])}, cannot be come by before it"
-            refuse(cell, f"the {what} cannot be reached in any order: it lies behind {name[locked]}, and {key}")
+            refuse(cell, f"the {what} cannot be reached in any order: it is behind {name[locked]}, and {key}")
     for colour, room in door_rooms.items():
         if room not in (passed := _passed(key_rooms[colour], key_rooms)):
             least = "the start" if passed == [-1] else name[passed[0]]
@@ -129,7 +128,6 @@ def _beside(cell: Cell) -> list[Cell]:
 
 
 def _flood(start: Iterable[Cell], floor: frozenset[Cell]) -> set[Cell]:
-    """Return the floor that can be walked to from some cells of it."""
     found = {*start}
     frontier = [*found]
     while frontier:

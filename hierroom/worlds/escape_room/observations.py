@@ -94,7 +94,7 @@ _DIRECTIONS = tuple(np.int64(direction) for direction in range(N_DIRECTIONS))
 
 
 def write_one(outcomes: np.ndarray, levels: np.ndarray, goal: int) -> dict[str, Any]:
-    """Return what the only environment of a batch shows, and the vector of a goal or -1, in fresh arrays."""
+    """Return the observation of a batch of one, and the vector of a goal or -1, in new arrays."""
     image, vector = np.empty(IMAGE, _UINT8), np.empty(GOAL_SIZE, _FLOAT32)
     keys, doors = np.empty(N_COLOURS, _INT8), np.empty(N_COLOURS, _INT8)
     direction = _compiled_level()(outcomes, levels, goal, TRIPLES, GOAL_VECTORS, image, vector, keys, doors)
@@ -108,11 +108,10 @@ def write_one(outcomes: np.ndarray, levels: np.ndarray, goal: int) -> dict[str, 
 
 
 class BatchObservations:
-    """Writes what all environments of a batch show their controllers: see `BatchWriter`.
+    """Writes the controllers' observations of a batch: see `BatchWriter`.
 
-    A flat observation is one row of numbers: the entries of an observation in alphabetical order, directions one-hot,
-    just as `gymnasium.spaces.flatten` orders them, but in uint8: ``action_mask`` [A], ``direction`` [4],
-    ``doors_open`` [6], ``goal`` [9], ``keys_held`` [6], ``observation`` [7 * 7 * 3].
+    A flat observation is one row of numbers, in the order of `gymnasium.spaces.flatten` but in uint8: ``action_mask``
+    [A], ``direction`` [4] one-hot, ``doors_open`` [6], ``goal`` [9], ``keys_held`` [6], ``observation`` [7 * 7 * 3].
     """
 
     def __init__(self, engine: Engine, *, flat: bool) -> None:
@@ -157,7 +156,6 @@ def _compiled_level() -> Callable[..., int]:
 
 
 def _read() -> tuple:
-    """Arrays of the types that both batch kernels read."""
     goals = np.zeros(4, np.int64)[::2]  # a field of records: not contiguous, as an array of one number always is
     return np.zeros(1, OUTCOME), np.zeros(1, LEVEL), goals, TRIPLES, GOAL_VECTORS
 

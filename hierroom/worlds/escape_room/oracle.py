@@ -87,10 +87,10 @@ def survey(level, rooms, side, kind, colour):
     # The chain of doors, the last one to be opened first, and the rooms that must be entered.
     is_needed = np.zeros(level.n_rooms, np.bool_)
     is_needed[0] = True
-    own_room = room_at(level, rooms, level.row, level.col)
-    need(level, is_needed, max(own_room, 0))
+    agent_room = room_at(level, rooms, level.row, level.col)
+    need(level, is_needed, max(agent_room, 0))
     for other in range(level.n_rooms - 1):
-        if own_room < 0 and level.doors_at[other, 0] == level.row and level.doors_at[other, 1] == level.col:
+        if agent_room < 0 and level.doors_at[other, 0] == level.row and level.doors_at[other, 1] == level.col:
             need(level, is_needed, level.door_rooms[other])
     chain = np.empty(6, np.int64)
     n_doors, r = 0, goal_room
@@ -229,8 +229,8 @@ def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.i
         goals: goal id 0 to 12, one for all environments or [N].
 
     Returns:
-        [N] int64; 0 where the goal is achieved already, -1 where it cannot be achieved (the level has no such key or
-        door, its key cannot be come by, or the episode has ended at the exit).
+        Lengths [N] int64; 0 where the goal is achieved already, -1 where it cannot be achieved: it does not exist, its
+        key is out of reach, or the episode has ended at the exit.
     """
     ids = np.broadcast_to(np.asarray(goals), len(state))
     if ids.dtype.kind not in "iu" or (len(ids) and not 0 <= ids.min() <= ids.max() < N_GOALS):
@@ -263,6 +263,6 @@ def shortest_actions(state: State, goal: int = EXIT_GOAL) -> NDArray[np.int64]:
     if length < 0:
         name = goal_name(state.levels[0], goal)
         raise InputError(
-            f"the goal {name} cannot be achieved: there is none, its key cannot be come by, or the episode has ended"
+            f"the goal {name} cannot be achieved: it does not exist, its key is out of reach, or the episode has ended"
         )
     return ACTIONS[path]

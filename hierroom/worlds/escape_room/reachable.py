@@ -12,7 +12,7 @@ from hierroom.worlds.escape_room import batch_kernels
 from hierroom.worlds.escape_room.layout import OUTCOME, State
 
 CHUNK = 4096
-"""States expanded at once, which bounds the memory for their copies."""
+"""States expanded together, which bounds the memory for their copies."""
 
 
 class TooManyStatesError(InputError):
@@ -32,7 +32,7 @@ class ReachableStates(NamedTuple):
 
 
 def reachable_states(state: State, max_states: int = 1_000_000) -> ReachableStates:
-    """Find all states of a level, by taking every action in many of its states at once.
+    """Find all states of a level, by taking every action in many of its states together.
 
     Steps and what is remembered decide nothing that follows, and are no part of a state. If there are more than
     ``max_states``, that of having escaped included, `TooManyStatesError` is raised.
@@ -69,7 +69,6 @@ def reachable_states(state: State, max_states: int = 1_000_000) -> ReachableStat
 
 
 def _keys(levels: np.ndarray) -> list[bytes]:
-    """Return what decides all that follows at each level, as bytes."""
     columns = [levels["row"], levels["col"], levels["direction"], levels["keys"], levels["doors"]]
     if levels["can_drop"][0]:
         branches = np.arange(levels["keys_at"].shape[1])

@@ -103,8 +103,8 @@ def state_space(size: int) -> spaces.Box:
 def global_state(state: State, goal: int) -> NDArray[np.uint8]:
     """Return the level of one environment, and the goal that is pursued, or -1.
 
-    It is [size, size, 4] uint8 by row and column: MiniGrid's object id and colour id; 1 for an open door, and where the
-    agent is its direction; 1 for the cell of the goal that is pursued. A key that is held is not on the grid.
+    It is [size, size, 4] uint8 by row and column: MiniGrid's object id and colour id; 1 for an open door, or the
+    agent's direction; 1 for the cell of the pursued goal. A key that is held is not on the grid.
     """
     level, tiles = state.levels[0], _tiles(state)
     grid = np.zeros((*tiles.shape, 4), np.uint8)
@@ -180,7 +180,6 @@ def _tile_picture(tile: int, direction: int | None, is_seen: bool, tile_size: in
 
 
 def _outline(cell: NDArray[np.uint8]) -> None:
-    """Draw a frame along the inner edge of a cell [tile_size, tile_size, 3], in place."""
     width = max(1, len(cell) // 10)
     for edge in (cell[:width], cell[-width:], cell[:, :width], cell[:, -width:]):
         edge[:] = OUTLINE

@@ -1,7 +1,7 @@
 """Rollouts from given states without a view of the level, as compiled functions: of the random policy, and of others.
 
 A rollout goes on until its level has ended; ``max_steps`` and ``steps`` of the level are its horizon and its clock. Its
-random numbers are those of the level's own stream, whose key each rollout sets anew.
+random numbers are those of the level's own stream; each rollout sets its key anew.
 """
 
 import math

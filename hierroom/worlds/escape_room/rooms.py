@@ -1,4 +1,4 @@
-"""The room that a cell lies in."""
+"""The room of a cell."""
 
 from __future__ import annotations
 

@@ -34,14 +34,14 @@ RULES = (
     "rooms lie inside the walls",
     "keys, doors and what was found are those of the rooms",
     "a key that is held and a door that is open were found",
-    "each door stands where it is said to",
-    "each key lies where it is said to",
+    "doors_at names the cell of each door",
+    "keys_at names the cell of each key",
     "the exit is where it is said to be",
-    "nothing else lies in the grid",
+    "the grid holds nothing else",
     "the agent stands on floor",
     "the bag holds the keys that are held, each once",
-    "the key to drop is the one picked up last whose door is locked",
-    "an episode has ended at the exit or after its last step, and nowhere else",
+    "the key to drop is the last one picked up with a locked door",
+    "has_ended is True at the exit and after the last step only",
     "all doors of a level that is drawn are opened from its first room",
 )
 """Rules of a level and its grid besides the bounds, in the order in which `_broken_rule` looks at them."""
@@ -96,7 +96,7 @@ def check_state(state: State) -> None:
         for is_broken, bound, words in ((values < low, low, "at least"), (values > high, high, "at most")):
             if is_broken.any():
                 at = np.argwhere(is_broken)[0].tolist()
-                raise InputError(f"levels.{name} must be {words} {bound}, not {values[tuple(at)]}, which it is at {at}")
+                raise InputError(f"levels.{name} must be {words} {bound}, not {values[tuple(at)]} (at {at})")
     for name in ("can_drop", "has_ended"):
         if levels[name].view(np.uint8).max(initial=0) > 1:  # compiled code reads one bit of it, NumPy all eight
             raise InputError(f"levels.{name} must be True or False everywhere")
@@ -104,20 +104,19 @@ def check_state(state: State) -> None:
         _check_maps(state)
     env, rule = _compiled_check()(np.ascontiguousarray(levels), np.ascontiguousarray(grids))
     if rule >= 0:
-        raise InputError(f"the state of environment {env} cannot be used, because not so: {RULES[rule]}")
+        raise InputError(f"invalid state in environment {env}, which breaks the rule: {RULES[rule]}")
 
 
 def _check_maps(state: State) -> None:
-    """Check that all that never changes in a level is as in its map."""
     if state.maps.grids.shape[1:] != state.grids.shape[1:]:
         raise InputError(f"the layouts have {state.maps.grids.shape[1] - 2 * MARGIN} cells a side, not {state.size}")
     kept, numbers = state.maps, state.levels["map"] - 1
     moves = ("keys_at",) if state.levels["can_drop"].any() else ()
     for name in _OF_MAP - {*moves}:
         if (state.levels[name] != kept.levels[name][numbers]).any():
-            raise InputError(f"levels.{name} must be that of the layout, which it is not")
+            raise InputError(f"levels.{name} differs from that of the layout")
     if ((state.grids == WALL) != (kept.grids[numbers] == WALL)).any():
-        raise InputError("the walls in grids must be those of the layouts, which they are not")
+        raise InputError("the walls in grids differ from those of the layouts")
 
 
 _OF_MAP = frozenset(

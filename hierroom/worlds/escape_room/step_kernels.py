@@ -85,7 +85,7 @@ def advance(level, grid, action, outcome):
 
 @njit(cache=True)
 def update_carried(level):
-    """Find the key that the agent would drop: of those whose door is still locked, the last one picked up."""
+    """Find the key that the agent would drop: the last one picked up with its door still locked."""
     level.carried = -1
     for slot in range(level.bag_size):
         if not (level.doors >> level.bag[slot]) & 1:

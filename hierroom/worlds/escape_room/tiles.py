@@ -33,7 +33,7 @@ def _triples() -> NDArray[np.uint8]:
 
 
 TRIPLES = _triples()
-"""[22, 3] uint8: for each tile code MiniGrid's object id, its colour id, and 1 for an open door."""
+"""MiniGrid's object id, its colour id, and 1 for an open door, for each tile code: [22, 3] uint8."""
 
 
 def encode(tiles: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -44,7 +44,7 @@ def spread(lit, clear):
 
 
 def light_table():
-    """[128, 128] uint16: `spread` for every row (lit, clear), as ``seen | ahead << 7``."""
+    """Return `spread` of every row (lit, clear) as ``seen | ahead << 7``: [128, 128] uint16."""
     seen, ahead = spread(*np.meshgrid(np.arange(1 << VIEW), np.arange(1 << VIEW), indexing="ij"))
     return (seen | ahead << VIEW).astype(np.uint16)
 

@@ -104,7 +104,6 @@ class EscapeRoomWorld(Engine):
         self.sampler.reset(envs)
 
     def _step_in_stages(self, actions: NDArray[np.int64]) -> np.ndarray:
-        """Act once in every environment and return the outcomes; the curriculum counts the episodes that end."""
         had_ended = self._state.levels["has_ended"].copy()
         outcomes = self._advance(actions)
         escaped, truncated = outcomes["terminated"] & ~had_ended, outcomes["truncated"] & ~had_ended
@@ -113,13 +112,13 @@ class EscapeRoomWorld(Engine):
         return outcomes
 
     def observe(self, envs: NDArray[np.integer]) -> LevelView:
-        """Return what environments [M] show now, read-only; if they are all there are, the next step overwrites it."""
+        """Return the view of environments [M], read-only; if they are all, the next step overwrites it."""
         if envs is self.everywhere or len(self) == 1:
             return LevelView(self.outcomes["tiles"], self.state.levels, self.state.maps)
         return freeze(LevelView(self._outcomes["tiles"][envs], self._state.levels[envs], self._state.maps))
 
     def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> LevelView:
-        """Return what environments [M] show after the last step, those that ``ended`` [M] before they were reset."""
+        """Return the view of environments [M] after the last step; of those that ``ended`` [M], before the reset."""
         if ended.all():
             last = self._outcomes["final_tiles"][envs], self._last_levels[envs]
             return freeze(LevelView(*last, self._state.maps))
@@ -128,7 +127,7 @@ class EscapeRoomWorld(Engine):
         return freeze(LevelView(tiles, levels, self._state.maps))
 
     def exact_view(self, envs: NDArray[np.integer]) -> LevelView:
-        """Return what environments [M] show now and their exact state, in read-only copies."""
+        """Return the view of environments [M] and their exact state, in read-only copies."""
         tiles, levels, grids = self._outcomes["tiles"][envs], self._state.levels[envs], self._state.grids[envs]
         return freeze(LevelView(tiles, levels, self._state.maps, grids))
 
@@ -163,7 +162,7 @@ class EscapeRoomWorld(Engine):
         return [c for c in range(N_GOALS) if c == EXIT_GOAL or c % N_COLOURS < n_rooms - 1]
 
     def node_map(self, augmented: AugmentedGraph) -> NodeMap:
-        """Return what says where levels of one goal graph stand in its augmented graph."""
+        """Return a map from levels of one goal graph to nodes of its augmented graph."""
         return NodeMap(augmented, self._state.maps)
 
     def nodes(self, node_map: NodeMap, *, terminated: NDArray[np.bool_], ended: NDArray[np.bool_]) -> NDArray[np.int64]:
@@ -175,11 +174,11 @@ class EscapeRoomWorld(Engine):
         return self.sampler.graphs_of(start.levels)[0]
 
     def observe_one(self, goal: int) -> dict[str, Any]:
-        """Return what the only environment shows and the vector of a goal, in fresh arrays."""
+        """Return the observation of the only environment and the vector of a goal, in new arrays."""
         return write_one(self.outcomes, self.state.levels, goal)
 
     def batch_observations(self, *, flat: bool) -> BatchObservations:
-        """Return what writes the observations of all environments at once."""
+        """Return the writer of the observations of all environments."""
         return BatchObservations(self, flat=flat)
 
     def global_state(self, goal: int) -> NDArray[np.uint8]:
@@ -194,7 +193,7 @@ class EscapeRoomWorld(Engine):
         return state_space(self.state.size)
 
     def screen(self, render_mode: str | None) -> StateScreen:
-        """Return what shows environments in a render mode."""
+        """Return a screen for environments in a render mode."""
         return StateScreen(self.get_state, self.replayer, render_mode)
 
     def get_arrays(self, envs: NDArray[np.integer]) -> dict[str, np.ndarray]:

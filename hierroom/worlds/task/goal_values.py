@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.errors import InputError, raise_told, shown
+from hierroom.support.errors import InputError, raise_in_one_line, shown
 
 GoalFunction = Callable[[Any, dict[str, Any]], Any]
 """From the environment and the info of its last step to whether a goal is achieved, or how often it has been."""
@@ -35,7 +35,7 @@ def goal_values(
     except KeyboardInterrupt:
         raise
     except BaseException as error:  # whatever a user's own code may raise
-        raise_told(f"goal {[*goals][len(values) % len(functions)]!r} of {task}", error)
+        raise_in_one_line(f"goal {[*goals][len(values) % len(functions)]!r} of {task}", error)
     return values
 
 

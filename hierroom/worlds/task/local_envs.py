@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
-from hierroom.support.errors import own_code
+from hierroom.support.errors import user_code
 from hierroom.worlds.task.goal_values import as_totals, goal_values
 from hierroom.worlds.task.parts import TaskParts
 
@@ -32,7 +32,7 @@ class LocalEnvs:
     def reset(self, envs: Sequence[int], seeds: Sequence[int]) -> tuple[list[Any], NDArray]:
         """Begin an episode in some environments; return what they show, and how their goals stand [M, G]."""
         observations, infos, chosen = [], [], [self._envs[number] for number in envs]
-        with own_code(f"reset of {self._name}"):
+        with user_code(f"reset of {self._name}"):
             for env, seed in zip(chosen, seeds, strict=True):
                 observation, info = env.reset(seed=seed)
                 observations.append(observation)
@@ -44,7 +44,7 @@ class LocalEnvs:
         """Act in some environments."""
         observations, rewards, terminated, truncated, infos = [], [], [], [], []
         chosen = [self._envs[number] for number in envs]
-        with own_code(f"step of {self._name}"):
+        with user_code(f"step of {self._name}"):
             for env, action in zip(chosen, actions, strict=True):
                 observation, reward, ends, is_cut, info = env.step(action)
                 observations.append(observation)
@@ -56,8 +56,8 @@ class LocalEnvs:
         return Taken(observations, rewards, terminated, truncated, as_totals(values, self._goals, self._name))
 
     def render(self, env: int) -> Any:
-        """Return what an environment draws."""
-        with own_code("the environment", "cannot be drawn"):
+        """Return an environment's picture or text."""
+        with user_code("the environment", "cannot be drawn"):
             return self._envs[env].render()
 
     def close(self) -> None:

@@ -64,7 +64,7 @@ class Block(gymnasium.Env):
         self._arrays["totals"][envs] = totals
 
     def draw(self, env: int) -> Any:
-        """Return what an environment draws."""
+        """Return an environment's picture or text."""
         return self._envs.render(env)
 
 
@@ -93,18 +93,16 @@ class ProcessEnvs:
         return Taken(self._observations(shown, envs), rewards, ends, cuts, shown["totals"][chosen])
 
     def _send(self, kind: int, envs: Sequence[int], values: Sequence[int]) -> dict[str, NDArray]:
-        """Let blocks act, and return what all environments show, [N, ...] each."""
         actions = np.zeros((self._blocks.num_envs * self._n_places, 2), np.int64)
         actions[[*envs], 0], actions[[*envs], 1] = kind, values
         shown, *_ = self._blocks.step(actions.reshape(self._blocks.num_envs, self._n_places, 2))
         return {name: array.reshape(-1, *array.shape[2:]) for name, array in shown.items()}
 
     def _observations(self, shown: dict[str, NDArray], envs: Sequence[int]) -> list[Any]:
-        """Return what some environments show, laid out as their space says."""
         return [_nested({path: shown[f"{_SHOWN}{name}"][env] for name, path in self._paths.items()}) for env in envs]
 
     def render(self, env: int) -> Any:
-        """Return what an environment draws."""
+        """Return an environment's picture or text."""
         block, place = divmod(env, self._n_places)
         return self._blocks.call("draw", place)[block]
 
@@ -134,7 +132,6 @@ def _batch(space: spaces.Space, n: int) -> spaces.Box:
 
 
 def _nested(parts: dict[tuple[Any, ...], NDArray]) -> Any:
-    """Return entries as dicts of dicts, by the keys that lead to each; one without keys alone."""
     nested: dict[Any, Any] = {}
     for path, value in parts.items():
         if not path:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hierroom.goals import NO_GOAL
 from hierroom.support.drawing import side_by_side
-from hierroom.support.errors import own_code
+from hierroom.support.errors import user_code
 from hierroom.worlds.dependencies import Dependencies
 from hierroom.worlds.env_config import SPLITS
 from hierroom.worlds.task.goal_values import as_totals, goal_values
@@ -82,7 +82,7 @@ class TaskReplayer:
         counts, markings = np.zeros_like(state.counts), state.marking[None].copy()
         dependencies = Dependencies.of(task.rules, task.goal_set)
         try:
-            with own_code(f"reset of {task.name}"):
+            with user_code(f"reset of {task.name}"):
                 _, info = env.reset(seed=self.seed_of(state.identity))
             last = self._totals(env, info)
             for step in range(len(actions) + 1):
@@ -90,7 +90,7 @@ class TaskReplayer:
                 moment = counts.copy(), markings[0].copy(), step, lambda f=frame: f
                 yield Moment(state.identity, state.max_steps, *moment)
                 if step < len(actions) and actions[step] < task.n_actions:
-                    with own_code(f"step of {task.name}"):
+                    with user_code(f"step of {task.name}"):
                         *_, info = env.step(task.trial.first_action + int(actions[step]))
                     now = self._totals(env, info)
                     times, last = np.maximum(now - last, 0), now
@@ -128,7 +128,6 @@ class TaskReplayer:
         return "\n".join(text for text, _ in self._lines(state, goal))
 
     def _lines(self, state: Moment, goal: int) -> Iterator[tuple[str, tuple[int, int, int]]]:
-        """Yield a line for each goal: whether it is pursued, its name, and how often it was achieved."""
         rules = self._task.rules
         for number, name in enumerate(self._task.goals):
             count = int(state.counts[number])
@@ -139,7 +138,6 @@ class TaskReplayer:
 
 
 def _needs(ways: Any) -> str:
-    """Return in words what a rule asks for, its alternatives side by side."""
     words = []
     for way in ways:
         asked = {**way.uses, **{fact: max(n, way.uses.get(fact, 0)) for fact, n in way.needs.items()}}
@@ -148,7 +146,7 @@ def _needs(ways: Any) -> str:
 
 
 def _frame(env: Any) -> Any:
-    with own_code("the environment", "cannot be drawn"):
+    with user_code("the environment", "cannot be drawn"):
         return env.render()
 
 

@@ -87,7 +87,6 @@ def _feature(name: str, space: spaces.Space) -> Feature:
 
 
 def _categories(space: spaces.Space) -> tuple[NDArray, NDArray]:
-    """Return the first value of each number of a discrete space, and how many it has."""
     if isinstance(space, spaces.Discrete):
         return np.array([space.start]), np.array([space.n])
     if isinstance(space, spaces.MultiDiscrete):
@@ -108,7 +107,6 @@ def _layout(space: spaces.Box) -> ByteArray:
 
 
 def _image_shape(shape: tuple[int, ...]) -> tuple[int, int, int]:
-    """Return height, width and channels of an image; its channels may come first or be left out."""
     if len(shape) == 2:
         return shape[0], shape[1], 1
     is_first = shape[0] < min(shape[1:])

@@ -15,7 +15,7 @@ import numpy as np
 from hierroom.complexity.requirements import goal_depths
 from hierroom.goals.goal_set import GoalSet
 from hierroom.goals.rules import Rules
-from hierroom.support.errors import InputError, own_code, require_number, shown
+from hierroom.support.errors import InputError, require_number, shown, user_code
 from hierroom.worlds.base_view import goal_status
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 from hierroom.worlds.task.goal_values import GoalFunction
@@ -59,6 +59,16 @@ class Task:
         capacity: how many there can be of a fact of the rules; 1 of those that it leaves out.
         processes: in how many processes the environments run; 0: in this one.
         label: the name in titles and tables of a task that is not named by a module.
+
+    Examples:
+        >>> goals = {"far shore": lambda env, info: env.unwrapped.s == 15}
+        >>> task = hierroom.Task("FrozenLake-v1", goals, target="far shore")
+        >>> env = hierroom.env(task=task)
+        >>> env.reset(seed=0)
+        >>> env.agent_selection, env.observation_space("controller_0")["action_mask"].shape
+        ('meta_0', (4,))
+        >>> task.new_env().spec.id, len(task.make_world(hierroom.EnvConfig(task=task), num_envs=2).goals)
+        ('FrozenLake-v1', 1)
     """
 
     make: Callable[..., gymnasium.Env] | str
@@ -118,7 +128,7 @@ class Task:
             "have": [name for name in names if name not in self.goals],
         }
         if wrong := [f"{what} {', '.join(map(repr, some))}" for what, some in found.items() if some]:
-            raise InputError(f"the rules of a task are of its goals {', '.join(self.goals)}; they {', '.join(wrong)}")
+            raise InputError(f"a task has a rule for each goal ({', '.join(self.goals)}); these {', '.join(wrong)}")
         if isinstance(self.rules, Rules):
             rules = replace(self.rules, capacity={**self.rules.capacity, **(self.capacity or {})})
         else:
@@ -154,7 +164,7 @@ class Task:
 
     def new_env(self, render_mode: str | None = None) -> gymnasium.Env:
         """Return a new environment, which draws itself in a render mode if it can."""
-        with own_code(f"make of {self.name}"):
+        with user_code(f"make of {self.name}"):
             env = self._make(render_mode)
         if not isinstance(env, gymnasium.Env):
             raise InputError(f"make of {self.name} must return a gymnasium.Env, not {shown(env)}")

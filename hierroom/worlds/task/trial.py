@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from gymnasium import spaces
 
-from hierroom.support.errors import InputError, own_code
+from hierroom.support.errors import InputError, user_code
 from hierroom.worlds.task.goal_values import goal_values
 from hierroom.worlds.task.local_envs import LocalEnvs
 from hierroom.worlds.task.parts import TaskParts, Trial
@@ -15,13 +15,13 @@ N_STEPS = 20
 
 
 def try_out(task: TaskParts) -> Trial:
-    """Take random steps in a new environment of a task; what is wrong with the task is raised as one line."""
+    """Take random steps in a new environment of a task; its faults are raised as one line."""
     env = task.new_env()
     actions = env.action_space
     if not isinstance(actions, spaces.Discrete):
         raise InputError(f"the actions of {task.name} must be Discrete, not {actions}; wrap its environment")
     entries, left_out = flat_entries(env.observation_space)
-    with own_code(f"reset of {task.name}"):
+    with user_code(f"reset of {task.name}"):
         _, info = env.reset(seed=0)
     values = goal_values(task.goals, [env], [info], task.name)
     env.close()

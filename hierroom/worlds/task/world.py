@@ -65,18 +65,17 @@ class TaskWorld(BaseWorld):
         return self.task.features
 
     def begin(self, envs: NDArray[np.integer]) -> None:
-        """Begin the episodes of environments [M], each with the seed of its own."""
+        """Begin the episodes of environments [M], each with its own seed."""
         numbers = envs.tolist()
         seeds = [self.replayer.seed_of(self.identity(env)) for env in numbers]
         self._note(envs, *self._envs.reset(numbers, seeds))
         self._taken[envs], self._actions[envs], self._cut[envs] = 0, _NONE, False
 
     def identity(self, env: int) -> tuple[int, int, int, str | None]:
-        """Return what fixes the episode of an environment: seed, environment, number and part of the levels."""
+        """Return the identity of an environment's episode: seed, environment, number and part of the levels."""
         return int(self.seeds[env]), int(self.indices[env]), int(self.numbers[env]), self.config.levels
 
     def _note(self, envs: NDArray[np.integer], observations: list[Any], totals: NDArray) -> None:
-        """Keep what environments [M] show, and how their goals stand [M, G]."""
         where = self._where(envs)
         for name, path in self._paths:
             shown = self._shown[name]
@@ -90,7 +89,7 @@ class TaskWorld(BaseWorld):
         self._totals[where] = totals
 
     def shown(self, envs: NDArray[np.integer]) -> dict[str, NDArray]:
-        """Return what environments [M] show now, by name."""
+        """Return the observations of environments [M], by name."""
         return {name: array[envs] for name, array in self._shown.items()}
 
     def step(self, actions: NDArray[np.int64]) -> np.ndarray:
@@ -119,7 +118,6 @@ class TaskWorld(BaseWorld):
         return taken
 
     def _where(self, envs: NDArray[np.integer]) -> NDArray[np.integer] | slice:
-        """Return what selects environments fastest."""
         return slice(None) if envs is self.everywhere else envs
 
     def get_state(self, envs: Any = slice(None)) -> Moment:
@@ -140,7 +138,6 @@ class TaskWorld(BaseWorld):
         return {**super().get_arrays(envs), **own, "prints": np.array([self._print(env) for env in envs.tolist()])}
 
     def _print(self, env: int) -> int:
-        """Return a number that tells what an environment shows, and how its goals stand."""
         parts = (*(array[env] for array in self._shown.values()), self._totals[env])
         return zlib.crc32(b"".join(np.ascontiguousarray(part).tobytes() for part in parts))
 

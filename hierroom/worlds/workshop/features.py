@@ -20,12 +20,11 @@ MOST_VALUES = 255
 def features_of(book: Book) -> Mapping[str, Feature]:
     """Return the features of workshops of some rules, by name.
 
-    shelf: the thing at each place; stock: how many there are of each thing to take; bench: how many of each lie there.
-    goal-shelf: the thing at each place together with the controller's goal, so that one row of a table can say that
-    the goal takes this thing; goal-bench: the same of what lies on the bench. By goal: goal-status, whether it can be
-    made now, and whether it was achieved in this episode; goal-stock, how many there are of what it makes; goal-wanted,
-    whether it is among those that the way to the target lacks, by the rules. A meta-controller's goal is the one it
-    gave last.
+    shelf: the thing at each place; stock and bench: the count of each thing on the shelf and on the bench. goal-shelf:
+        the thing at each place together with the controller's goal, so that one row of a table can say that the goal
+        takes this thing; goal-bench: the same for things on the bench. By goal: goal-status, whether it can be made
+        now, and whether it was achieved in this episode; goal-stock, the count of its product; goal-wanted, whether the
+        way to the target lacks it, by the rules. A meta-controller's goal is the one it gave last.
     """
     recipes = book.recipes
     standing, n_goals = recipes.standing, recipes.n_goals
@@ -66,8 +65,8 @@ def features_of(book: Book) -> Mapping[str, Feature]:
 class _Paired:
     """Numbers that pair the goal with each of ``n`` values below ``n_values``.
 
-    A feature has at most 256 values, so there are several numbers for each value if goals and values are many: each has
-    its share of the goals, and is 0 while another one's goal is pursued.
+    A feature has at most 256 values. With many goals and values there are several numbers for each value: each has its
+    share of the goals, and is 0 while a goal of another one is pursued.
     """
 
     def __init__(self, n_goals: int, n_values: int, n: int) -> None:
@@ -80,5 +79,5 @@ class _Paired:
         """Return [M, numbers * n] of goals [M], -1 is none, and values [M, n]."""
         number, place = np.divmod(goals + 1, self._share)
         pairs = 1 + place[:, None] * self._n_values + values
-        is_own = number[:, None] == np.arange(self._n_numbers)
-        return (is_own[:, :, None] * pairs[:, None, :]).reshape(len(goals), -1)
+        is_paired = number[:, None] == np.arange(self._n_numbers)
+        return (is_paired[:, :, None] * pairs[:, None, :]).reshape(len(goals), -1)

@@ -46,7 +46,7 @@ def is_held_out(order):
 
 @njit(cache=True)
 def visit(shop, bench, visited):
-    """Remember what is on the bench; return whether that is new since the last goal that was a first.
+    """Remember the contents of the bench; return whether they are new since the last first achievement of a goal.
 
     The table is one of open addressing, of keys of 64 bits. Where it is empty or full nothing is new.
     """
@@ -116,7 +116,7 @@ def changes(things, recipes, way):
 
 @njit(cache=True)
 def count_after(things, recipes, way, thing):
-    """Return how many there are of a thing after a recipe; what goes beyond its limit is lost."""
+    """Return the count of a thing after a recipe, cut at its limit."""
     count = np.int64(things[SHELF, thing]) + np.int64(things[BENCH, thing])
     count += np.int64(recipes.gives[way, thing]) - np.int64(recipes.uses[way, thing])
     return min(count, np.int64(recipes.limits[thing]))

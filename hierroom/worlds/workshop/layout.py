@@ -11,8 +11,8 @@ from hierroom.support.schema import record_type
 from hierroom.worlds.seeds import SOURCE_FIELDS
 
 PLACES, SHELF, BENCH = range(3)
-"""Rows of an environment's things [3, T]: the thing at each place of the shelf (P of them, then zeros); how many there
-are of each thing on the shelf; how many of each lie on the bench."""
+"""Rows of an environment's things [3, T]: the thing at each place of the shelf (P of them, then zeros), the count of
+each thing on the shelf, and that on the bench."""
 
 
 SHOP = record_type(
@@ -28,7 +28,7 @@ SHOP = record_type(
 
 @dataclass(frozen=True)
 class WorkshopState:
-    """The exact state of N workshops: records [N] of `SHOP`, things [N, 3, T] and what was on the bench [N, V].
+    """The exact state of N workshops: records [N] of `SHOP`, things [N, 3, T] and past contents of the bench [N, V].
 
     ``visited`` is a table of keys (see `kernels.visit`); V is 0 where nothing asks for it.
     """

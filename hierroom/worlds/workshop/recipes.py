@@ -37,7 +37,7 @@ class Recipes(NamedTuple):
         way_depths: [A] int64, the same for what a recipe makes if it is made so.
         target: the thing that ends the episode.
         room: how many things the bench can hold: as many as the largest recipe asks for.
-        last_goal: the first goal whose recipe makes the target; it is achieved whichever recipe makes it.
+        last_goal: the first goal with a recipe for the target; any recipe for the target achieves it.
         n_goals: the number of goals.
     """
 
@@ -65,7 +65,7 @@ class Book(NamedTuple):
     recipes: Recipes
 
     def __reduce__(self) -> tuple[Any, tuple[Rules]]:
-        """Let copies share the recipes, which nobody can write to."""
+        """Let copies share the recipes, which are read-only."""
         return book_of, (self.rules,)
 
 
@@ -73,9 +73,9 @@ class Book(NamedTuple):
 def book_of(rules: Rules) -> Book:
     """Return the recipes of rules.
 
-    A recipe asks for what its alternative needs and uses, of each thing the larger count. One that would ask for
-    nothing, or for just what the recipe of another goal asks for, asks for a thing of its own too, which is there from
-    the start and is never used up: ``source of wood``.
+    A recipe asks for the things that its alternative needs and uses, of each the larger count. If it would ask for
+    nothing, or for the same as another goal's recipe, it also asks for its own source, such as ``source of wood``. A
+    source is there from the start and is never used up.
     """
     if len(rules.names) > MAX_GOALS:
         raise InputError(f"a workshop has at most {MAX_GOALS} rules, one for each goal, not {len(rules.names)}")

@@ -87,7 +87,7 @@ class WorkshopReplayer:
         return "\n".join(lines)
 
     def picture(self, state: WorkshopState, goal: int, tile_size: int, title: str = "") -> NDArray[np.uint8]:
-        """Draw a state: [H, W, 3] uint8, the shelf in rows, below it the bench, and the goal with what it takes."""
+        """Draw a state: [H, W, 3] uint8, the shelf in rows, below it the bench, and the goal with its recipe."""
         from PIL import Image, ImageDraw
 
         _only(state)
@@ -126,7 +126,6 @@ class WorkshopReplayer:
         return state.things[0, PLACES, : len(self._book.recipes.standing)].tolist()
 
     def _recipe(self, goal: int) -> str:
-        """Return what a goal takes, with 'or' between its alternatives."""
         recipes: Recipes = self._book.recipes
         if not 0 <= goal < recipes.n_goals:
             raise InputError(
@@ -135,7 +134,6 @@ class WorkshopReplayer:
         return " or ".join(map(self._in_words, recipes.asks[recipes.goals == goal]))
 
     def _in_words(self, counts: NDArray[np.uint8]) -> str:
-        """Return how many there are of each thing that is there: ``2 wood, tree``."""
         there = [(n, thing) for n, thing in zip(counts.tolist(), self._book.things, strict=True) if n]
         return ", ".join(f"{n} {thing}" if n > 1 else thing for n, thing in there) or "nothing"
 

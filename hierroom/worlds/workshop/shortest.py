@@ -1,8 +1,8 @@
 """The shortest solution of a workshop: the fewest primitive actions until the target is made.
 
-A recipe that asks for k things takes k actions on the bench and one to work, so the search goes from marking to marking
-(how many there are of each thing), and an edge costs k + 1. It is A* with the bound `Solver._bound`; the step limit is
-ignored. What lies on the bench at first can save actions of the first recipe, or costs one to clear it.
+A recipe of k things takes k actions on the bench and one to work. So the search goes from marking to marking (the
+counts of all things), and an edge costs k + 1. It is A* with the bound `Solver._bound`; the step limit is ignored.
+Things on the bench at first can save actions of the first recipe, or cost one to clear it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def _things(counts: NDArray[np.uint8]) -> set[int]:
 
 
 class Solver:
-    """Finds shortest solutions, and remembers what it found."""
+    """Finds shortest solutions, and caches them."""
 
     def __init__(self, recipes: Recipes) -> None:
         self._recipes = recipes
@@ -87,7 +87,6 @@ class Solver:
         return cost
 
     def _applied(self, way: int, marking: Marking) -> Marking | None:
-        """Return the marking after a way, or None where it does not apply or changes nothing."""
         asked, change = self._rows[way]
         if any(marking[thing] < count for thing, count in asked):
             return None

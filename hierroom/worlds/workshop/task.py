@@ -98,10 +98,17 @@ def workshop_of(spec: str) -> WorkshopTask:
 def workshop(rules: Rules) -> WorkshopTask:
     """Return a workshop of rules, to be used wherever a graph or a task is taken.
 
-    Things that rules need or use stand on a shelf; an agent puts them on a bench and works: see `WorkshopWorld`::
+    Things that rules need or use stand on a shelf; an agent puts them on a bench and works: see `WorkshopWorld`.
 
-        task = hierroom.workshop(hierroom.Rules({"wood": {"gives": "wood"}, ...}, target="raft"))
-        env = hierroom.env(task)
+    Args:
+        rules: the recipes, and the thing to make as their target.
+
+    Examples:
+        >>> rules = hierroom.Rules({"log": {"gives": "log"}, "raft": {"uses": "log", "gives": "raft"}}, target="raft")
+        >>> env = hierroom.env(hierroom.workshop(rules))
+        >>> env.reset(seed=0)
+        >>> env.unwrapped.complexity.exit_depth
+        1
     """
     if not isinstance(rules, Rules):
         raise InputError(f"a workshop is made of hierroom.Rules, not of {shown(rules)}")

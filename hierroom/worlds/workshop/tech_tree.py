@@ -51,8 +51,8 @@ def tech_tree(n_goals: int, seed: int = 0, shape: Shape = "mixed") -> Rules:
     Args:
         n_goals: 2 to 63.
         seed: 0 to 10**18 - 1.
-        shape: deep for a long way to the target, wide for a short one with many branches, mixed, or either, in which
-            about half of the parts and tools can also be made in a second way.
+        shape: deep for a long way to the target, wide for a short one with many branches, mixed, or either. In the last
+            one about half of the parts and tools can also be made in a second way.
     """
     require_number("the number of goals of a workshop", n_goals, MIN_GOALS, MAX_GOALS, is_whole=True)
     require_number("the seed of a workshop", seed, 0, 10**18 - 1, is_whole=True)
@@ -97,7 +97,7 @@ def _ask(
     *,
     is_last: bool,
 ) -> dict[str, int]:
-    """Return what a product is made of: one to three things, each with its count.
+    """Return the ingredients of a product: one to three things, each with its count.
 
     One at least was not used yet, so no two products are made of the same. As long as more than two things wait to be
     used, it takes two of them, so that the last product can take the rest.
@@ -117,7 +117,7 @@ def _ask(
 def _other_ask(
     rng: np.random.Generator, known: list[str], made: list[dict[str, int]], tries: int = 20
 ) -> list[dict[str, int]]:
-    """Return two known things of which nothing is made yet, as a list of one; empty if none is found."""
+    """Return two known things that nothing is made of yet, as a list of one; empty if none is found."""
     for _ in range(tries if len(known) > 1 else 0):
         ask = dict.fromkeys(rng.choice(known, 2, replace=False).tolist(), 1)
         if ask not in made:
@@ -126,6 +126,5 @@ def _other_ask(
 
 
 def _chosen(rng: np.random.Generator, names: Sequence[Name], n: int, more: Callable[[int], Name]) -> list[Name]:
-    """Return n of the names at random, and where there are too few of them more, which are numbered."""
     chosen = [names[place] for place in rng.permutation(len(names))[:n]]
     return [*chosen, *map(more, range(len(chosen) + 1, n + 1))]

@@ -58,24 +58,24 @@ class WorkshopView:
 
     @cached_property
     def reachable(self) -> NDArray[np.bool_]:
-        """[M, G] goals that can be made now and change something."""
+        """Goals that can be made now and change something, [M, G]."""
         return self.legal_goals("reachable", np.ones(len(self), bool))[:, :-1]
 
     @property
     def seen(self) -> NDArray[np.bool_]:
-        """[M, G] the same: nothing is hidden."""
+        """The reachable goals [M, G]: nothing is hidden."""
         return self.reachable
 
     @cached_property
     def depth_first_ranks(self) -> NDArray[np.int64]:
-        """[M, G] how near to the target each goal stands among those that the way there lacks; else 0."""
+        """Nearness to the target [M, G] of each goal that the way there lacks; else 0."""
         ranks = np.empty((len(self), self.book.recipes.n_goals), np.int64)
         _compiled_ranks()(self.things, self.book.recipes, ranks)
         return ranks
 
     @property
     def oracle_goals(self) -> NDArray[np.int64]:
-        """[M] the goal achieved first on a shortest way to the target, or -1."""
+        """Goals [M] achieved first on a shortest way to the target, or -1."""
         ways = [self.solver.next_way(things)[1] for things in self.things]
         return np.array([-1 if way < 0 else self.book.recipes.goals[way] for way in ways], np.int64)
 

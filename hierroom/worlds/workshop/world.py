@@ -28,7 +28,7 @@ from hierroom.worlds.workshop.view import WorkshopView
 from hierroom.worlds.world import Feature, Seeds
 
 MOST_VISITED = 2**16
-"""Slots of the table of what was on the bench, twice as many as steps; in longer episodes nothing is new at last."""
+"""Slots of the table of past benches, twice as many as steps; in longer episodes it fills up."""
 _KEYS = (*(f"K_{digit}" for digit in "1234567890"), *(f"K_{letter}" for letter in "qwertyuiopasdfghjklzxcvbnm"))
 
 
@@ -36,34 +36,33 @@ class WorkshopWorld(BaseWorld):
     """N workshops.
 
     Mission
-        Make the target of the rules, of things on a shelf. The rules are hidden from the controller.
+        Make the target of the rules from things on a shelf. The rules are hidden from the controller.
 
     Things
-        Every fact of the rules is a thing. At first there is what the rules start with. A rule that asks for nothing,
-        or for just what another one asks for, has a source of its own, which is there and stays. Each thing that some
-        rule asks for has a place on the shelf. The order of the places is drawn anew for each episode; an eighth of
-        the orders is kept for evaluation and never drawn in training (with fewer than five places there are too few,
-        and all are drawn). Nothing else is random.
+        Every fact of the rules is a thing. An episode begins with the facts of the rules' start. A rule that asks for
+        nothing, or for the same as another one, has its own source, which is there and stays. Each thing that some rule
+        asks for has a place on the shelf. Each episode draws the order of the places. An eighth of the orders is kept
+        for evaluation and never drawn in training, given five places or more. Nothing else is random.
 
     Actions, P + 2 for P places
-        0 to P - 1 put one thing from that place of the shelf on the bench, if there is one, and the bench is not full:
-        it holds as many things as the largest rule asks for. P works: where the bench holds exactly what a rule needs
-        and uses, no more and no less, what it uses is gone, what it needs goes back to the shelf, and what it gives is
-        there; of each thing, what goes beyond its capacity is lost. Else working does nothing, and so it does where it
-        would change nothing: the bench stays as it is. P + 1 clears the bench: everything goes back to its place.
-        Any action costs a step. Of a rule with several alternatives, the one on the bench is applied.
+        0 to P - 1 put one thing from that place of the shelf on the bench, if there is one and the bench has room. The
+        bench holds as many things as the largest rule asks for. P works: it applies the rule if the bench holds exactly
+        the things that the rule needs and uses. Used things are gone, needed things go back to the shelf, and given
+        things appear there, up to their capacity. Working does nothing where no rule applies or nothing would change. P
+        + 1 clears the bench: everything goes back to its place. Any action costs a step. Of a rule with several
+        alternatives, the one on the bench is applied.
 
     Goals
         The names of the rules. A goal is achieved each time its rule is applied. A goal of k things takes k + 1 right
         actions, any order of the k. Legal are by default the goals that can be made now and would change something.
 
     Observation
-        ``observation`` [P, 3] uint8: for each place the thing that stands there, by number; how many there are of it to
-        take; how many of it lie on the bench.
+        ``observation`` [P, 3] uint8: for each place the number of its thing, its count on the shelf and its count on
+        the bench.
 
     Reward
-        1 for the target, else 0; `hierroom.turns.rewards` has those of the controller. 'New' to the reward novelty is
-        what lies on the bench, since the last goal that was achieved for the first time.
+        1 for the target, else 0; `hierroom.turns.rewards` has those of the controller. 'New' to the reward novelty are
+        contents of the bench, since the last goal that was achieved for the first time.
 
     End
         Terminated where the target is made. Truncated after ``max_steps``.
@@ -107,7 +106,7 @@ class WorkshopWorld(BaseWorld):
         return self.task.features
 
     def remember(self, memories: Iterable[str]) -> None:
-        """Remember what was on the bench, ``visited``, from the next `reset` on."""
+        """Remember the contents of the bench, ``visited``, from the next `reset` on."""
         for name in memories:
             if name != "visited":
                 raise InputError(f"a workshop can remember visited, not {name!r}")
@@ -147,17 +146,17 @@ class WorkshopWorld(BaseWorld):
         return WorkshopView(self.book, self.task.solver, shops, things)
 
     def observe(self, envs: NDArray[np.integer]) -> WorkshopView:
-        """Return what environments [M] show now, read-only; if they are all there are, the next step overwrites it."""
+        """Return the view of environments [M], read-only; if they are all, the next step overwrites it."""
         if envs is self.everywhere or len(self) == 1:
             return self._view(read_only(self._state.shops), read_only(self._state.things))
         return self.exact_view(envs)
 
     def exact_view(self, envs: NDArray[np.integer]) -> WorkshopView:
-        """Return what environments [M] show now, in read-only copies."""
+        """Return the view of environments [M], in read-only copies."""
         return freeze(self._view(self._state.shops[envs], self._state.things[envs]))
 
     def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> WorkshopView:
-        """Return what environments [M] show after the last step, those that ``ended`` [M] before they were reset."""
+        """Return the view of environments [M] after the last step; of those that ``ended`` [M], before the reset."""
         shops, things = self._state.shops[envs], self._state.things[envs]
         if self.autoreset:
             shops[ended], things[ended] = self._last_shops[envs[ended]], self._last_things[envs[ended]]

@@ -257,7 +257,7 @@ def test_bad_input_is_one_line():
 def test_what_no_float_holds_is_infinite_or_left_out():
     """The gaps of a long lock have squares, and its chances inverses, that are too small or too large for floats."""
     assert effective_horizon(lock(182, 8), 182).value == 182
-    told = measure_mdp(lock(367, 8), 367, n_policies=2)
-    assert told.horizon_bound == 367
-    assert told.samples == told.covering_low == told.covering_high == math.inf
-    assert told.random_success == 0
+    measured = measure_mdp(lock(367, 8), 367, n_policies=2)
+    assert measured.horizon_bound == 367
+    assert measured.samples == measured.covering_low == measured.covering_high == math.inf
+    assert measured.random_success == 0

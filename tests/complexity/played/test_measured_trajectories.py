@@ -153,7 +153,7 @@ def test_an_episode_that_fails_never_escapes_and_one_that_is_truncated_may_have(
         (lambda: measure_trajectories([[0, 1], [2, 1]], 1), "begin at the same node, not at 2 and 0"),
         (
             lambda: measure_trajectories([["a", "b"]] * 2, "b", failed=[True]),
-            "failed must say it of each of 2 episodes, not of 1",
+            "failed must have a value for each of 2 episodes, not 1",
         ),
         (lambda: measure_env(Corridor(), cell, 4, episodes=0), "at least one episode"),
         (

@@ -103,7 +103,9 @@ def test_what_a_workshop_needs_is_found_from_five_hundred_random_walks(spec):
     found = PlayedRules.of(played(workshop.rules, 500, most=200), workshop.rules.names, workshop.goal_set.names[-1])
     ours, theirs = plain(found.rules), plain(workshop.rules)
     assert found.target == workshop.goal_set.names[workshop.goal_set.target]
-    for goal in workshop.goal_set.names:  # what a requirement needs itself is not told apart from what is needed twice
+    for (
+        goal
+    ) in workshop.goal_set.names:  # the chain cannot separate what a requirement needs itself from what is needed twice
         assert all_needs(ours, goal) == all_needs(theirs, goal)
 
 

@@ -106,8 +106,8 @@ def change(path, value):
         (put("states", 0, torch.nan), "learner.states must be finite everywhere, not nan"),
         (change("states", torch.zeros(6, 4).to_sparse()), "learner.states must be an array, not a Tensor"),
         (change("backend.n_steps", -1), "learner.backend.n_steps must be a whole number from 0 to "),
-        (change("backend.network", {}), "learner.backend.network does not hold what it should: it lacks 'encoder."),
-        (change("backend.network.more", 1), "learner.backend.network does not hold what it should: it has 'more'"),
+        (change("backend.network", {}), "learner.backend.network lacks 'encoder."),
+        (change("backend.network.more", 1), "learner.backend.network has the unknown 'more'"),
         (change("action_random.bit_generator", "MT19937"), "learner.action_random.bit_generator must be 'PCG64', not"),
         (change("shuffle_random", None), "learner.shuffle_random must be a mapping, not None"),
     ],
@@ -143,7 +143,7 @@ def trainer_of(method="hippo", meta=None, **agents):
         ("turns.levels.row", torch.tensor([9, 9, 9, 10**6]).int(), "levels.row must be at most 14, not 1000000"),
         ("turns.levels.keys", torch.zeros(4), "levels.keys must be an array of int32 and shape (4,), not of float32"),
         ("turns.grids", torch.zeros(4, 21, 21), "grids must be an array of uint8 and shape (4, 21, 21), not of float6"),
-        ("turns.3", torch.zeros(4), "turns does not hold what it should: it has '3'"),
+        ("turns.3", torch.zeros(4), "turns has the unknown '3'"),
         ("turns.goals", "x", "turns.goals must be an array, not 'x'"),
         ("agents.controller_0.learner", [], "agents.controller_0: agent.learner must be a mapping, not a list"),
         ("agents.controller_0.description.features", "x", "agents.controller_0: agent.description.features must be"),
@@ -153,7 +153,7 @@ def trainer_of(method="hippo", meta=None, **agents):
         ("log.achieved", torch.tensor([1]), "log.achieved must be an array of int64 and shape (1, 3), not of int64"),
         ("log.achieved", [], "log.achieved must be an array, not a list"),
         ("log.window.success", [2], "log.window.success[0] must be a whole number from 0 to 1, not 2"),
-        ("log.steps_to", {7: 1}, "log does not hold what it should: it has 'steps_to'"),
+        ("log.steps_to", {7: 1}, "log has the unknown 'steps_to'"),
         ("log.returns", torch.full((4,), torch.nan).double(), "log.returns must be finite everywhere, not nan"),
     ],
 )
@@ -181,7 +181,7 @@ def test_turns_have_begun_only_where_no_agent_is_about_to_begin_one():
         else:
             rollout["arrays"]["columns"][0] = column = rollout["free"].pop()
             rollout["arrays"]["masks"][0, column] = rollout["arrays"]["is_open"][0] = True
-        with pytest.raises(InputError, match=f"^agents.{name}: its turn has begun where it is about to begin$"):
+        with pytest.raises(InputError, match=f"^agents.{name}: it is in a turn where it is about to begin one$"):
             trainer.load_state_dict(spoiled)
 
 
@@ -193,7 +193,7 @@ def test_an_invalid_state_of_curiosity_raises_input_error():
         ("growing", 10**9, "distillation.growing must be a whole number from 0 to 40, not 1000000000"),
         ("pending", [torch.full((4, 7), 9, dtype=torch.uint8)], "distillation.pending[0] must be at most 3, not 9"),
         ("adam.param_groups", [], "distillation.adam.param_groups must be "),
-        ("adam.state", {0: {}}, "distillation.adam.state.0 does not hold what it should: it lacks 'step', 'exp_avg', "),
+        ("adam.state", {0: {}}, "distillation.adam.state.0 lacks 'step', 'exp_avg', "),
     ):
         state = trainer.controller.curiosity.state_dict()
         trainer.controller.curiosity.load_state_dict(state)
@@ -210,9 +210,7 @@ def test_numbers_that_share_a_place_in_memory_are_refused():
         torch.zeros(8).as_strided((3, 3), (2, 1)),
         np.broadcast_to(np.zeros(3), (2, 3)),
     ):
-        with pytest.raises(
-            InputError, match="a must be an array whose numbers each have a place of their own in memory"
-        ):
+        with pytest.raises(InputError, match="a must be an array without numbers that share memory"):
             as_array(shared, "a")
     numbers = torch.arange(24.0).view(2, 3, 4)
     for apart in (numbers, numbers.permute(2, 0, 1), numbers[:, ::2], numbers[:0], torch.tensor(1.0)):

@@ -73,7 +73,7 @@ def check(level, turns, n, lay, seen):
             assert left <= goal.position[1] <= right
         else:
             assert goal.room == (record.colours.tolist().index(colour) + 1 if goal.exists else 0)
-        if goal.kind == "door" and goal.exists:  # beside the room that it opens
+        if goal.kind == "door" and goal.exists:  # next to the room that it opens
             top, left, bottom, right = record.rectangles[goal.room] - MARGIN
             row, col = goal.position
             assert max(top - row, row - bottom, 0) + max(left - col, col - right, 0) == 1

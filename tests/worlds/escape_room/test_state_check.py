@@ -46,7 +46,7 @@ def test_every_field_has_bounds_that_are_kept(name):
         if low <= number <= high or not info.min <= number <= info.max:
             continue
         for place in ((...,), tuple(size - 1 for size in LEVEL[name].shape)):
-            state, said = world.get_state(), rf"^levels\.{name} must be at (least|most) -?\d+, not {number}, which"
+            state, said = world.get_state(), rf"^levels\.{name} must be at (least|most) -?\d+, not {number} \(at"
             state.levels[name][(1, *place)] = number
             with pytest.raises(InputError, match=said):
                 world.set_state(state)
@@ -88,16 +88,14 @@ BREAK = {
     "rooms lie inside the walls": lambda level, grid: level.rectangles[1].__setitem__(2, 22),
     "keys, doors and what was found are those of the rooms": lambda level, grid: setattr(level, "found", 63),
     "a key that is held and a door that is open were found": lambda level, grid: setattr(level, "doors", 1),
-    "each door stands where it is said to": lambda level, grid: level.doors_at[0].__setitem__(0, 0),
-    "each key lies where it is said to": lambda level, grid: level.keys_at[0].__setitem__(1, 0),
+    "doors_at names the cell of each door": lambda level, grid: level.doors_at[0].__setitem__(0, 0),
+    "keys_at names the cell of each key": lambda level, grid: level.keys_at[0].__setitem__(1, 0),
     "the exit is where it is said to be": exit_elsewhere,
-    "nothing else lies in the grid": key_twice,
+    "the grid holds nothing else": key_twice,
     "the agent stands on floor": lambda level, grid: grid.__setitem__((level.row, level.col), constants.WALL),
     "the bag holds the keys that are held, each once": lambda level, grid: setattr(level, "bag_size", 6),
-    "the key to drop is the one picked up last whose door is locked": lambda level, grid: setattr(level, "carried", 2),
-    "an episode has ended at the exit or after its last step, and nowhere else": lambda level, grid: setattr(
-        level, "has_ended", True
-    ),
+    "the key to drop is the last one picked up with a locked door": lambda level, grid: setattr(level, "carried", 2),
+    "has_ended is True at the exit and after the last step only": lambda level, grid: setattr(level, "has_ended", True),
     "all doors of a level that is drawn are opened from its first room": lambda level, grid: setattr(
         level, "door_rooms", 1
     ),
@@ -108,7 +106,7 @@ BREAK = {
 def test_every_rule_is_kept(rule):
     state = begun().get_state()
     BREAK[rule](state.levels[1], state.grids[1])
-    with pytest.raises(InputError, match=f"^the state of environment 1 cannot be used, because not so: {rule}$"):
+    with pytest.raises(InputError, match=f"^invalid state in environment 1, which breaks the rule: {rule}$"):
         begun().set_state(state)
 
 
@@ -167,7 +165,7 @@ def test_walls_surround_the_grid_on_all_sides(row, col, is_turned):
     row, col = (col, row) if is_turned else (row, col)
     state = begun().get_state()
     state.grids[1, row, col] = constants.EMPTY
-    with pytest.raises(InputError, match=f"^the state of environment 1 cannot be used.*{RULES[2]}$"):
+    with pytest.raises(InputError, match=f"^invalid state in environment 1, .*{RULES[2]}$"):
         check_state(state)
 
 
@@ -214,7 +212,7 @@ def test_each_key_that_is_held_is_in_the_bag_once(branch):
         (np.ones((2, 3, 3), np.uint8), None, "the grids of a state must be an array"),
         (None, np.zeros(2), "the levels of a state must be an array"),
         (None, np.zeros(3, LEVEL), "grids must be an array of uint8 and shape"),
-        (np.full((2, 23, 23), 255, np.uint8), None, "grids must be at most 21, not 255, which it is at"),
+        (np.full((2, 23, 23), 255, np.uint8), None, "grids must be at most 21, not 255 \\(at"),
         (None, np.zeros(2, LEVEL), "levels.max_steps must be at least 1, not 0"),
     ],
 )

@@ -28,7 +28,7 @@ def face(world: Engine, tile: int) -> None:
             if max(here) < len(grid) and grid[here] == EMPTY:
                 level.row, level.col, level.direction = *here, direction
                 return
-    raise AssertionError(f"no free cell beside a tile {tile}")
+    raise AssertionError(f"no free cell next to a tile {tile}")
 
 
 def act(world: Engine, action: int) -> np.record:
@@ -49,7 +49,7 @@ def test_keys_collect_and_the_last_useful_one_is_shown():
         assert world.state.levels[0].bag_size == count
         assert outcome.tiles[3, 6] == KEY + colour
         assert not (world.state.grids == KEY + colour).any()
-    # A key whose door is open is of no more use: the one before it is shown.
+    # A key with an open door is of no more use: the one before it is shown.
     face(world, LOCKED_DOOR + third)
     outcome = act(world, OPEN)
     assert (outcome.achieved, outcome.n_first) == (1 << 6 + third, 1)

@@ -149,7 +149,7 @@ def test_no_wall_is_thicker_than_a_cell(graph):
 
 
 def sides_of(levels):
-    """[N, branches] side of the centre that each door is on: 0 east, 1 south, 2 west, 3 north."""
+    """Return the side of the centre that each door is on [N, branches]: 0 east, 1 south, 2 west, 3 north."""
     rows, cols = np.moveaxis(levels["doors_at"], 2, 0)
     top, left, bottom, right = (line[:, None] for line in levels["rectangles"][:, 0].T)
     return np.select([cols > right, rows > bottom, cols < left, rows < top], [0, 1, 2, 3], -1)

@@ -11,7 +11,7 @@ from hierroom.worlds.escape_room.layout import NO_MAPS, OUTCOME, State
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths, solve_levels
 
 EXIT_AMONG_KEYS = GoalGraph((0, 1), 1)
-"""A key lies in the exit's room: its shortest path may have to go around the exit."""
+"""A key is in the exit's room: its shortest path may have to go around the exit."""
 SIX_KEYS = GoalGraph((0, 0, 0, 0, 0, 0), 6)
 """All keys that there can be lie in the centre room."""
 GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 0, 1, 0, 2, 4), 5), SIX_KEYS, EXIT_AMONG_KEYS]
@@ -184,7 +184,7 @@ def test_keys_that_lock_each_other_away_cannot_be_come_by(exit_room):
     goals = [EXIT_GOAL, *(first + level["colours"][branch] for first in (0, 6) for branch in (0, 1))]
     assert [int(shortest_lengths(state, goal)[0]) for goal in goals] == [-1] * 5
     for goal in goals:
-        with pytest.raises(InputError, match="its key cannot be come by"):
+        with pytest.raises(InputError, match="its key is out of reach"):
             shortest_actions(state, int(goal))
 
 
@@ -199,5 +199,5 @@ def test_wrong_input():
         with pytest.raises(InputError, match="whole number from 0 to 12, not"):
             shortest_actions(world.state[0], goal)  # type: ignore[arg-type]
     missing = 6 + int(world.state.levels[0].colours[1])
-    with pytest.raises(InputError, match="door cannot be achieved: there is none"):
+    with pytest.raises(InputError, match="door cannot be achieved: it does not exist"):
         shortest_actions(world.state[0], missing)

@@ -52,7 +52,7 @@ def n_goals_alike(rules, levels, n_steps):
         names = [{name for name, is_legal in zip(rules.names, row, strict=True) if is_legal} for row in legal]
         assert names == [twin.reachable() for twin in twins]
         actions = rng.integers(-1, world.n_actions + 1, 4)
-        for n, twin in enumerate(twins):  # else hardly anything is made of three things
+        for n, twin in enumerate(twins):  # else few things are made of three things
             if rng.random() < 0.5:
                 actions[n] = right_action(rng, twin)
         expected = [twin.step(action) for twin, action in zip(twins, actions.tolist(), strict=True)]

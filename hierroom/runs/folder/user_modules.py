@@ -57,7 +57,7 @@ def find_module_files(config: TrainConfig, metas: Sequence[str] = ()) -> list[Mo
     return [files[name] for name in sorted(files)]
 
 
-def own_code_digest(config: TrainConfig, metas: Sequence[str] = ()) -> str:
+def user_code_digest(config: TrainConfig, metas: Sequence[str] = ()) -> str:
     """Return 16 hexadecimal digits of `find_module_files`; empty if all ships with hierroom or a file is missing."""
     files = [(file.name, file.digest) for file in find_module_files(config, metas) if file.name != _MORE]
     is_complete = files and all(digest for _, digest in files)
@@ -65,7 +65,6 @@ def own_code_digest(config: TrainConfig, metas: Sequence[str] = ()) -> str:
 
 
 def _file_of(module: str) -> str | Path | None:
-    """Return the file of a module, loaded or not; None where it has none."""
     if module in sys.modules:
         return getattr(sys.modules[module], "__file__", None)
     found = (_source(Path(folder), module) for folder in (Path.cwd(), *sys.path, *_folders_of_finders(module)))
@@ -84,7 +83,6 @@ def _folders_of_finders(module: str) -> Iterator[Path]:
 
 
 def _module_of(spec: object) -> str | None:
-    """Return the module of ``package.module:Class`` or of an entry point; None for what ships with hierroom."""
     if not isinstance(spec, str):
         return None
     found = [point for point in entry_points(name=spec) if point.group.startswith("hierroom.")]
@@ -93,7 +91,6 @@ def _module_of(spec: object) -> str | None:
 
 
 def _gather(first: str, root: Path, files: dict[str, ModuleFile]) -> None:
-    """Add the file of a module, imported from the folder ``root``, and those of what it imports from there."""
     is_installed = not {"site-packages", "dist-packages"}.isdisjoint(root.parts)
     waiting, seen = [first], set()
     while waiting:
@@ -131,7 +128,6 @@ def _read(path: Path, name: str) -> ModuleFile:
 
 
 def _imports(file: ModuleFile, package: str) -> Iterator[str]:
-    """Yield the modules that a file in a package may import, and the packages around them."""
     try:
         nodes = [*ast.walk(ast.parse(file.content or b""))]
     except (SyntaxError, ValueError, RecursionError):  # it changed since it was loaded

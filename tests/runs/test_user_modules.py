@@ -13,9 +13,9 @@ import pytest
 
 from hierroom.commands import evaluate
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.folder import own_modules
-from hierroom.runs.folder.own_modules import MAX_BYTES, MAX_FILES, find_module_files, own_code_digest
+from hierroom.runs.folder import user_modules
 from hierroom.runs.folder.provenance import changed_modules, read_sessions, record_session
+from hierroom.runs.folder.user_modules import MAX_BYTES, MAX_FILES, find_module_files, user_code_digest
 from hierroom.train import main as train
 from hierroom.worlds.env_config import EnvConfig
 
@@ -26,7 +26,7 @@ META = "def first(level):\n    return level.legal_goals[0]\n"
 
 @pytest.fixture(autouse=True)
 def elsewhere(tmp_path, monkeypatch):
-    """An empty folder, whose modules are forgotten afterwards."""
+    """An empty folder; its modules are forgotten afterwards."""
     monkeypatch.chdir(tmp_path)
     before = dict(sys.modules)
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
@@ -88,7 +88,7 @@ def test_of_an_installed_package_its_own_files_alone_are_copied(monkeypatch, tmp
     monkeypatch.setattr(sys, "path", [str(site), *sys.path])
     load("plugin.meta", {"plugin/__init__.py": "", "plugin/meta.py": "import other\n" + META, "other.py": ""})
     point = EntryPoint("nearest", "plugin.meta:first", "hierroom.meta_controllers")
-    monkeypatch.setattr(own_modules, "entry_points", lambda name: [point] if name == "nearest" else [])
+    monkeypatch.setattr(user_modules, "entry_points", lambda name: [point] if name == "nearest" else [])
     assert names_of(SMALL.changed(meta="nearest")) == ["plugin/__init__.py", "plugin/meta.py"]
 
 
@@ -99,7 +99,7 @@ def test_what_ships_is_not_copied(tmp_path):
     assert not Path("modules").exists()
 
 
-def test_what_cannot_be_copied_is_told(tmp_path, monkeypatch):
+def test_what_cannot_be_copied_is_reported(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "typed_in", ModuleType("typed_in"))
     config = load("mine", {"mine.py": "import large, locked\n" + META, "large.py": "", "locked.py": ""})
     config = config.changed(network="typed_in:Net")
@@ -154,8 +154,8 @@ def test_modules_that_a_finder_of_pythons_knows_are_found(tmp_path, monkeypatch)
     config = SMALL.changed(meta="editable_lab.metas:first")
     assert "editable_lab" not in sys.modules
     assert names_of(config) == ["editable_lab/__init__.py", "editable_lab/metas.py"]
-    assert own_code_digest(config)
-    assert own_code_digest(SMALL.changed(meta="editable_lab.nowhere:first")) == ""
+    assert user_code_digest(config)
+    assert user_code_digest(SMALL.changed(meta="editable_lab.nowhere:first")) == ""
 
 
 def test_very_many_modules_are_not_all_copied():
@@ -166,7 +166,7 @@ def test_very_many_modules_are_not_all_copied():
     assert files[0].problem == f"these and others are more than {MAX_FILES} files"
 
 
-def test_a_module_that_changed_is_told_and_copied_beside_the_old(tmp_path):
+def test_a_module_that_changed_is_reported_and_copied_beside_the_old(tmp_path):
     config = load("mine", {"mine.py": "import helper\n" + META, "helper.py": "X = 1\n"})
     assert changed_modules(tmp_path, config) == []  # nothing was trained there yet
     assert record_session(tmp_path, config) == []

@@ -1,0 +1,52 @@
+"""The docstring of every public name has an example, and the examples print what they show."""
+
+import doctest
+import inspect
+import pkgutil
+import re
+
+import gymnasium
+import numpy as np
+import pytest
+from doc_pages import PAGES
+
+import hierroom
+import hierroom.complexity.measures
+import hierroom.meta
+from hierroom.controller import Observation
+
+MODULES = (hierroom, hierroom.complexity, hierroom.complexity.measures)
+CLASSES = (hierroom.GoalGraph, hierroom.Rules, hierroom.Task, hierroom.TrainedAgent)
+NEEDED = {"minari_dataset": ("minari", "h5py"), "minigrid_view": ("minigrid",), "sb3_view": ("stable_baselines3",)}
+
+
+def public_names() -> dict[str, object]:
+    """Return what users type: the exported names, those of the API page, and those that their own code meets."""
+    found = [getattr(module, name) for module in MODULES for name in module.__all__]
+    found += [pkgutil.resolve_name(name) for name in re.findall(r"^::: (\S+)", PAGES["api.md"], re.MULTILINE)]
+    found += [hierroom.meta.MetaController, hierroom.meta.LearningMeta, hierroom.meta.make_meta, Observation]
+    return {f"{one.__module__}.{one.__qualname__}": one for one in found if not inspect.ismodule(one)}
+
+
+@pytest.mark.parametrize("name", sorted(public_names()))
+def test_the_example_of_a_public_name_prints_what_it_shows(name, tmp_path, monkeypatch):
+    for module in NEEDED.get(name.rpartition(".")[2], ()):
+        pytest.importorskip(module)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    names = {"hierroom": hierroom, "gymnasium": gymnasium, "np": np}
+    text = inspect.getdoc(public_names()[name]) or ""
+    example = doctest.DocTestParser().get_doctest(text, names, name, None, None)
+    assert any(one.want for one in example.examples), "an example prints a result"
+    said: list[str] = []
+    assert doctest.DocTestRunner().run(example, out=said.append).failed == 0, "".join(said)
+
+
+@pytest.mark.parametrize("of", CLASSES, ids=lambda of: of.__name__)
+def test_the_examples_of_a_class_call_each_of_its_methods(of):
+    public = {name: getattr(of, name) for name in vars(of) if not name.startswith("_") and hasattr(of, name)}
+    methods = {name: one for name, one in public.items() if inspect.isfunction(one) or inspect.ismethod(one)}
+    texts = [inspect.getdoc(one) or "" for one in (of, *methods.values())]
+    examples = [one.source for text in texts for one in doctest.DocTestParser().get_examples(text)]
+    assert len(methods) > 1
+    assert {*methods} == {name for name in methods if any(f".{name}(" in source for source in examples)}
