@@ -140,55 +140,56 @@ def solve(level, rooms, side, kind, colour):
     target, terrain, n_keys, needs = survey(level, rooms, side, kind, colour)
     if target < 0:
         return needs[:0], target + 1
-    steps = (1, side, -1, -side)
     layer_shift = 2
     while (1 << layer_shift) < 4 * side * side:
         layer_shift += 1
     n_nodes = ((needs.size + 1) << n_keys) << layer_shift
     cell_mask = (1 << (layer_shift - 2)) - 1
     reached_by = np.zeros(n_nodes, np.uint8)  # one more than the action that first reached the node
-    queue = np.empty(n_nodes, np.int32)
-    parents = np.empty(n_nodes, np.int32)  # position in the queue of the node before it
+    queue = np.empty(n_nodes + 1, np.int32)
+    parents = np.empty(n_nodes + 1, np.int32)  # position in the queue of the node before it
     queue[0] = (level.row * side + level.col) << 2 | level.direction
     reached_by[queue[0]] = 1
     head, tail = 0, 1
     while head < tail:
-        node = np.int64(queue[head])
+        node = np.int64(queue[np.uint64(head)])
         direction = node & 3
-        layer = node >> layer_shift
-        opened = layer >> n_keys
-        ahead = ((node >> 2) & cell_mask) + steps[direction]
-        what = np.int64(terrain[ahead])
-        action, reached = GO, node + (steps[direction] << 2)
-        if FIRST_KEY <= what < FIRST_DOOR and not (layer >> (what - FIRST_KEY)) & 1:
-            action, reached = TAKE, node + (1 << (what - FIRST_KEY + layer_shift))
-        elif what >= FIRST_DOOR and opened <= what - FIRST_DOOR:
-            place = what - FIRST_DOOR
-            can_open = opened == place and layer & needs[place] == needs[place]
-            action, reached = UNLOCK, node + (1 << (n_keys + layer_shift)) if can_open else node
-        elif what == BLOCKED:
-            reached = node
+        step = (1 - (direction & 2)) * (side if direction & 1 else 1)
+        ahead = ((node >> 2) & cell_mask) + step
+        what = np.int64(terrain[np.uint64(ahead)])
+        action, reached = GO, node + (step << 2) * (what != BLOCKED)
+        if what >= FIRST_KEY:
+            layer = node >> layer_shift
+            opened = layer >> n_keys
+            if what < FIRST_DOOR:
+                if not (layer >> (what - FIRST_KEY)) & 1:
+                    action, reached = TAKE, node + (1 << (what - FIRST_KEY + layer_shift))
+            elif opened <= what - FIRST_DOOR:
+                place = what - FIRST_DOOR
+                can_open = opened == place and layer & needs[place] == needs[place]
+                action, reached = UNLOCK, node + (1 << (n_keys + layer_shift)) if can_open else node
         if ahead == target and (kind == THE_EXIT or reached != node):
             return trace(queue, parents, reached_by, head, action)
-        if not reached_by[reached]:
-            reached_by[reached] = action + 1
-            queue[tail], parents[tail] = reached, head
-            tail += 1
-        # A turn back to where one turned from, or on from a right turn, leads to what was reached already.
-        came_by = reached_by[node] - 1
-        if came_by != TURN_RIGHT:
-            reached = node - direction + ((direction + 3) & 3)
-            if not reached_by[reached]:
-                reached_by[reached] = TURN_LEFT + 1
-                queue[tail], parents[tail] = reached, head
-                tail += 1
-            reached = node - direction + ((direction + 1) & 3)
-            if came_by != TURN_LEFT and not reached_by[reached]:
-                reached_by[reached] = TURN_RIGHT + 1
-                queue[tail], parents[tail] = reached, head
-                tail += 1
+        tail = append(queue, parents, reached_by, tail, head, action, reached)
+        left, right = node - direction + ((direction + 3) & 3), node - direction + ((direction + 1) & 3)
+        tail = append(queue, parents, reached_by, tail, head, TURN_LEFT, left)
+        tail = append(queue, parents, reached_by, tail, head, TURN_RIGHT, right)
         head += 1
     return needs[:0], -1
+
+
+@njit(cache=True)
+def append(queue, parents, reached_by, tail, head, action, node):
+    """Put a node last in the queue if nothing reached it before, and return the queue's new end.
+
+    It writes in any case: a branch that nobody can predict takes longer.
+    """
+    index, end = np.uint64(node), np.uint64(tail)
+    known = reached_by[index]
+    is_new = known == 0
+    queue[end], parents[end] = node, head
+    reached_by[index] = known + is_new * (action + 1)
+    return tail + is_new
 
 
 @njit(cache=True)
