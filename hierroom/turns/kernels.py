@@ -16,20 +16,8 @@ KERNEL_REWARDS = {"extrinsic": EXTRINSIC, "bonus": BONUS, "intrinsic": INTRINSIC
 """Rewards that the kernel writes: none, as a user's own code does, or one of those that ship."""
 
 
-@njit(cache=True)
-def begin_turns(ledger, n_actions):
-    """Write the record of an environment whose episode begins."""
-    ledger.is_meta_turn = True
-    ledger.goals, ledger.last_goals, ledger.first_events = NO_GOAL, NO_GOAL, NO_GOAL
-    ledger.last_outcomes, ledger.meta_turns, ledger.option_steps, ledger.option_rewards = NO_OUTCOME, 0, 0, 0.0
-    ledger.previous_actions, ledger.illegal_goals, ledger.illegal_actions = n_actions, 0, 0
-    ledger.shortest = -1
-
-
 @njit(cache=True, nogil=True)
-def record_turns(
-    outcomes, actions, ledgers, steps, return_ends_with_option, horizon, n_actions, reward, bonus, autoreset, target
-):
+def record_turns(outcomes, actions, ledgers, steps, starts, rules):
     """Take the controller's turn in every environment, and end the options that it ends.
 
     Args:
@@ -37,18 +25,15 @@ def record_turns(
         actions: [N] int64, the controller's.
         ledgers: [N] records of `records.LEDGER`, updated in place.
         steps: [N] records of `records.STEP`, written.
-        return_ends_with_option: whether no reward after an option depends on what the controller did in it.
-        horizon: steps after which an option ends without its goal.
-        n_actions: the controller's number of actions.
-        reward: one of ``EXTRINSIC``, ``BONUS``, ``INTRINSIC``, ``NOVELTY``; or ``OWN_REWARD``, which writes 0.
-        bonus: the size of the novelty bonus.
-        autoreset: whether the next episode begins where one ended; else the meta-controller has no turn there.
-        target: the goal whose achievement makes an episode a success where it terminates.
+        starts: [1] the record of `records.LEDGER` of an environment whose episode begins.
+        rules: [1] record of `records.RULES`; each argument more takes time.
 
     Returns:
         in how many environments the episode ended.
     """
-    n_ended = 0
+    rule, n_ended = rules[0], 0
+    return_ends_with_option, horizon, n_actions = rule.return_ends_with_option, rule.horizon, rule.n_actions
+    reward, bonus, autoreset, target = rule.reward, rule.bonus, rule.autoreset, rule.target
     for n in range(outcomes.shape[0]):
         outcome, ledger, step = outcomes[n], ledgers[n], steps[n]
         goal, achieved = ledger.goals, outcome.achieved
@@ -109,7 +94,7 @@ def record_turns(
         if ended:
             n_ended += 1
             if autoreset:
-                begin_turns(ledger, n_actions)
+                ledgers[n] = starts[0]
             else:
                 ledger.is_meta_turn = False
     return n_ended

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hierroom.support.compile.kernel import compiled
 from hierroom.support.read_only import read_only
 from hierroom.turns.kernels import is_any_turn, record_turns, take_goals
-from hierroom.turns.records import LEDGER, STEP, reset_values
+from hierroom.turns.records import LEDGER, RULES, STEP, ledger_at_reset
 
 
 class Ledger:
@@ -28,28 +28,33 @@ class Ledger:
     Args:
         written: [N] records of `records.LEDGER`, which kernels write; users see ``records``, which is read-only, and
             its fields, which are the attributes.
+        start: [1] the record of an environment whose episode begins.
     """
 
     if TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> NDArray: ...
 
-    def __init__(self, written: np.ndarray) -> None:
+    def __init__(self, written: np.ndarray, start: np.ndarray) -> None:
         self._written, self._fields = written, {name: written[name] for name in LEDGER.names or ()}
+        self._start = start
         self.records = read_only(written)
         for name in LEDGER.names or ():
             setattr(self, name, self.records[name])
 
-    def __reduce__(self) -> tuple[type[Ledger], tuple[np.ndarray]]:
+    def __reduce__(self) -> tuple[type[Ledger], tuple[np.ndarray, np.ndarray]]:
         """Copy it with the fields of its own records as arrays."""
-        return Ledger, (self._written,)
+        return Ledger, (self._written, self._start)
 
     @classmethod
     def at_reset(cls, num_envs: int, n_actions: int) -> Ledger:
         """Return the ledger of N environments whose episodes begin."""
-        ledger = cls(np.zeros(num_envs, LEDGER))
-        ledger.write_fields(reset_values(n_actions))
-        return ledger
+        start = ledger_at_reset(n_actions)
+        return cls(np.repeat(start, num_envs), start)
+
+    def begin_episodes(self, envs: NDArray[np.integer]) -> None:
+        """Begin the episodes of environments [M]."""
+        self._written[envs] = self._start
 
     def write_fields(self, values: Mapping[str, Any], envs: NDArray[np.integer] | slice = slice(None)) -> None:
         """Write values by name, one for each environment or one for all of them, for some environments."""
@@ -70,9 +75,9 @@ class Ledger:
         """Return whether the meta-controller has a turn in any environment."""
         return compiled_any()(self._written)
 
-    def record(self, outcomes: np.ndarray, actions: NDArray[np.int64], *given: Any) -> int:
+    def record(self, outcomes: np.ndarray, actions: NDArray[np.int64], steps: np.ndarray, rules: np.ndarray) -> int:
         """Take the controller's turn; return how many episodes it ended: see `kernels.record_turns`."""
-        return compiled_record(outcomes.dtype)(outcomes, actions, self._written, *given)
+        return compiled_record(outcomes.dtype)(outcomes, actions, self._written, steps, self._start, rules)
 
     def take_goals(self, masks: NDArray[np.bool_], actions: NDArray[np.int64]) -> None:
         """Take the meta-controller's turn wherever it has one: see `kernels.take_goals`."""
@@ -82,8 +87,8 @@ class Ledger:
 @cache
 def compiled_record(outcome: np.dtype) -> Callable[..., int]:
     """Compile `kernels.record_turns` for the outcomes of a world."""
-    arrays = np.zeros(1, outcome), np.zeros(1, np.int64), np.zeros(1, LEDGER), np.zeros(1, STEP)
-    return compiled(record_turns, *arrays, True, 1, 1, 1, 1.0, True, 1)
+    ledger, rules = np.zeros(1, LEDGER), np.zeros(1, RULES)
+    return compiled(record_turns, np.zeros(1, outcome), np.zeros(1, np.int64), ledger, np.zeros(1, STEP), ledger, rules)
 
 
 @cache

@@ -19,7 +19,7 @@ from hierroom.support.errors import InputError
 from hierroom.support.read_only import freeze, read_only
 from hierroom.turns.kernels import KERNEL_REWARDS, NO_GOAL, OWN_REWARD
 from hierroom.turns.ledger import Ledger
-from hierroom.turns.records import META, N_OUTCOMES, STEP, Step, clear_steps, ledger_schema, reset_values
+from hierroom.turns.records import META, N_OUTCOMES, RULES, STEP, Step, clear_steps, ledger_schema
 from hierroom.turns.rewards import make_reward
 from hierroom.turns.situation import Situation
 from hierroom.worlds.env_config import EnvConfig
@@ -71,8 +71,17 @@ class Turns:
         self.last_records: np.ndarray | None = None
         self._last_step: Step | None = None
         self._n_goals = len(world.goals)
-        self._subgoal_horizon = np.iinfo(np.int64).max if horizon is None else int(horizon)
         self._kernel_reward = KERNEL_REWARDS.get(name, OWN_REWARD) if isinstance(name, str) else OWN_REWARD
+        self._rules = np.zeros(1, RULES)
+        self._rules[0] = (
+            self.reward.ends_with_option,
+            np.iinfo(np.int64).max if horizon is None else int(horizon),
+            world.n_actions,
+            self._kernel_reward,
+            config.novelty_bonus,
+            autoreset,
+            world.goals.target,
+        )
         self._keeps_states = self.reward.needs_states and hasattr(world, "state_after")
         self._autoreset, self._measure_shortest = autoreset, measure_shortest
         self._everywhere: NDArray[np.integer] = world.everywhere
@@ -115,7 +124,7 @@ class Turns:
         self._begin(chosen)
 
     def _begin(self, envs: NDArray[np.integer]) -> None:
-        self.ledger.write_fields(reset_values(self.world.n_actions), envs)
+        self.ledger.begin_episodes(envs)
         if self._measure_shortest:
             self.ledger.write_fields({"shortest": self.world.shortest_lengths(envs)}, envs)
 
@@ -199,26 +208,15 @@ class Turns:
 
     def take_step(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Take the controller's turn as `step` does, after a reset, with valid actions; return `last_records`."""
-        world, reward = self.world, self.reward
+        world = self.world
         before = freeze(world.get_state()) if self._keeps_states else None
         outcomes, (records, shown) = world.step(actions), self._steps.take()[0]
-        self.n_ended = self.ledger.record(
-            outcomes,
-            actions,
-            records,
-            reward.ends_with_option,
-            self._subgoal_horizon,
-            world.n_actions,
-            self._kernel_reward,
-            self.config.novelty_bonus,
-            self._autoreset,
-            world.goals.target,
-        )
+        self.n_ended = self.ledger.record(outcomes, actions, records, self._rules)
         self._written, self.last_records, self._last_step = records, shown, None
         if self._kernel_reward == OWN_REWARD:
             after = None if before is None else freeze(world.state_after(before, actions))
             self._last_step = Step(shown, self._n_goals, before, after)
-            records["rewards"] = reward.of(self._last_step)
+            records["rewards"] = self.reward.of(self._last_step)
         if self.n_ended and self._autoreset and self._measure_shortest:
             begun = np.flatnonzero(records["episode_ended"])
             self.ledger.write_fields({"shortest": world.shortest_lengths(begun)}, begun)

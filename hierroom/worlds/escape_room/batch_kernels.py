@@ -7,17 +7,17 @@ from hierroom.worlds.escape_room.view_kernels import look_and_remember
 
 
 @njit(cache=True, nogil=True)
-def reset_levels(levels, grids, graphs, outcomes):
-    """Begin the next episode in every environment."""
-    for n in range(levels.shape[0]):
+def reset_levels(levels, grids, graphs, outcomes, envs):
+    """Begin the next episode in environments [M]."""
+    for n in envs:
         generate(levels[n], grids[n], graphs)
         look_and_remember(levels[n], grids[n], outcomes[n].tiles)
 
 
 @njit(cache=True, nogil=True)
-def reset_levels_of_maps(levels, grids, maps, map_grids, outcomes):
-    """Begin the next episode in every environment on one of the maps."""
-    for n in range(levels.shape[0]):
+def reset_levels_of_maps(levels, grids, maps, map_grids, outcomes, envs):
+    """Begin the next episode in environments [M] on one of the maps."""
+    for n in envs:
         generate_of_maps(levels[n], grids[n], maps, map_grids)
         look_and_remember(levels[n], grids[n], outcomes[n].tiles)
 

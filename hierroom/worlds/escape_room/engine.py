@@ -72,8 +72,8 @@ class Engine:
     ):
         Whole(1, 2**31 - 1).check(max_steps, "max_steps")
         Whole(0, 2**62).check(first_index, "first_index")
-        self._graphs = graph_records(graphs)
         self._state, self._has_maps = empty_state(num_envs, size, maps), len(maps) > 0
+        self.set_graphs(graphs)
         self._outcomes = np.zeros(num_envs, OUTCOME)
         self._finals = np.zeros(num_envs, LEVEL)
         records = self._state.levels
@@ -111,19 +111,8 @@ class Engine:
         write_seeds(levels, seed, chosen)
         self._clear_outcomes(chosen, 0)
         self.has_begun = True
-        if len(chosen) == len(self):
-            self._begin(levels, self._state.grids, self._outcomes)
-        else:
-            part, outcomes = self._state[chosen], self._outcomes[chosen]
-            self._begin(part.levels, part.grids, outcomes)
-            levels[chosen], self._state.grids[chosen], self._outcomes[chosen] = part.levels, part.grids, outcomes
-
-    def _begin(self, levels: np.ndarray, grids: NDArray[np.uint8], outcomes: np.ndarray) -> None:
-        if self._has_maps:
-            maps = self._state.maps
-            batch_kernels.reset_levels_of_maps(levels, grids, maps.levels, maps.grids, outcomes)
-        else:
-            batch_kernels.reset_levels(levels, grids, self._graphs, outcomes)
+        begin = _compiled_begin_of_maps() if self._has_maps else _compiled_begin()
+        begin(levels, self._state.grids, *self._sources, self._outcomes, chosen)
 
     def remember(self, memories: Iterable[str]) -> None:
         """Let levels remember more of their episode, names in `layout.MEMORIES`, from the next `reset` on."""
@@ -139,7 +128,8 @@ class Engine:
 
     def set_graphs(self, graphs: Sequence[GoalGraph]) -> None:
         """Set the goal graphs from which later episodes sample."""
-        self._graphs = graph_records(graphs)
+        records, maps = graph_records(graphs), self._state.maps
+        self._sources = (maps.levels, maps.grids) if self._has_maps else (records,)
 
     def step(self, actions: ArrayLike) -> np.ndarray:
         """Act once in every environment and return the outcomes; an integer [N] that is no action costs the step."""
@@ -152,13 +142,11 @@ class Engine:
     def advance(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Step as `step` does, with actions that were checked."""
         levels, grids, outcomes, finals = self._state.levels, self._state.grids, self._outcomes, self._finals
-        if self._shares.is_one and not self._has_maps:
-            _compiled_step()(levels, grids, self._graphs, actions, outcomes, finals)
-            return outcomes
-        maps = self._state.maps
-        sources = (maps.levels, maps.grids) if self._has_maps else (self._graphs,)
-        step = _compiled_step_of_maps() if self._has_maps else _compiled_step()
-        self._shares.each(lambda p: step(levels[p], grids[p], *sources, actions[p], outcomes[p], finals[p]))
+        step, sources = _compiled_step_of_maps() if self._has_maps else _compiled_step(), self._sources
+        if self._shares.is_one:
+            step(levels, grids, *sources, actions, outcomes, finals)
+        else:
+            self._shares.each(lambda p: step(levels[p], grids[p], *sources, actions[p], outcomes[p], finals[p]))
         return outcomes
 
     def advance_within_episode(self, actions: NDArray[np.int64]) -> np.ndarray:
@@ -216,6 +204,20 @@ class Engine:
         outcomes = np.zeros(len(envs), OUTCOME)
         outcomes["length"] = lengths
         self._outcomes[envs] = outcomes
+
+
+@cache
+def _compiled_begin() -> Callable[..., None]:
+    state, outcomes = empty_state(1, MIN_SIZE), np.zeros(1, OUTCOME)
+    arrays = state.levels, state.grids, np.zeros(1, GRAPH), outcomes, np.zeros(1, np.int64)
+    return compiled(batch_kernels.reset_levels, *arrays)
+
+
+@cache
+def _compiled_begin_of_maps() -> Callable[..., None]:
+    state, outcomes = empty_state(1, MIN_SIZE), np.zeros(1, OUTCOME)
+    arrays = state.levels, state.grids, NO_MAPS.levels, NO_MAPS.grids, outcomes, np.zeros(1, np.int64)
+    return compiled(batch_kernels.reset_levels_of_maps, *arrays)
 
 
 @cache

@@ -209,17 +209,17 @@ def trace(queue, parents, reached_by, last, final_action):
 
 
 @njit(cache=True, nogil=True)
-def solve_levels(levels, rooms, side, kinds, colours, lengths):
+def solve_levels(levels, rooms, side, goals, lengths):
     """Write the length of the shortest solution of every environment."""
     for n in range(levels.shape[0]):
-        _, lengths[n] = solve(levels[n], rooms, side, kinds[n], colours[n])
+        _, lengths[n] = solve(levels[n], rooms, side, goals[n] // N_COLOURS, goals[n] % N_COLOURS)
 
 
 @cache
 def compiled_solver() -> Callable[..., None]:
     """Compile `solve_levels`."""
     numbers = np.zeros(1, np.int64)
-    return compiled(solve_levels, np.zeros(1, LEVEL), NO_MAPS.rooms, 1, numbers, numbers, numbers)
+    return compiled(solve_levels, np.zeros(1, LEVEL), NO_MAPS.rooms, 1, numbers, numbers)
 
 
 def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.int64]:
@@ -233,13 +233,12 @@ def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.i
         [N] int64; 0 where the goal is achieved already, -1 where it cannot be achieved (the level has no such key or
         door, its key cannot be come by, or the episode has ended at the exit).
     """
-    ids = np.broadcast_to(np.asarray(goals), len(state))
-    if ids.dtype.kind not in "iu" or (len(ids) and not 0 <= ids.min() <= ids.max() < N_GOALS):
+    given = np.asarray(goals)
+    if given.dtype.kind not in "iu" or (given.size and not 0 <= given.min() <= given.max() < N_GOALS):
         raise InputError(f"goals must be whole numbers from 0 to {N_GOALS - 1}, not {goals}")
-    lengths = np.empty(len(state), np.int64)
-    kinds, colours = np.divmod(ids.astype(np.int64), N_COLOURS)
+    ids, lengths = np.full(len(state), given, np.int64), np.empty(len(state), np.int64)
     side, rooms = state.grids.shape[1], state.maps.rooms
-    compiled_solver()(np.ascontiguousarray(state.levels), rooms, side, kinds, colours, lengths)
+    compiled_solver()(np.ascontiguousarray(state.levels), rooms, side, ids, lengths)
     return lengths
 
 
