@@ -222,10 +222,11 @@ def take_turn(meta: MetaController, turns: Turns) -> None:
         turns.choose(situation, choose_goals(meta, situation))
 
 
-def show_step(meta: MetaController, step: Step, turns: Turns) -> None:
-    """Let a meta-controller that watches see a step of these turns."""
+def show_step(meta: MetaController, turns: Turns) -> None:
+    """Let a meta-controller that watches see the last step of these turns."""
     if hasattr(meta, "observe"):
-        before = _moment(turns)
+        step, before = turns.last_step, _moment(turns)
+        assert step is not None
         with running(meta):
             meta.observe(step, turns)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
             if turns.last_records is not step.records or _moment(turns) != before:

@@ -41,24 +41,30 @@ class VectorArrays:
         self._no_step = np.zeros(self._n, STEP)
 
     def _empty_results(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
-        """Return arrays of rewards, ends and infos, and of which environments have infos."""
-        n = self._n
-        rewards, terminated, truncated = np.empty(n), np.empty(n, _BOOL), np.empty(n, _BOOL)
-        infos = np.empty(n, _BOOL), *(np.empty(n, _INT64) for _ in INFOS[1:])
-        return (rewards, terminated, truncated, *infos, np.ones(n, _BOOL)), {}
+        """Return the arrays of `kernels.write_results`, then the rows of both matrices, and the infos by name.
+
+        Each argument of a kernel takes time, so that it gets three arrays for fifteen.
+        """
+        flags, numbers = np.empty((3 + len(INFOS), self._n), _BOOL), np.empty((len(INFOS) - 1, self._n), _INT64)
+        terminated, truncated, success, *has_infos = flags
+        infos = _by_name((success, *numbers), has_infos)
+        return (np.empty(self._n), flags, numbers, terminated, truncated, *infos.values()), infos
 
     def at_step(
-        self, step: Step, *, begins_anew: bool
+        self, steps: np.ndarray, *, begins_anew: bool
     ) -> tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """Return observations after the meta-controller's turn, rewards, terminated, truncated and infos of a step.
 
-        Observations are a dict of arrays, or one array [N, K] of rows; infos are of the next episode where one ended
-        if it ``begins_anew``.
+        Args:
+            steps: [N] records of what it did.
+            begins_anew: whether infos are of the next episode where one ended.
+
+        Returns:
+            a dict of arrays, or one array [N, K] of rows, and what Gymnasium asks for besides.
         """
-        results, _ = self._results.take()
-        observations = self._write(step.records, begins_anew, results)
-        rewards, terminated, truncated, *infos, has_info = results
-        return observations, rewards, terminated, truncated, _by_name(infos, has_info)
+        results, infos = self._results.take()
+        observations = self._write(steps, begins_anew, results)
+        return observations, results[0], results[3], results[4], infos.copy()
 
     def at_reset(self, where: NDArray[np.bool_]) -> tuple[Any, dict[str, Any]]:
         """Return what the controller observes everywhere, and the infos of the environments whose episode begins."""
@@ -66,12 +72,12 @@ class VectorArrays:
         observations = self._write(self._no_step, False, results)
         shortest = self._turns.ledger.shortest * where
         infos = np.zeros(self._n, _BOOL), -where.astype(_INT64), *np.zeros((3, self._n), _INT64), shortest
-        return observations, _by_name(infos, where.copy())
+        return observations, _by_name(infos, [where.copy() for _ in INFOS])
 
     def _write(self, steps: np.ndarray, begins_anew: bool, results: tuple[NDArray, ...]) -> Any:
         """Write a step's results and new observations, and return the observations."""
         arrays, parts = self._kept or self._pool.take()
-        _compiled_results()(steps, self._turns.ledger.records, begins_anew, *results)
+        _compiled_results()(steps, self._turns.ledger.records, begins_anew, results[0], results[1], results[2])
         self.observations.write(self._turns.ledger.goals, arrays)
         return arrays[0] if self._flat else parts.copy()
 
@@ -79,7 +85,10 @@ class VectorArrays:
         """Return the last observations and infos of the episodes that a step ended."""
         ended = step.episode_ended.copy()
         numbers = (step.events, step.meta_elapsed > 0, step.illegal_actions, step.lengths, step.shortest)
-        infos = _by_name((step.success & ended, *(values * ended.astype(_INT64) for values in numbers)), ended)
+        infos = _by_name(
+            (step.success & ended, *(values * ended.astype(_INT64) for values in numbers)),
+            [ended.copy() for _ in INFOS],
+        )
         observations, envs = np.full(self._n, None, object), np.flatnonzero(ended)
         last = self._turns.final_observation(CONTROLLER, step, envs)
         one_by_one = rows(last, self._parts if self._flat else None, self.space.dtype)
@@ -96,18 +105,16 @@ def rows(observation: Observation, space: spaces.Dict | None, dtype: Any = np.fl
     return flat_rows(parts, space, dtype)
 
 
-def _by_name(infos: Iterable[NDArray], has_info: NDArray[np.bool_]) -> dict[str, NDArray]:
+def _by_name(infos: Iterable[NDArray], has_infos: Iterable[NDArray[np.bool_]]) -> dict[str, NDArray]:
     """Return infos by name, with Gymnasium's entries that say which environments have them."""
     named = {}
-    for name, values in zip(INFOS, infos, strict=True):
-        named[name], named[f"_{name}"] = values, has_info.copy()
+    for name, values, has_info in zip(INFOS, infos, has_infos, strict=True):
+        named[name], named[f"_{name}"] = values, has_info
     return named
 
 
 @cache
 def _compiled_results() -> Callable[..., None]:
     """Compile `kernels.write_results` for the types of a batch's arrays."""
-    flag, numbers = np.zeros(1, _BOOL), [np.zeros(1, _INT64) for _ in range(5)]
-    return compiled(
-        write_results, np.zeros(1, STEP), np.zeros(1, LEDGER), True, np.zeros(1), flag, flag, flag, *numbers, flag
-    )
+    flags, numbers = np.zeros((1, 1), _BOOL), np.zeros((1, 1), _INT64)
+    return compiled(write_results, np.zeros(1, STEP), np.zeros(1, LEDGER), True, np.zeros(1), flags, numbers)

@@ -32,8 +32,12 @@ class ArrayPool:
         if not self._sets:
             self._sets = [self._make(), self._make()]
             self._free = list(map(getrefcount, self._sets[0][0]))
-        self._at ^= 1
-        taken = self._sets[self._at]
-        if list(map(getrefcount, taken[0])) != self._free:
-            taken = self._sets[self._at] = self._make()
-        return taken
+        if not self._is_free():
+            self._at ^= 1
+            if not self._is_free():
+                self._sets[self._at] = self._make()
+        return self._sets[self._at]
+
+    def _is_free(self) -> bool:
+        arrays, free = self._sets[self._at][0], self._free
+        return getrefcount(arrays[0]) == free[0] and list(map(getrefcount, arrays)) == free

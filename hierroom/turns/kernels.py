@@ -132,23 +132,24 @@ def take_goals(masks, ledgers, actions):
 
 
 @njit(cache=True, nogil=True)
-def write_results(
-    steps, ledgers, begins_anew,
-    rewards, terminated, truncated, success, events, elapsed, illegal, lengths, shortest, has_info,
-):  # fmt: skip
-    """Write the rewards, ends and infos that a vector environment returns: arrays [N], from ``rewards`` on.
+def write_results(steps, ledgers, begins_anew, rewards, flags, numbers):
+    """Write the rewards, ends and infos that a vector environment returns.
 
     Args:
         steps: [N] records of `records.STEP`.
         ledgers: [N] records of `records.LEDGER`, after the step.
         begins_anew: whether infos are of the next episode where one ended.
+        rewards: [N] float64.
+        flags: [9, N] bool: terminated, truncated, success, and for each of six infos that every environment has it.
+        numbers: [5, N] int64: goal events, elapsed steps, illegal actions, lengths, shortest lengths.
     """
     for n in range(steps.shape[0]):
         step, ledger = steps[n], ledgers[n]
-        rewards[n], terminated[n], truncated[n], has_info[n] = step.rewards, step.terminated, step.truncated, True
+        rewards[n], flags[0, n], flags[1, n] = step.rewards, step.terminated, step.truncated
         if begins_anew and step.episode_ended:
-            success[n], events[n], elapsed[n], illegal[n], lengths[n] = False, NO_GOAL, 0, 0, 0
-            shortest[n] = ledger.shortest
+            flags[2, n], numbers[0, n], numbers[1, n], numbers[2, n], numbers[3, n] = False, NO_GOAL, 0, 0, 0
+            numbers[4, n] = ledger.shortest
         else:
-            success[n], events[n], elapsed[n] = step.success, step.events, step.meta_elapsed > 0
-            illegal[n], lengths[n], shortest[n] = step.illegal_actions, step.lengths, step.shortest
+            flags[2, n], numbers[0, n], numbers[1, n] = step.success, step.events, step.meta_elapsed > 0
+            numbers[2, n], numbers[3, n], numbers[4, n] = step.illegal_actions, step.lengths, step.shortest
+    flags[3:] = True

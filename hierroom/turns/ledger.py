@@ -54,7 +54,7 @@ class Ledger:
 
     def begin_episodes(self, envs: NDArray[np.integer]) -> None:
         """Begin the episodes of environments [M]."""
-        self._written[envs] = self._start
+        self._written.put(envs, self._start)  # an assignment would copy field by field
 
     def write_fields(self, values: Mapping[str, Any], envs: NDArray[np.integer] | slice = slice(None)) -> None:
         """Write values by name, one for each environment or one for all of them, for some environments."""

@@ -200,8 +200,7 @@ class Step:
 
 def clear_steps(records: np.ndarray, envs: NDArray[np.integer], n_actions: int, shortest: NDArray[np.integer]) -> None:
     """Note that nothing was done in environments [M], whose episodes have the shortest lengths [M]."""
-    nothing = np.zeros(len(envs), STEP)
-    nothing["actions"], nothing["shortest"] = n_actions, shortest
-    for name in ("goals", "events", "achieved_instead"):
-        nothing[name] = NO_GOAL
-    records[envs] = nothing
+    nothing = np.zeros((), STEP)
+    nothing["actions"], nothing["goals"], nothing["events"], nothing["achieved_instead"] = n_actions, *[NO_GOAL] * 3
+    records.put(envs, nothing)  # an assignment would copy field by field
+    records["shortest"][envs] = shortest

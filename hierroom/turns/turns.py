@@ -199,20 +199,26 @@ class Turns:
 
         Actions are whole numbers [N]; one that does not apply only costs the step.
         """
-        if not self.world.has_begun:
-            raise InputError("reset the environment before its first step")
-        self.take_step(whole_numbers(actions, len(self)))
+        self.step_records(actions)
         step = self.last_step
         assert step is not None
         return step
+
+    def step_records(self, actions: ArrayLike) -> np.ndarray:
+        """Take the controller's turn as `step` does, and return `last_records`."""
+        if not self.world.has_begun:
+            raise InputError("reset the environment before its first step")
+        return self.take_step(whole_numbers(actions, len(self._everywhere)))
 
     def take_step(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Take the controller's turn as `step` does, after a reset, with valid actions; return `last_records`."""
         world = self.world
         before = freeze(world.get_state()) if self._keeps_states else None
-        outcomes, (records, shown) = world.step(actions), self._steps.take()[0]
+        outcomes = world.step(actions)
+        self._written = self.last_records = self._last_step = None  # so that their arrays are free again
+        records, shown = self._steps.take()[0]
         self.n_ended = self.ledger.record(outcomes, actions, records, self._rules)
-        self._written, self.last_records, self._last_step = records, shown, None
+        self._written, self.last_records = records, shown
         if self._kernel_reward == OWN_REWARD:
             after = None if before is None else freeze(world.state_after(before, actions))
             self._last_step = Step(shown, self._n_goals, before, after)

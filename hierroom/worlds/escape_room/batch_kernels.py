@@ -38,7 +38,8 @@ def step_levels(levels, grids, actions, outcomes):
             outcomes[n].is_novel, outcomes[n].is_discovery = False, False
         else:
             advance_and_look(levels[n], grids[n], actions[n], outcomes[n])
-            copy_matrix(outcomes[n].tiles, outcomes[n].final_tiles)
+            if levels[n].has_ended:
+                copy_matrix(outcomes[n].tiles, outcomes[n].final_tiles)
 
 
 @njit(cache=True, nogil=True)

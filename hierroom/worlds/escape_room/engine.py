@@ -203,7 +203,7 @@ class Engine:
         """Set the outcomes of environments that have taken no step since they were reset or restored."""
         outcomes = np.zeros(len(envs), OUTCOME)
         outcomes["length"] = lengths
-        self._outcomes[envs] = outcomes
+        self._outcomes.put(envs, outcomes)  # an assignment would copy field by field
 
 
 @cache

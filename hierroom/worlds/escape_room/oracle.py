@@ -209,17 +209,22 @@ def trace(queue, parents, reached_by, last, final_action):
 
 
 @njit(cache=True, nogil=True)
-def solve_levels(levels, rooms, side, goals, lengths):
-    """Write the length of the shortest solution of every environment."""
-    for n in range(levels.shape[0]):
-        _, lengths[n] = solve(levels[n], rooms, side, goals[n] // N_COLOURS, goals[n] % N_COLOURS)
+def solve_levels(levels, rooms, side, envs, goals, lengths):
+    """Write the lengths [M] of the shortest ways to goals [M] in environments [M]."""
+    for m in range(envs.shape[0]):
+        _, lengths[m] = solve(levels[envs[m]], rooms, side, goals[m] // N_COLOURS, goals[m] % N_COLOURS)
 
 
 @cache
 def compiled_solver() -> Callable[..., None]:
     """Compile `solve_levels`."""
     numbers = np.zeros(1, np.int64)
-    return compiled(solve_levels, np.zeros(1, LEVEL), NO_MAPS.rooms, 1, numbers, numbers)
+    return compiled(solve_levels, np.zeros(1, LEVEL), NO_MAPS.rooms, 1, numbers, numbers, numbers)
+
+
+def exit_lengths(state: State, envs: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Count the actions of the shortest ways to the exit in environments [M]: see `shortest_lengths`."""
+    return _lengths(state, envs, np.full(len(envs), EXIT_GOAL))
 
 
 def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.int64]:
@@ -236,9 +241,13 @@ def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.i
     given = np.asarray(goals)
     if given.dtype.kind not in "iu" or (given.size and not 0 <= given.min() <= given.max() < N_GOALS):
         raise InputError(f"goals must be whole numbers from 0 to {N_GOALS - 1}, not {goals}")
-    ids, lengths = np.full(len(state), given, np.int64), np.empty(len(state), np.int64)
-    side, rooms = state.grids.shape[1], state.maps.rooms
-    compiled_solver()(np.ascontiguousarray(state.levels), rooms, side, ids, lengths)
+    return _lengths(state, np.arange(len(state)), np.full(len(state), given, np.int64))
+
+
+def _lengths(state: State, envs: NDArray[np.int64], goals: NDArray[np.int64]) -> NDArray[np.int64]:
+    lengths = np.empty(len(envs), np.int64)
+    levels, rooms = np.ascontiguousarray(state.levels), state.maps.rooms
+    compiled_solver()(levels, rooms, state.grids.shape[1], envs, goals, lengths)
     return lengths
 
 

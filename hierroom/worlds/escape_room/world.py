@@ -33,7 +33,7 @@ from hierroom.worlds.escape_room.level_view import OBSERVATION_SPACES, LevelView
 from hierroom.worlds.escape_room.map_arrays import map_arrays
 from hierroom.worlds.escape_room.node_map import NodeMap
 from hierroom.worlds.escape_room.observations import BatchObservations, write_one
-from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
+from hierroom.worlds.escape_room.oracle import exit_lengths, shortest_actions
 from hierroom.worlds.escape_room.render import global_state, state_space
 from hierroom.worlds.escape_room.replayer import LevelReplayer
 from hierroom.worlds.window import StateScreen
@@ -138,7 +138,7 @@ class EscapeRoomWorld(Engine):
 
     def shortest_lengths(self, envs: NDArray[np.integer]) -> NDArray[np.integer]:
         """Return the shortest possible lengths [M] of the episodes of environments [M] from where they stand."""
-        return shortest_lengths(self._state if envs is self.everywhere or len(self) == 1 else self.get_state(envs))
+        return exit_lengths(self._state, envs)
 
     def shortest_actions(self, env: int) -> NDArray[np.integer]:
         """Return the actions of a shortest way to the exit in one environment."""

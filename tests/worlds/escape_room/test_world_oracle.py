@@ -86,7 +86,7 @@ def test_paths_to_keys_go_around_the_exit():
         key = world.state.levels[0].colours[1]
         free, length = world.get_state(), np.empty(1, np.int64)
         free.levels["exit_at"] = 0  # in the outer wall: no level of the world's, for the kernel alone
-        solve_levels(free.levels, NO_MAPS.rooms, free.grids.shape[1], np.array([key]), length)
+        solve_levels(free.levels, NO_MAPS.rooms, free.grids.shape[1], np.array([0]), np.array([key]), length)
         n_around += length[0] < shortest_lengths(world.state, key)[0]
     assert n_around > 0
 
