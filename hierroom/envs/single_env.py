@@ -46,8 +46,7 @@ class SingleEnv:
         self._action = np.zeros(1, np.int64)
         self._all_legal = np.ones(self.turns.world.n_actions, np.int8)
         self._waits = NO_GOAL, self.turns.world.goals.no_goal_action
-        self._records: np.ndarray | None = None  # of which these are the values
-        self._values = _AT_RESET
+        self._last: tuple = _AT_RESET  # what the last step did, in Python's numbers
 
     def reset(self, seed: int | None, options: dict | None) -> dict[str, dict[str, Any]]:
         """Begin an episode, the first one of a seed or the next one, and return its first infos."""
@@ -56,6 +55,7 @@ class SingleEnv:
         asks_complexity = checked_options(options, "complexity").get("complexity")
         self.turns.reset(fresh_seed() if seed is None and not self.has_begun else seed)
         self.has_begun = True
+        self._last = *_AT_RESET[:3], self.turns.ledger.shortest.item(), *_AT_RESET[4:]
         self._show()
         infos = self.infos()
         if asks_complexity:
@@ -76,8 +76,7 @@ class SingleEnv:
     @property
     def goal(self) -> int:
         """The id of the goal that is pursued, or -1; after the episode's end that of the last one."""
-        last = self._last()
-        return last[_GOAL] if last[_HAS_ENDED] else self.turns.ledger.goals.item()
+        return self._last[_GOAL] if self._last[_HAS_ENDED] else self.turns.ledger.goals.item()
 
     def observation(self, agent: str) -> Observation:
         """Return what an agent observes now, as a batch of one; the controller after the end what it saw last."""
@@ -123,10 +122,10 @@ class SingleEnv:
         if not self.has_begun:
             raise InputError("reset the environment before its first step")
         self._action[0] = as_action(action)
-        self.turns.take_step(self._action)
+        self._last = _reported(self.turns.take_step(self._action).item())
         if self._has_window:
             self._show()
-        return self._last()[_RESULTS]
+        return self._last[_RESULTS]
 
     def act(self, action: int) -> tuple[dict[str, float], dict[str, bool], dict[str, bool]]:
         """Take the controller's action and return (rewards, terminations, truncations), each a dict by agent."""
@@ -149,7 +148,7 @@ class SingleEnv:
 
     def info(self, agent: str) -> dict[str, Any]:
         """Return the info of one agent: see `infos`."""
-        event, meta_elapsed, length, shortest, _, _, _, _, _, _, success = self._last()
+        event, meta_elapsed, length, shortest, _, _, _, _, _, _, success = self._last
         ledger, is_meta = self.turns.ledger, agent == META
         return {
             "goal_event": event,
@@ -159,15 +158,6 @@ class SingleEnv:
             "length": length,
             "shortest_length": shortest,
         }
-
-    def _last(self) -> tuple:
-        """Return what the last step did, in Python's numbers; before the first one, what is known at reset."""
-        records = self.turns.last_records
-        if records is None:
-            return (*_AT_RESET[:3], self.turns.ledger.shortest.item(), *_AT_RESET[4:])
-        if records is not self._records:
-            self._records, self._values = records, _reported(records.item())
-        return self._values
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """Return the level as text or as a picture [H, W, 3], or show it in a window, with the current subgoal."""
@@ -185,8 +175,8 @@ class SingleEnv:
 
 def as_action(action: Any) -> int:
     """Return an action as a number of 64 bits; one that is too large for them becomes -2, which is illegal."""
-    if isinstance(action, (int, np.integer)) and not isinstance(action, bool):  # as nearly everyone gives it
-        return int(action) if -(2**63) <= int(action) < 2**63 else -2
+    if type(action) is int or (isinstance(action, (int, np.integer)) and not isinstance(action, bool)):
+        return int(action) if -(2**63) <= action < 2**63 else -2  # as nearly everyone gives it
     try:
         return int(whole_numbers([action], 1)[0])
     except InputError:

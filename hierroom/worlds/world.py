@@ -287,7 +287,8 @@ class World(Protocol):
 
 def whole_numbers(actions: ArrayLike, n: int) -> NDArray[np.int64]:
     """Return actions as contiguous [n] int64, the same array if it is such; a number too large becomes negative."""
-    if type(actions) is np.ndarray and actions.dtype is _INT64 and actions.shape == (n,) and actions.flags.c_contiguous:
+    is_plain = type(actions) is np.ndarray and actions.dtype is _INT64 and actions.ndim == 1
+    if is_plain and len(actions) == n and actions.flags.c_contiguous:
         return actions  # as nearly everyone gives them; what follows takes twice as long
     try:
         given = np.asarray(actions)

@@ -43,7 +43,7 @@ def step_levels(levels, grids, actions, outcomes):
 
 
 @njit(cache=True, nogil=True)
-def step_and_reset_levels(levels, grids, graphs, actions, outcomes, finals):
+def step_and_reset_levels(levels, grids, graphs, outcomes, finals, actions):
     """Step every environment; where the episode ends, store its final view and level and begin the next one."""
     for n in range(levels.shape[0]):
         advance_and_look(levels[n], grids[n], actions[n], outcomes[n])
@@ -55,7 +55,7 @@ def step_and_reset_levels(levels, grids, graphs, actions, outcomes, finals):
 
 
 @njit(cache=True, nogil=True)
-def step_and_reset_levels_of_maps(levels, grids, maps, map_grids, actions, outcomes, finals):
+def step_and_reset_levels_of_maps(levels, grids, maps, map_grids, outcomes, finals, actions):
     """Step as `step_and_reset_levels` does, with the next episode on one of the maps.
 
     It is a kernel apart because each argument takes time: a fourth of a step of one environment.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -88,12 +88,14 @@ class Engine:
 
     def _show(self) -> None:
         """Let users see the arrays, but not write to them: kernels check no bounds."""
+        self._step_all: Callable[[NDArray[np.int64]], None] | None = None  # made by the first step
         self.state = State(read_only(self._state.grids), read_only(self._state.levels), self._state.maps)
         self.outcomes, self.finals = read_only(self._outcomes), read_only(self._finals)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave the views out, as a copy has arrays of its own to view."""
-        return {name: value for name, value in self.__dict__.items() if name not in ("state", "outcomes", "finals")}
+        """Leave out what `_show` makes, as a copy has arrays of its own to view."""
+        shown = ("state", "outcomes", "finals", "_step_all")
+        return {name: value for name, value in self.__dict__.items() if name not in shown}
 
     def __setstate__(self, copied: dict[str, Any]) -> None:
         self.__dict__.update(copied)
@@ -129,11 +131,11 @@ class Engine:
     def set_graphs(self, graphs: Sequence[GoalGraph]) -> None:
         """Set the goal graphs from which later episodes sample."""
         records, maps = graph_records(graphs), self._state.maps
-        self._sources = (maps.levels, maps.grids) if self._has_maps else (records,)
+        self._sources, self._step_all = (maps.levels, maps.grids) if self._has_maps else (records,), None
 
     def step(self, actions: ArrayLike) -> np.ndarray:
         """Act once in every environment and return the outcomes; an integer [N] that is no action costs the step."""
-        return self.advance(whole_numbers(actions, len(self)))
+        return self.advance(whole_numbers(actions, len(self._outcomes)))
 
     def step_within_episode(self, actions: ArrayLike) -> np.ndarray:
         """Act once in every environment whose episode has not ended and return the outcomes, without resets."""
@@ -141,13 +143,22 @@ class Engine:
 
     def advance(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Step as `step` does, with actions that were checked."""
+        if self._step_all is None:
+            self._step_all = self._bind()
+        self._step_all(actions)
+        return self._outcomes
+
+    def _bind(self) -> Callable[[NDArray[np.int64]], None]:
+        """Return the kernel of a step with all arguments but the actions: to look them up takes time at every step."""
         levels, grids, outcomes, finals = self._state.levels, self._state.grids, self._outcomes, self._finals
         step, sources = _compiled_step_of_maps() if self._has_maps else _compiled_step(), self._sources
         if self._shares.is_one:
-            step(levels, grids, *sources, actions, outcomes, finals)
-        else:
-            self._shares.each(lambda p: step(levels[p], grids[p], *sources, actions[p], outcomes[p], finals[p]))
-        return outcomes
+            return partial(step, levels, grids, *sources, outcomes, finals)
+
+        def each(actions: NDArray[np.int64]) -> None:
+            self._shares.each(lambda p: step(levels[p], grids[p], *sources, outcomes[p], finals[p], actions[p]))
+
+        return each
 
     def advance_within_episode(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Step as `step_within_episode` does, with actions that were checked."""
@@ -223,14 +234,14 @@ def _compiled_begin_of_maps() -> Callable[..., None]:
 @cache
 def _compiled_step() -> Callable[..., None]:
     state = empty_state(1, MIN_SIZE)
-    arrays = state.levels, state.grids, np.zeros(1, GRAPH), np.zeros(1, np.int64), np.zeros(1, OUTCOME), state.levels
+    arrays = state.levels, state.grids, np.zeros(1, GRAPH), np.zeros(1, OUTCOME), state.levels, np.zeros(1, np.int64)
     return compiled(batch_kernels.step_and_reset_levels, *arrays)
 
 
 @cache
 def _compiled_step_of_maps() -> Callable[..., None]:
     state, maps = empty_state(1, MIN_SIZE), (NO_MAPS.levels, NO_MAPS.grids)
-    arrays = state.levels, state.grids, *maps, np.zeros(1, np.int64), np.zeros(1, OUTCOME), state.levels
+    arrays = state.levels, state.grids, *maps, np.zeros(1, OUTCOME), state.levels, np.zeros(1, np.int64)
     return compiled(batch_kernels.step_and_reset_levels_of_maps, *arrays)
 
 

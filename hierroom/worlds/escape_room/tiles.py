@@ -42,7 +42,7 @@ TRIPLES = _triples()
 
 def encode(tiles: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Convert views of tile codes [N, 7, 7] to a new array of `TRIPLES` [N, 7, 7, 3], the agent's observations."""
-    observations = np.empty((*tiles.shape, 3), _UINT8)
+    observations = np.empty((len(tiles), VIEW, VIEW, 3), _UINT8)
     _compiled_encode()(tiles, TRIPLES, observations)
     return observations
 
