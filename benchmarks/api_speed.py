@@ -126,7 +126,8 @@ def engine(num_envs: int) -> Run:
 
     def run(steps: int) -> None:
         for _ in range(steps):
-            encode(world.step(next(actions))["tiles"])
+            world.step(next(actions))
+            encode(world.tiles)
 
     return run
 

@@ -42,7 +42,8 @@ def our_stepper(num_envs: int, threads: int, memories: tuple[str, ...], size: in
 
     def run(steps: int) -> None:
         for t in range(steps):
-            encode(world.step(actions[t % 64])["tiles"])
+            world.step(actions[t % 64])
+            encode(world.tiles)
 
     return run
 

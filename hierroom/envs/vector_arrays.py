@@ -35,20 +35,21 @@ class VectorArrays:
         self.observations = turns.world.batch_observations(flat=flat)
         self._parts = turns.observation_space(CONTROLLER)
         self.space = self.observations.flat_space if flat else self._parts
-        self._results = ArrayPool(self._empty_results)
-        self._pool = ArrayPool(self.observations.empty)
+        self._pool = ArrayPool(self._empty)
         self._kept = None if copy else self.observations.empty()
-        self._no_step = np.zeros(self._n, STEP)
 
-    def _empty_results(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
-        """Return the arrays of `kernels.write_results`, then the rows of both matrices, and the infos by name.
+    def _empty(self) -> tuple[tuple[NDArray, ...], tuple[Any, ...]]:
+        """Return all arrays that are new at every step, and what `at_step` needs of them.
 
-        Each argument of a kernel takes time, so that it gets three arrays for fifteen.
+        The kernel of the results gets three arrays for fifteen, as each argument takes time: they are rows of two.
         """
+        arrays, parts = self._kept or self.observations.empty()
         flags, numbers = np.empty((3 + len(INFOS), self._n), _BOOL), np.empty((len(INFOS) - 1, self._n), _INT64)
         terminated, truncated, success, *has_infos = flags
         infos = _by_name((success, *numbers), has_infos)
-        return (np.empty(self._n), flags, numbers, terminated, truncated, *infos.values()), infos
+        results = np.empty(self._n), flags, numbers
+        fresh = (*results, terminated, truncated, *infos.values())
+        return fresh if self._kept else (*arrays, *fresh), (arrays, parts, results, terminated, truncated, infos)
 
     def at_step(
         self, steps: np.ndarray, *, begins_anew: bool
@@ -62,22 +63,19 @@ class VectorArrays:
         Returns:
             a dict of arrays, or one array [N, K] of rows, and what Gymnasium asks for besides.
         """
-        results, infos = self._results.take()
-        observations = self._write(steps, begins_anew, results)
-        return observations, results[0], results[3], results[4], infos.copy()
+        _, (arrays, parts, results, terminated, truncated, infos) = self._pool.take()
+        _compiled_results()(steps, self._turns.ledger.records, begins_anew, *results)
+        return self._observe(arrays, parts), results[0], terminated, truncated, infos.copy()
 
     def at_reset(self, where: NDArray[np.bool_]) -> tuple[Any, dict[str, Any]]:
         """Return what the controller observes everywhere, and the infos of the environments whose episode begins."""
-        results, _ = self._empty_results()
-        observations = self._write(self._no_step, False, results)
         shortest = self._turns.ledger.shortest * where
         infos = np.zeros(self._n, _BOOL), -where.astype(_INT64), *np.zeros((3, self._n), _INT64), shortest
+        observations = self._observe(*(self._kept or self.observations.empty()))
         return observations, _by_name(infos, [where.copy() for _ in INFOS])
 
-    def _write(self, steps: np.ndarray, begins_anew: bool, results: tuple[NDArray, ...]) -> Any:
-        """Write a step's results and new observations, and return the observations."""
-        arrays, parts = self._kept or self._pool.take()
-        _compiled_results()(steps, self._turns.ledger.records, begins_anew, results[0], results[1], results[2])
+    def _observe(self, arrays: tuple[NDArray, ...], parts: dict[str, NDArray]) -> Any:
+        """Write what the controllers observe now, and return it."""
         self.observations.write(self._turns.ledger.goals, arrays)
         return arrays[0] if self._flat else parts.copy()
 

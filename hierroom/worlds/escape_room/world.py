@@ -115,7 +115,7 @@ class EscapeRoomWorld(Engine):
     def observe(self, envs: NDArray[np.integer]) -> LevelView:
         """Return what environments [M] show now, read-only; if they are all there are, the next step overwrites it."""
         if envs is self.everywhere or len(self) == 1:
-            return LevelView(self.outcomes["tiles"], self.state.levels, self.state.maps)
+            return LevelView(self.tiles, self.state.levels, self.state.maps)
         return freeze(LevelView(self._outcomes["tiles"][envs], self._state.levels[envs], self._state.maps))
 
     def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> LevelView:
