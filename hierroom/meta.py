@@ -215,10 +215,12 @@ def _unwritable(situation: Situation) -> Situation:
 
 def take_turn(meta: MetaController, turns: Turns) -> None:
     """Let a meta-controller take its turn wherever it is due."""
+    if not turns.ledger.is_any_turn():
+        return
     if type(meta) is NoGoals:
-        turns.choose_no_goal()
-    elif len(due := turns.due(META)):
-        situation = turns.situation(due)
+        turns.choose_everywhere(np.full(len(turns), NO_GOAL))
+    else:
+        situation = turns.situation(turns.due(META))
         turns.choose(situation, choose_goals(meta, situation))
 
 

@@ -29,9 +29,9 @@ def record_turns(outcomes, actions, ledgers, steps, starts, rules):
         rules: [1] record of `records.RULES`; each argument more takes time.
 
     Returns:
-        in how many environments the episode ended.
+        in how many environments the episode ended, and in how many the meta-controller has a turn.
     """
-    rule, n_ended = rules[0], 0
+    rule, n_ended, n_turns = rules[0], 0, 0
     return_ends_with_option, horizon, n_actions = rule.return_ends_with_option, rule.horizon, rule.n_actions
     reward, bonus, autoreset, target = rule.reward, rule.bonus, rule.autoreset, rule.target
     for n in range(outcomes.shape[0]):
@@ -97,16 +97,8 @@ def record_turns(outcomes, actions, ledgers, steps, starts, rules):
                 ledgers[n] = starts[0]
             else:
                 ledger.is_meta_turn = False
-    return n_ended
-
-
-@njit(cache=True, nogil=True)
-def is_any_turn(ledgers):
-    """Return whether the meta-controller has a turn in any of N environments; NumPy's `any` of a field takes longer."""
-    is_any = False
-    for n in range(ledgers.shape[0]):
-        is_any |= ledgers[n].is_meta_turn
-    return is_any
+        n_turns += ledger.is_meta_turn
+    return n_ended, n_turns
 
 
 @njit(cache=True, nogil=True)

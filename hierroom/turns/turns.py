@@ -17,7 +17,7 @@ from hierroom.controller import Observation, observation_spaces
 from hierroom.support.array_pool import ArrayPool
 from hierroom.support.errors import InputError
 from hierroom.support.read_only import freeze, read_only
-from hierroom.turns.kernels import KERNEL_REWARDS, NO_GOAL, OWN_REWARD
+from hierroom.turns.kernels import KERNEL_REWARDS, OWN_REWARD
 from hierroom.turns.ledger import Ledger
 from hierroom.turns.records import META, N_OUTCOMES, RULES, STEP, Step, clear_steps, ledger_schema
 from hierroom.turns.rewards import make_reward
@@ -87,7 +87,7 @@ class Turns:
         self._everywhere: NDArray[np.integer] = world.everywhere
         self._all_legal = np.ones((num_envs, world.n_actions), bool)
         self._all_legal.setflags(write=False)
-        self._actions, self._no_goals = np.zeros(num_envs, np.int64), np.full(num_envs, NO_GOAL)
+        self._actions = np.zeros(num_envs, np.int64)
         if world.has_begun:
             self._begin(self._everywhere)
 
@@ -180,11 +180,6 @@ class Turns:
         self.ledger.count_illegal_goals(envs, ~is_legal)
         is_turn = self.ledger.is_meta_turn[envs]
         self.ledger.begin_options(envs[is_turn], goals[is_turn])
-
-    def choose_no_goal(self) -> None:
-        """Take the meta-controller's turn wherever it has one, in pursuit of no goal."""
-        if self.ledger.is_any_turn():
-            self.choose_everywhere(self._no_goals)
 
     def choose_everywhere(self, actions: NDArray[np.int64]) -> None:
         """Take the meta-controller's turn wherever it has one, without a `Situation`: see `kernels.take_goals`."""
