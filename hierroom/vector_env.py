@@ -150,8 +150,8 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         take_turn(self.meta, turns)
         results = self._arrays.at_step(steps, begins_anew=self._is_same_step)
         if self._is_same_step:
-            if turns.n_ended:
-                results[4].update(self._arrays.final(turns.last_step))
+            if turns.n_ended and (step := turns.last_step) is not None:
+                results[4].update(self._arrays.final(step))
         elif had_ended or turns.n_ended:
             self.have_ended = results[2] | results[3]
             self._has_ended = bool(self.have_ended.any())

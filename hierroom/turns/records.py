@@ -189,7 +189,7 @@ class Step:
             elapsed = np.ones(len(envs), np.int64)
             return envs, records["rewards"], elapsed, records["return_terminated"], records["return_truncated"]
         envs = np.flatnonzero(self.records["option_ended"])
-        records = self.records[envs]
+        records = self.records.take(envs)
         terminated, truncated = records["terminated"], records["truncated"] & ~records["terminated"]
         return envs, records["meta_rewards"], records["meta_elapsed"], terminated, truncated
 

@@ -24,6 +24,7 @@ from hierroom.turns.rewards import make_reward
 from hierroom.turns.situation import Situation
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.make import make_world
+from hierroom.worlds.seeds import chosen_envs
 from hierroom.worlds.world import Seeds, whole_numbers
 
 
@@ -35,7 +36,7 @@ class Turns:
         num_envs: N.
         seed: of their first episodes; None: `reset` must be called with one first.
         autoreset: whether an environment whose episode ends begins its next one in the same step.
-        measure_shortest: whether each episode's shortest length is found (about a millisecond an episode).
+        measure_shortest: whether each episode's shortest length is found (in EscapeRooms in about 10 microseconds).
         threads: most threads to step the world with.
         memories: what the world remembers of each episode besides what the reward needs.
 
@@ -117,7 +118,7 @@ class Turns:
             seed: one for all of them, or one or None for each of them.
             envs: [M] which; None: all.
         """
-        chosen = self._everywhere if envs is None else envs
+        chosen = self._everywhere if envs is None else chosen_envs(envs, len(self))
         self.world.reset(seed, chosen)
         if envs is None:
             self._last_step, self.last_records = None, None

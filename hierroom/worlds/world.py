@@ -287,9 +287,11 @@ class World(Protocol):
 
 def whole_numbers(actions: ArrayLike, n: int) -> NDArray[np.int64]:
     """Return actions as contiguous [n] int64, the same array if it is such; a number too large becomes negative."""
-    is_plain = type(actions) is np.ndarray and actions.dtype is _INT64 and actions.ndim == 1
-    if is_plain and len(actions) == n and actions.flags.c_contiguous:
-        return actions  # as nearly everyone gives them; what follows takes twice as long
+    given: NDArray
+    if type(actions) is np.ndarray:
+        given = actions
+        if given.dtype is _INT64 and given.ndim == 1 and len(given) == n and given.flags.c_contiguous:
+            return given  # as nearly everyone gives them; what follows takes twice as long
     try:
         given = np.asarray(actions)
     except ValueError:  # rows of unequal lengths

@@ -222,8 +222,8 @@ def compiled_solver() -> Callable[..., None]:
     return compiled(solve_levels, np.zeros(1, LEVEL), NO_MAPS.rooms, 1, numbers, numbers, numbers)
 
 
-def exit_lengths(state: State, envs: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Count the actions of the shortest ways to the exit in environments [M]: see `shortest_lengths`."""
+def exit_lengths(state: State, envs: NDArray[np.integer]) -> NDArray[np.int64]:
+    """Count the actions of the shortest ways to the exit in environments [M], as `seeds.chosen_envs` gives them."""
     return _lengths(state, envs, np.full(len(envs), EXIT_GOAL))
 
 
@@ -244,7 +244,7 @@ def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.i
     return _lengths(state, np.arange(len(state)), np.full(len(state), given, np.int64))
 
 
-def _lengths(state: State, envs: NDArray[np.int64], goals: NDArray[np.int64]) -> NDArray[np.int64]:
+def _lengths(state: State, envs: NDArray[np.integer], goals: NDArray[np.int64]) -> NDArray[np.int64]:
     lengths = np.empty(len(envs), np.int64)
     levels, rooms = np.ascontiguousarray(state.levels), state.maps.rooms
     compiled_solver()(levels, rooms, state.grids.shape[1], envs, goals, lengths)

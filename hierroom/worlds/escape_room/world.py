@@ -36,6 +36,7 @@ from hierroom.worlds.escape_room.observations import BatchObservations, write_on
 from hierroom.worlds.escape_room.oracle import exit_lengths, shortest_actions
 from hierroom.worlds.escape_room.render import global_state, state_space
 from hierroom.worlds.escape_room.replayer import LevelReplayer
+from hierroom.worlds.seeds import chosen_envs
 from hierroom.worlds.window import StateScreen
 from hierroom.worlds.world import Replayer, Seeds
 
@@ -116,20 +117,20 @@ class EscapeRoomWorld(Engine):
         """Return what environments [M] show now, read-only; if they are all there are, the next step overwrites it."""
         if envs is self.everywhere or len(self) == 1:
             return LevelView(self.tiles, self.state.levels, self.state.maps)
-        return freeze(LevelView(self._outcomes["tiles"][envs], self._state.levels[envs], self._state.maps))
+        return freeze(LevelView(self._outcomes["tiles"][envs], self._state.levels.take(envs), self._state.maps))
 
     def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> LevelView:
         """Return what environments [M] show after the last step, those that ``ended`` [M] before they were reset."""
         if ended.all():
-            last = self._outcomes["final_tiles"][envs], self._last_levels[envs]
+            last = self._outcomes["final_tiles"][envs], self._last_levels.take(envs)
             return freeze(LevelView(*last, self._state.maps))
-        tiles, levels = self._outcomes["tiles"][envs], self._state.levels[envs]
-        tiles[ended], levels[ended] = self._outcomes["final_tiles"][envs[ended]], self._last_levels[envs[ended]]
+        tiles, levels = self._outcomes["tiles"][envs], self._state.levels.take(envs)
+        tiles[ended], levels[ended] = self._outcomes["final_tiles"][envs[ended]], self._last_levels.take(envs[ended])
         return freeze(LevelView(tiles, levels, self._state.maps))
 
     def exact_view(self, envs: NDArray[np.integer]) -> LevelView:
         """Return what environments [M] show now and their exact state, in read-only copies."""
-        tiles, levels, grids = self._outcomes["tiles"][envs], self._state.levels[envs], self._state.grids[envs]
+        tiles, levels, grids = self._outcomes["tiles"][envs], self._state.levels.take(envs), self._state.grids[envs]
         return freeze(LevelView(tiles, levels, self._state.maps, grids))
 
     def legal_goals(self, mask: str, are_turns: NDArray[np.bool_], view: LevelView | None = None) -> NDArray[np.bool_]:
@@ -138,7 +139,7 @@ class EscapeRoomWorld(Engine):
 
     def shortest_lengths(self, envs: NDArray[np.integer]) -> NDArray[np.integer]:
         """Return the shortest possible lengths [M] of the episodes of environments [M] from where they stand."""
-        return exit_lengths(self._state, envs)
+        return exit_lengths(self._state, chosen_envs(envs, len(self)))
 
     def shortest_actions(self, env: int) -> NDArray[np.integer]:
         """Return the actions of a shortest way to the exit in one environment."""
