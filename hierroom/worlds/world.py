@@ -287,18 +287,13 @@ class World(Protocol):
 
 def whole_numbers(actions: ArrayLike, n: int) -> NDArray[np.int64]:
     """Return actions as contiguous [n] int64, the same array if it is such; a number too large becomes negative."""
-    given: NDArray
-    if type(actions) is np.ndarray:
-        given = actions
-        if given.dtype is _INT64 and given.ndim == 1 and len(given) == n and given.flags.c_contiguous:
-            return given  # as nearly everyone gives them; what follows takes twice as long
+    if type(actions) is np.ndarray and actions.dtype is _INT64 and actions.shape == (n,) and actions.flags.c_contiguous:
+        return actions  # as nearly everyone gives them; what follows takes twice as long
     try:
         given = np.asarray(actions)
     except ValueError:  # rows of unequal lengths
         given = np.array(None)
     if given.shape != (n,) or given.dtype.kind not in "iu":
-        raise InputError(
-            f"actions must be {n} whole numbers, one for each environment, "
-            f"not an array of {given.dtype} and shape {given.shape}"
-        )
+        shown = f"an array of {given.dtype} and shape {given.shape}"
+        raise InputError(f"actions must be {n} whole numbers, one for each environment, not {shown}")
     return np.ascontiguousarray(given, np.int64)
