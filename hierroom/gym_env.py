@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hierroom.envs.registered_env import RegisteredEnv
 from hierroom.envs.single_env import SingleEnv
 from hierroom.goals import GraphSpecs
-from hierroom.meta import MetaSpec, make_meta
+from hierroom.meta import MetaSpec, make_meta, show_step
 from hierroom.turns.records import CONTROLLER
 from hierroom.worlds.env_config import FRAMES_PER_SECOND, EnvConfig
 from hierroom.worlds.world import RENDER_MODES
@@ -79,16 +79,11 @@ class EscapeRoom(RegisteredEnv, gymnasium.Env):
 
     def step(self, action: int):
         """Act once."""
-        rewards, terminations, truncations = self.single.act(action)
-        self.single.show_step(self.meta)
-        self.single.ask(self.meta)
-        return (
-            self.single.observe(CONTROLLER),
-            rewards[CONTROLLER],
-            terminations[CONTROLLER],
-            truncations[CONTROLLER],
-            self.single.info(CONTROLLER),
-        )
+        single = self.single
+        reward, _, terminated, truncated = single.act_alone(action)
+        show_step(self.meta, single.turns)
+        single.ask(self.meta)
+        return single.observe(CONTROLLER), reward, terminated, truncated, single.info(CONTROLLER)
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Return the legal actions, [A] bool, as sb3-contrib's MaskablePPO asks for them."""

@@ -229,17 +229,20 @@ def _unwritable(situation: Situation) -> Situation:
 
 def take_turn(meta: MetaController, turns: Turns) -> None:
     """Let a meta-controller take its turn wherever it is due."""
+    if not turns.ledger.is_any_turn():
+        return
     if type(meta) is NoGoals:
-        turns.choose_no_goal()
-    elif len(due := turns.due(META)):
-        situation = turns.situation(due)
+        turns.choose_everywhere(np.full(len(turns), NO_GOAL))
+    else:
+        situation = turns.situation(turns.due(META))
         turns.choose(situation, choose_goals(meta, situation))
 
 
-def show_step(meta: MetaController, step: Step, turns: Turns) -> None:
-    """Let a meta-controller that watches see a step of these turns."""
+def show_step(meta: MetaController, turns: Turns) -> None:
+    """Let a meta-controller that watches see the last step of these turns."""
     if hasattr(meta, "observe"):
-        before = _moment(turns)
+        step, before = turns.last_step, _moment(turns)
+        assert step is not None
         with running(meta):
             meta.observe(step, turns)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
             if turns.last_records is not step.records or _moment(turns) != before:

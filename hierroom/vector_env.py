@@ -145,20 +145,20 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
 
     def step(self, actions: NDArray[np.integer]):
         """Act once in every environment."""
-        had_ended = self._has_ended
+        turns, had_ended = self.turns, self._has_ended
         if had_ended and self.autoreset_mode == AutoresetMode.DISABLED:
             ended = ", ".join(map(str, np.flatnonzero(self.have_ended)))
             raise InputError(f"the episodes of environments {ended} have ended: reset them first, by their reset_mask")
-        step = self.turns.step(actions)
+        steps = turns.step_records(actions)
         if had_ended:
-            self.turns.reset_ended(np.flatnonzero(self.have_ended))
-        show_step(self.meta, step, self.turns)
-        take_turn(self.meta, self.turns)
-        results = self._arrays.at_step(step, begins_anew=self._is_same_step)
+            turns.reset_ended(np.flatnonzero(self.have_ended))
+        show_step(self.meta, turns)
+        take_turn(self.meta, turns)
+        results = self._arrays.at_step(steps, begins_anew=self._is_same_step)
         if self._is_same_step:
-            if self.turns.n_ended:
+            if turns.n_ended and (step := turns.last_step) is not None:
                 results[4].update(self._arrays.final(step))
-        elif had_ended or self.turns.n_ended:
+        elif had_ended or turns.n_ended:
             self.have_ended = results[2] | results[3]
             self._has_ended = bool(self.have_ended.any())
             self._show_last_goals(results[0])

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NO_GOAL
-from hierroom.turns.records import OTHER, REACHED, TIMED_OUT, reset_values
+from hierroom.turns.records import OTHER, REACHED, TIMED_OUT, ledger_at_reset
 
 
 class LedgerTwin:
@@ -11,7 +11,9 @@ class LedgerTwin:
 
     def __init__(self, num_envs, n_actions):
         self.n_actions = n_actions
-        self.values = {name: np.full(num_envs, value) for name, value in reset_values(n_actions).items()}
+        start = ledger_at_reset(n_actions)
+        self.start = {name: start[name][0] for name in start.dtype.names or ()}
+        self.values = {name: np.full(num_envs, value) for name, value in self.start.items()}
 
     def record(self, actions, outcomes, *, return_ends_with_option, subgoal_horizon, autoreset):
         """The entries of a `Step` by name; its rewards are none yet."""
@@ -66,7 +68,7 @@ class LedgerTwin:
         for name, value in (("first_events", NO_GOAL), ("option_steps", 0), ("option_rewards", 0.0)):
             v[name] = np.where(option_ended, value, v[name])
         if autoreset:
-            for name, value in reset_values(self.n_actions).items():
+            for name, value in self.start.items():
                 v[name][ended] = value
         return step
 

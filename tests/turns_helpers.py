@@ -4,7 +4,7 @@ import numpy as np
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL
 from hierroom.turns.kernels import OWN_REWARD
-from hierroom.turns.records import STEP
+from hierroom.turns.records import RULES, STEP
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.layout import MEMORIES
@@ -37,8 +37,9 @@ def make(
 def record(ledger, actions, outcomes, *, return_ends_with_option, subgoal_horizon, n_actions=5, autoreset=False):
     """Take the controller's turn by the kernel; return the records of the step and how many episodes ended."""
     steps = np.empty(len(outcomes), STEP)
-    rules = return_ends_with_option, subgoal_horizon, n_actions, OWN_REWARD, 0.0, autoreset, EXIT_GOAL
-    return steps, ledger.record(outcomes, actions, steps, *rules)
+    rules = np.zeros(1, RULES)
+    rules[0] = return_ends_with_option, subgoal_horizon, n_actions, OWN_REWARD, 0.0, autoreset, EXIT_GOAL
+    return steps, ledger.record(outcomes, actions, steps, rules)
 
 
 def fields(step):

@@ -33,7 +33,7 @@ class ScriptedAgent:
 
     def record(self, step: Step, turns: Turns) -> None:
         """Let it watch a primitive step, and in training learn from the options that it ended."""
-        show_step(self.meta, step, turns)
+        show_step(self.meta, turns)
         if self._learn is not None:
             with running(self.meta):
                 self._learn(step)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hierroom.controller import Observation
 from hierroom.envs.registered_env import checked_options
 from hierroom.goals import NO_GOAL
-from hierroom.meta import MetaController, show_step, take_turn
+from hierroom.meta import MetaController, take_turn
 from hierroom.support.errors import InputError, shown
 from hierroom.support.schema import Whole
 from hierroom.turns.records import AGENTS, CONTROLLER, META, N_OUTCOMES, STEP
@@ -23,16 +23,14 @@ from hierroom.worlds.world import whole_numbers
 _ONLY, _TRUE = np.zeros(1, np.int64), np.ones(1, bool)
 _OUTCOMES = tuple(np.int64(outcome) for outcome in range(N_OUTCOMES))
 _AT_RESET = (NO_GOAL, 0, 0, -1, 0.0, 0.0, False, False, False, NO_GOAL, False)
-_reported = itemgetter(
-    *map(
-        STEP.names.index,  # pyright: ignore[reportOptionalMemberAccess] - it is a record
-        (
-            *("events", "meta_elapsed", "lengths", "shortest", "rewards", "extrinsic"),
-            *("terminated", "truncated", "episode_ended", "goals", "success"),
-        ),
-    )
+_NAMES = (
+    *("events", "meta_elapsed", "lengths", "shortest", "rewards", "extrinsic"),
+    *("terminated", "truncated", "episode_ended", "goals", "success"),
 )
-"""Values of a step's record that users get."""
+"""Fields of a step's record that users get."""
+_reported = itemgetter(*map(STEP.names.index, _NAMES))  # pyright: ignore[reportOptionalMemberAccess] - it is a record
+_RESULTS = slice(_NAMES.index("rewards"), _NAMES.index("truncated") + 1)
+_HAS_ENDED, _GOAL = _NAMES.index("episode_ended"), _NAMES.index("goals")
 
 
 class SingleEnv:
@@ -48,8 +46,7 @@ class SingleEnv:
         self._action = np.zeros(1, np.int64)
         self._all_legal = np.ones(self.turns.world.n_actions, np.int8)
         self._waits = NO_GOAL, self.turns.world.goals.no_goal_action
-        self._records: np.ndarray | None = None  # the record of these values
-        self._values = _AT_RESET
+        self._last: tuple = _AT_RESET  # what the last step did, in Python's numbers
 
     def reset(self, seed: int | None, options: dict | None) -> dict[str, dict[str, Any]]:
         """Begin an episode, the first one of a seed or the next one, and return its first infos."""
@@ -58,6 +55,7 @@ class SingleEnv:
         asks_complexity = checked_options(options, "complexity").get("complexity")
         self.turns.reset(fresh_seed() if seed is None and not self.has_begun else seed)
         self.has_begun = True
+        self._last = *_AT_RESET[:3], self.turns.ledger.shortest.item(), *_AT_RESET[4:]
         self._show()
         infos = self.infos()
         if asks_complexity:
@@ -73,13 +71,12 @@ class SingleEnv:
     @property
     def is_meta_turn(self) -> bool:
         """Return whether the meta-controller acts next."""
-        return bool(self.turns.ledger.is_meta_turn[0])
+        return self.turns.ledger.is_meta_turn.item()
 
     @property
     def goal(self) -> int:
         """The id of the goal that is pursued, or -1; after the episode's end that of the last one."""
-        *_, has_ended, last_goal, _ = self._last()
-        return last_goal if has_ended else int(self.turns.ledger.goals[0])
+        return self._last[_GOAL] if self._last[_HAS_ENDED] else self.turns.ledger.goals.item()
 
     def observation(self, agent: str) -> Observation:
         """Return an agent's observation, as a batch of one; after the end, the controller's last one."""
@@ -93,10 +90,10 @@ class SingleEnv:
         if agent not in AGENTS:
             raise InputError(f"the agents are {META} and {CONTROLLER}; there is no {agent!r}")
         turns, ledger, is_meta = self.turns, self.turns.ledger, agent == META
-        observation = turns.world.observe_one(int(ledger.last_goals[0]) if is_meta else self.goal)
+        observation = turns.world.observe_one(ledger.last_goals.item() if is_meta else self.goal)
         if is_meta:
             observation["action_mask"] = turns.meta_masks()[0].view(np.int8)
-            observation["outcome"] = _OUTCOMES[int(ledger.last_outcomes[0])]
+            observation["outcome"] = _OUTCOMES[ledger.last_outcomes.item()]
         else:
             observation["action_mask"] = self._all_legal.copy()
         return observation
@@ -117,20 +114,22 @@ class SingleEnv:
             take_turn(meta, self.turns)
             self._show()
 
-    def show_step(self, meta: MetaController) -> None:
-        """Let a meta-controller that watches see the last step."""
-        if self.turns.last_step is not None:
-            show_step(meta, self.turns.last_step, self.turns)
+    def act_alone(self, action: int) -> tuple[float, float, bool, bool]:
+        """Take the controller's action; return its reward, the extrinsic one, and whether that terminated or truncated.
 
-    def act(self, action: int) -> tuple[dict[str, float], dict[str, bool], dict[str, bool]]:
-        """Take the controller's action and return (rewards, terminations, truncations), each a dict by agent."""
+        Dicts by agent take time, and the Gymnasium environment needs none.
+        """
         if not self.has_begun:
             raise InputError("reset the environment before its first step")
         self._action[0] = as_action(action)
-        self.turns.take_step(self._action)
+        self._last = _reported(self.turns.take_step(self._action).item())
         if self._has_window:
             self._show()
-        _, _, _, _, reward, extrinsic, terminated, truncated, *_ = self._last()
+        return self._last[_RESULTS]
+
+    def act(self, action: int) -> tuple[dict[str, float], dict[str, bool], dict[str, bool]]:
+        """Take the controller's action and return (rewards, terminations, truncations), each a dict by agent."""
+        reward, extrinsic, terminated, truncated = self.act_alone(action)
         return (
             {META: extrinsic, CONTROLLER: reward},
             {META: terminated, CONTROLLER: terminated},
@@ -149,25 +148,16 @@ class SingleEnv:
 
     def info(self, agent: str) -> dict[str, Any]:
         """Return the info of one agent: see `infos`."""
-        event, meta_elapsed, length, shortest, *_, success = self._last()
+        event, meta_elapsed, length, shortest, _, _, _, _, _, _, success = self._last
         ledger, is_meta = self.turns.ledger, agent == META
         return {
             "goal_event": event,
             "elapsed": meta_elapsed if is_meta else int(meta_elapsed > 0),
-            "illegal_actions": int((ledger.illegal_goals if is_meta else ledger.illegal_actions)[0]),
+            "illegal_actions": (ledger.illegal_goals if is_meta else ledger.illegal_actions).item(),
             "success": success,
             "length": length,
             "shortest_length": shortest,
         }
-
-    def _last(self) -> tuple:
-        """Return the last step's record in Python's numbers; before the first one, that of the reset."""
-        records = self.turns.last_records
-        if records is None:
-            return (*_AT_RESET[:3], int(self.turns.ledger.shortest[0]), *_AT_RESET[4:])
-        if records is not self._records:
-            self._records, self._values = records, _reported(records.item())
-        return self._values
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """Return the level as text or as a picture [H, W, 3], or show it in a window, with the current subgoal."""
@@ -185,8 +175,8 @@ class SingleEnv:
 
 def as_action(action: Any) -> int:
     """Return an action as a number of 64 bits; one that is too large for them becomes -2, which is illegal."""
-    if isinstance(action, (int, np.integer)) and not isinstance(action, bool):  # as nearly everyone gives it
-        return int(action) if -(2**63) <= int(action) < 2**63 else -2
+    if type(action) is int or (isinstance(action, (int, np.integer)) and not isinstance(action, bool)):
+        return int(action) if -(2**63) <= action < 2**63 else -2  # as nearly everyone gives it
     try:
         return int(whole_numbers([action], 1)[0])
     except InputError:

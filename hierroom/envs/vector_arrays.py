@@ -35,41 +35,47 @@ class VectorArrays:
         self.observations = turns.world.batch_observations(flat=flat)
         self._parts = turns.observation_space(CONTROLLER)
         self.space = self.observations.flat_space if flat else self._parts
-        self._results = ArrayPool(self._empty_results)
-        self._pool = ArrayPool(self.observations.empty)
+        self._pool = ArrayPool(self._empty)
         self._kept = None if copy else self.observations.empty()
-        self._no_step = np.zeros(self._n, STEP)
 
-    def _empty_results(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
-        n = self._n
-        rewards, terminated, truncated = np.empty(n), np.empty(n, _BOOL), np.empty(n, _BOOL)
-        infos = np.empty(n, _BOOL), *(np.empty(n, _INT64) for _ in INFOS[1:])
-        return (rewards, terminated, truncated, *infos, np.ones(n, _BOOL)), {}
+    def _empty(self) -> tuple[tuple[NDArray, ...], tuple[Any, ...]]:
+        """Return all arrays that are new at every step, and what `at_step` needs of them.
+
+        The kernel of the results gets three arrays for fifteen, as each argument takes time: they are rows of two.
+        """
+        arrays, parts = self._kept or self.observations.empty()
+        flags, numbers = np.empty((3 + len(INFOS), self._n), _BOOL), np.empty((len(INFOS) - 1, self._n), _INT64)
+        terminated, truncated, success, *has_infos = flags
+        infos = _by_name((success, *numbers), has_infos)
+        results = np.empty(self._n), flags, numbers
+        fresh = (*results, terminated, truncated, *infos.values())
+        return fresh if self._kept else (*arrays, *fresh), (arrays, parts, results, terminated, truncated, infos)
 
     def at_step(
-        self, step: Step, *, begins_anew: bool
+        self, steps: np.ndarray, *, begins_anew: bool
     ) -> tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """Return observations after the meta-controller's turn, rewards, terminated, truncated and infos of a step.
 
-        Observations are a dict of arrays, or one array [N, K] of rows; infos are of the next episode where one ended
-        if it ``begins_anew``.
+        Args:
+            steps: [N] records of what it did.
+            begins_anew: whether infos are of the next episode where one ended.
+
+        Returns:
+            a dict of arrays, or one array [N, K] of rows, and what Gymnasium asks for besides.
         """
-        results, _ = self._results.take()
-        observations = self._write(step.records, begins_anew, results)
-        rewards, terminated, truncated, *infos, has_info = results
-        return observations, rewards, terminated, truncated, _by_name(infos, has_info)
+        _, (arrays, parts, results, terminated, truncated, infos) = self._pool.take()
+        _compiled_results()(steps, self._turns.ledger.records, begins_anew, *results)
+        return self._observe(arrays, parts), results[0], terminated, truncated, infos.copy()
 
     def at_reset(self, where: NDArray[np.bool_]) -> tuple[Any, dict[str, Any]]:
-        """Return the controller's observations everywhere, and the infos of environments where an episode begins."""
-        results, _ = self._empty_results()
-        observations = self._write(self._no_step, False, results)
+        """Return what the controller observes everywhere, and the infos of the environments whose episode begins."""
         shortest = self._turns.ledger.shortest * where
         infos = np.zeros(self._n, _BOOL), -where.astype(_INT64), *np.zeros((3, self._n), _INT64), shortest
-        return observations, _by_name(infos, where.copy())
+        observations = self._observe(*(self._kept or self.observations.empty()))
+        return observations, _by_name(infos, [where.copy() for _ in INFOS])
 
-    def _write(self, steps: np.ndarray, begins_anew: bool, results: tuple[NDArray, ...]) -> Any:
-        arrays, parts = self._kept or self._pool.take()
-        _compiled_results()(steps, self._turns.ledger.records, begins_anew, *results)
+    def _observe(self, arrays: tuple[NDArray, ...], parts: dict[str, NDArray]) -> Any:
+        """Write what the controllers observe now, and return it."""
         self.observations.write(self._turns.ledger.goals, arrays)
         return arrays[0] if self._flat else parts.copy()
 
@@ -77,7 +83,10 @@ class VectorArrays:
         """Return the last observations and infos of the episodes that a step ended."""
         ended = step.episode_ended.copy()
         numbers = (step.events, step.meta_elapsed > 0, step.illegal_actions, step.lengths, step.shortest)
-        infos = _by_name((step.success & ended, *(values * ended.astype(_INT64) for values in numbers)), ended)
+        infos = _by_name(
+            (step.success & ended, *(values * ended.astype(_INT64) for values in numbers)),
+            [ended.copy() for _ in INFOS],
+        )
         observations, envs = np.full(self._n, None, object), np.flatnonzero(ended)
         last = self._turns.final_observation(CONTROLLER, step, envs)
         one_by_one = rows(last, self._parts if self._flat else None, self.space.dtype)
@@ -94,16 +103,16 @@ def rows(observation: Observation, space: spaces.Dict | None, dtype: Any = np.fl
     return flat_rows(parts, space, dtype)
 
 
-def _by_name(infos: Iterable[NDArray], has_info: NDArray[np.bool_]) -> dict[str, NDArray]:
+def _by_name(infos: Iterable[NDArray], has_infos: Iterable[NDArray[np.bool_]]) -> dict[str, NDArray]:
+    """Return infos by name, with Gymnasium's entries that say which environments have them."""
     named = {}
-    for name, values in zip(INFOS, infos, strict=True):
-        named[name], named[f"_{name}"] = values, has_info.copy()
+    for name, values, has_info in zip(INFOS, infos, has_infos, strict=True):
+        named[name], named[f"_{name}"] = values, has_info
     return named
 
 
 @cache
 def _compiled_results() -> Callable[..., None]:
-    flag, numbers = np.zeros(1, _BOOL), [np.zeros(1, _INT64) for _ in range(5)]
-    return compiled(
-        write_results, np.zeros(1, STEP), np.zeros(1, LEDGER), True, np.zeros(1), flag, flag, flag, *numbers, flag
-    )
+    """Compile `kernels.write_results` for the types of a batch's arrays."""
+    flags, numbers = np.zeros((1, 1), _BOOL), np.zeros((1, 1), _INT64)
+    return compiled(write_results, np.zeros(1, STEP), np.zeros(1, LEDGER), True, np.zeros(1), flags, numbers)

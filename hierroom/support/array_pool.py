@@ -8,13 +8,13 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-_Set = tuple[tuple[NDArray, ...], dict[str, NDArray]]
+_Set = tuple[tuple[NDArray, ...], Any]
 
 
 class ArrayPool:
-    """Two sets of arrays that take turns, as allocation is slow; a set with an array still held is replaced.
+    """Two sets of arrays, as allocation is slow: of them the one used last if nobody holds any of its arrays.
 
-    ``make`` makes a set: arrays that own their memory, and a dict of some of them by name.
+    ``make`` makes a set: arrays, those among them that own the memory of others, and anything that holds some of them.
     """
 
     def __init__(self, make: Callable[[], _Set]) -> None:
@@ -28,12 +28,16 @@ class ArrayPool:
         return ArrayPool, (self._make,)
 
     def take(self) -> _Set:
-        """Return a set of arrays to write, and the dict; whoever passes the dict on passes a copy."""
+        """Return a set of arrays to write, and what holds them; whoever passes on a dict of them passes a copy."""
         if not self._sets:
             self._sets = [self._make(), self._make()]
             self._free = list(map(getrefcount, self._sets[0][0]))
-        self._at ^= 1
-        taken = self._sets[self._at]
-        if list(map(getrefcount, taken[0])) != self._free:
-            taken = self._sets[self._at] = self._make()
-        return taken
+        if not self._is_free():
+            self._at ^= 1
+            if not self._is_free():
+                self._sets[self._at] = self._make()
+        return self._sets[self._at]
+
+    def _is_free(self) -> bool:
+        arrays, free = self._sets[self._at][0], self._free
+        return getrefcount(arrays[0]) == free[0] and list(map(getrefcount, arrays)) == free

@@ -16,20 +16,8 @@ KERNEL_REWARDS = {"extrinsic": EXTRINSIC, "bonus": BONUS, "intrinsic": INTRINSIC
 """Rewards that the kernel writes: none, for custom rewards, or one of those that ship."""
 
 
-@njit(cache=True)
-def begin_turns(ledger, n_actions):
-    """Write the record of an environment where an episode begins."""
-    ledger.is_meta_turn = True
-    ledger.goals, ledger.last_goals, ledger.first_events = NO_GOAL, NO_GOAL, NO_GOAL
-    ledger.last_outcomes, ledger.meta_turns, ledger.option_steps, ledger.option_rewards = NO_OUTCOME, 0, 0, 0.0
-    ledger.previous_actions, ledger.illegal_goals, ledger.illegal_actions = n_actions, 0, 0
-    ledger.shortest = -1
-
-
 @njit(cache=True, nogil=True)
-def record_turns(
-    outcomes, actions, ledgers, steps, return_ends_with_option, horizon, n_actions, reward, bonus, autoreset, target
-):
+def record_turns(outcomes, actions, ledgers, steps, starts, rules):
     """Take the controller's turn in every environment, and end the options that it ends.
 
     Args:
@@ -37,18 +25,15 @@ def record_turns(
         actions: [N] int64, the controller's.
         ledgers: [N] records of `records.LEDGER`, updated in place.
         steps: [N] records of `records.STEP`, written.
-        return_ends_with_option: whether no reward after an option depends on what the controller did in it.
-        horizon: steps after which an option ends without its goal.
-        n_actions: the controller's number of actions.
-        reward: one of ``EXTRINSIC``, ``BONUS``, ``INTRINSIC``, ``NOVELTY``; or ``OWN_REWARD``, which writes 0.
-        bonus: the size of the novelty bonus.
-        autoreset: whether the next episode begins where one ended; else the meta-controller has no turn there.
-        target: the goal that makes a terminated episode a success.
+        starts: [1] the record of `records.LEDGER` at the start of an episode.
+        rules: [1] record of `records.RULES`, one argument because each takes time.
 
     Returns:
-        in how many environments the episode ended.
+        in how many environments the episode ended, and in how many the meta-controller has a turn.
     """
-    n_ended = 0
+    rule, n_ended, n_turns = rules[0], 0, 0
+    return_ends_with_option, horizon, n_actions = rule.return_ends_with_option, rule.horizon, rule.n_actions
+    reward, bonus, autoreset, target = rule.reward, rule.bonus, rule.autoreset, rule.target
     for n in range(outcomes.shape[0]):
         outcome, ledger, step = outcomes[n], ledgers[n], steps[n]
         goal, achieved = ledger.goals, outcome.achieved
@@ -109,19 +94,11 @@ def record_turns(
         if ended:
             n_ended += 1
             if autoreset:
-                begin_turns(ledger, n_actions)
+                ledgers[n] = starts[0]
             else:
                 ledger.is_meta_turn = False
-    return n_ended
-
-
-@njit(cache=True, nogil=True)
-def is_any_turn(ledgers):
-    """Return whether the meta-controller has a turn in any of N environments; NumPy's `any` of a field takes longer."""
-    is_any = False
-    for n in range(ledgers.shape[0]):
-        is_any |= ledgers[n].is_meta_turn
-    return is_any
+        n_turns += ledger.is_meta_turn
+    return n_ended, n_turns
 
 
 @njit(cache=True, nogil=True)
@@ -147,23 +124,24 @@ def take_goals(masks, ledgers, actions):
 
 
 @njit(cache=True, nogil=True)
-def write_results(
-    steps, ledgers, begins_anew,
-    rewards, terminated, truncated, success, events, elapsed, illegal, lengths, shortest, has_info,
-):  # fmt: skip
-    """Write the rewards, ends and infos that a vector environment returns: arrays [N], from ``rewards`` on.
+def write_results(steps, ledgers, begins_anew, rewards, flags, numbers):
+    """Write the rewards, ends and infos that a vector environment returns.
 
     Args:
         steps: [N] records of `records.STEP`.
         ledgers: [N] records of `records.LEDGER`, after the step.
         begins_anew: whether infos are of the next episode where one ended.
+        rewards: [N] float64.
+        flags: [9, N] bool: terminated, truncated, success, and for each of six infos that every environment has it.
+        numbers: [5, N] int64: goal events, elapsed steps, illegal actions, lengths, shortest lengths.
     """
     for n in range(steps.shape[0]):
         step, ledger = steps[n], ledgers[n]
-        rewards[n], terminated[n], truncated[n], has_info[n] = step.rewards, step.terminated, step.truncated, True
+        rewards[n], flags[0, n], flags[1, n] = step.rewards, step.terminated, step.truncated
         if begins_anew and step.episode_ended:
-            success[n], events[n], elapsed[n], illegal[n], lengths[n] = False, NO_GOAL, 0, 0, 0
-            shortest[n] = ledger.shortest
+            flags[2, n], numbers[0, n], numbers[1, n], numbers[2, n], numbers[3, n] = False, NO_GOAL, 0, 0, 0
+            numbers[4, n] = ledger.shortest
         else:
-            success[n], events[n], elapsed[n] = step.success, step.events, step.meta_elapsed > 0
-            illegal[n], lengths[n], shortest[n] = step.illegal_actions, step.lengths, step.shortest
+            flags[2, n], numbers[0, n], numbers[1, n] = step.success, step.events, step.meta_elapsed > 0
+            numbers[2, n], numbers[3, n], numbers[4, n] = step.illegal_actions, step.lengths, step.shortest
+    flags[3:] = True

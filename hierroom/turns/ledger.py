@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from hierroom.support.compile.kernel import compiled
 from hierroom.support.read_only import read_only
-from hierroom.turns.kernels import is_any_turn, record_turns, take_goals
-from hierroom.turns.records import LEDGER, STEP, reset_values
+from hierroom.turns.kernels import record_turns, take_goals
+from hierroom.turns.records import LEDGER, RULES, STEP, ledger_at_reset
 
 
 class Ledger:
@@ -28,36 +28,45 @@ class Ledger:
     Args:
         written: [N] records of `records.LEDGER`, which kernels write; users see ``records``, which is read-only, and
             its fields, which are the attributes.
+        start: [1] the record of an environment whose episode begins.
     """
 
     if TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> NDArray: ...
 
-    def __init__(self, written: np.ndarray) -> None:
+    def __init__(self, written: np.ndarray, start: np.ndarray) -> None:
         self._written, self._fields = written, {name: written[name] for name in LEDGER.names or ()}
+        self._start = start
+        self._n_turns: int | None = None  # of the meta-controller; None: not counted
         self.records = read_only(written)
         for name in LEDGER.names or ():
             setattr(self, name, self.records[name])
 
-    def __reduce__(self) -> tuple[type[Ledger], tuple[np.ndarray]]:
+    def __reduce__(self) -> tuple[type[Ledger], tuple[np.ndarray, np.ndarray]]:
         """Copy it with the fields of its own records as arrays."""
-        return Ledger, (self._written,)
+        return Ledger, (self._written, self._start)
 
     @classmethod
     def at_reset(cls, num_envs: int, n_actions: int) -> Ledger:
-        """Return the ledger of N environments where episodes begin."""
-        ledger = cls(np.zeros(num_envs, LEDGER))
-        ledger.write_fields(reset_values(n_actions))
-        return ledger
+        """Return the ledger of N environments at the start of episodes."""
+        start = ledger_at_reset(n_actions)
+        return cls(np.repeat(start, num_envs), start)
+
+    def begin_episodes(self, envs: NDArray[np.integer]) -> None:
+        """Begin the episodes of environments [M]."""
+        self._n_turns = None
+        self._written.put(envs, self._start)  # an assignment would copy field by field
 
     def write_fields(self, values: Mapping[str, Any], envs: NDArray[np.integer] | slice = slice(None)) -> None:
         """Write values by name, one for each environment or one for all of them, for some environments."""
+        self._n_turns = None
         for name, value in values.items():
             self._fields[name][envs] = value
 
     def begin_options(self, envs: NDArray[np.integer], goals: NDArray[np.integer]) -> None:
         """Take the meta-controller's turn in environments [M]: pursue these goals [M], -1 for none."""
+        self._n_turns = None
         self._fields["goals"][envs] = goals
         self._fields["meta_turns"][envs] += 1
         self._fields["is_meta_turn"][envs] = False
@@ -68,28 +77,27 @@ class Ledger:
 
     def is_any_turn(self) -> bool:
         """Return whether the meta-controller has a turn in any environment."""
-        return compiled_any()(self._written)
+        if self._n_turns is None:
+            self._n_turns = int(np.count_nonzero(self.is_meta_turn))
+        return self._n_turns > 0
 
-    def record(self, outcomes: np.ndarray, actions: NDArray[np.int64], *given: Any) -> int:
+    def record(self, outcomes: np.ndarray, actions: NDArray[np.int64], steps: np.ndarray, rules: np.ndarray) -> int:
         """Take the controller's turn; return how many episodes it ended: see `kernels.record_turns`."""
-        return compiled_record(outcomes.dtype)(outcomes, actions, self._written, *given)
+        record = compiled_record(outcomes.dtype)
+        n_ended, self._n_turns = record(outcomes, actions, self._written, steps, self._start, rules)
+        return n_ended
 
     def take_goals(self, masks: NDArray[np.bool_], actions: NDArray[np.int64]) -> None:
         """Take the meta-controller's turn wherever it has one: see `kernels.take_goals`."""
         compiled_take()(masks, self._written, actions)
+        self._n_turns = 0
 
 
 @cache
-def compiled_record(outcome: np.dtype) -> Callable[..., int]:
+def compiled_record(outcome: np.dtype) -> Callable[..., tuple[int, int]]:
     """Compile `kernels.record_turns` for the outcomes of a world."""
-    arrays = np.zeros(1, outcome), np.zeros(1, np.int64), np.zeros(1, LEDGER), np.zeros(1, STEP)
-    return compiled(record_turns, *arrays, True, 1, 1, 1, 1.0, True, 1)
-
-
-@cache
-def compiled_any() -> Callable[..., bool]:
-    """Compile `kernels.is_any_turn` for the type of a batch's records."""
-    return compiled(is_any_turn, np.zeros(1, LEDGER))
+    ledger, rules = np.zeros(1, LEDGER), np.zeros(1, RULES)
+    return compiled(record_turns, np.zeros(1, outcome), np.zeros(1, np.int64), ledger, np.zeros(1, STEP), ledger, rules)
 
 
 @cache

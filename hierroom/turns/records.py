@@ -37,6 +37,17 @@ LEDGER = record_type(
 )
 """State of the turns in one environment."""
 
+RULES = record_type(
+    ("return_ends_with_option", "?"),  # no reward after an option depends on what the controller did in it
+    ("horizon", "i8"),  # steps after which an option ends without its goal
+    ("n_actions", "i8"),  # the controller's number of actions
+    ("reward", "i8"),  # one of `kernels.KERNEL_REWARDS`, or ``OWN_REWARD``, which writes 0
+    ("bonus", "f8"),  # the size of the novelty bonus
+    ("autoreset", "?"),  # the next episode begins where one ended; else the meta-controller has no turn there
+    ("target", "i8"),  # the goal whose achievement makes an episode a success where it terminates
+)
+"""Rules of the turns, the same in all environments."""
+
 STEP = record_type(
     ("actions", "i8"),
     ("goals", "i8"),
@@ -82,12 +93,14 @@ def ledger_schema(num_envs: int, n_goals: int, n_actions: int) -> Table:
     )
 
 
-def reset_values(n_actions: int) -> dict[str, Any]:
-    """Return the fields of the ledger where an episode begins, as `kernels.begin_turns` writes them."""
-    none = dict.fromkeys(("goals", "last_goals", "first_events"), NO_GOAL)
-    zero = dict.fromkeys(("meta_turns", "option_steps", "illegal_goals", "illegal_actions"), 0)
-    start = {"is_meta_turn": True, "last_outcomes": NO_OUTCOME, "option_rewards": 0.0, "shortest": -1}
-    return {**none, **zero, **start, "previous_actions": n_actions}
+def ledger_at_reset(n_actions: int) -> np.ndarray:
+    """Return the ledger, [1] records, of an environment whose episode begins."""
+    start = np.zeros(1, LEDGER)
+    start["is_meta_turn"], start["last_outcomes"], start["previous_actions"] = True, NO_OUTCOME, n_actions
+    for name in ("goals", "last_goals", "first_events"):
+        start[name] = NO_GOAL
+    start["shortest"] = -1
+    return start
 
 
 class Step:
@@ -176,7 +189,7 @@ class Step:
             elapsed = np.ones(len(envs), np.int64)
             return envs, records["rewards"], elapsed, records["return_terminated"], records["return_truncated"]
         envs = np.flatnonzero(self.records["option_ended"])
-        records = self.records[envs]
+        records = self.records.take(envs)
         terminated, truncated = records["terminated"], records["truncated"] & ~records["terminated"]
         return envs, records["meta_rewards"], records["meta_elapsed"], terminated, truncated
 
@@ -187,8 +200,7 @@ class Step:
 
 def clear_steps(records: np.ndarray, envs: NDArray[np.integer], n_actions: int, shortest: NDArray[np.integer]) -> None:
     """Note that nothing was done in environments [M], with shortest lengths [M]."""
-    nothing = np.zeros(len(envs), STEP)
-    nothing["actions"], nothing["shortest"] = n_actions, shortest
-    for name in ("goals", "events", "achieved_instead"):
-        nothing[name] = NO_GOAL
-    records[envs] = nothing
+    nothing = np.zeros((), STEP)
+    nothing["actions"], nothing["goals"], nothing["events"], nothing["achieved_instead"] = n_actions, *[NO_GOAL] * 3
+    records.put(envs, nothing)  # an assignment would copy field by field
+    records["shortest"][envs] = shortest

@@ -153,6 +153,19 @@ def test_returned_arrays_belong_to_the_caller(api):
     assert equal(*map(list, zip(*kept, strict=True)))
 
 
+@pytest.mark.parametrize("copies", [True, False])
+def test_an_array_that_is_kept_without_the_others_stays_as_it_was(copies):
+    env, rng, kept = EscapeRooms(3, "a", size=11, max_steps=25, copy=copies), np.random.default_rng(0), []
+    env.reset(seed=0)
+    for step in range(120):
+        arrays = [*arrays_of(env.step(rng.integers(5, size=3))[0 if copies else 1 :])]
+        one = arrays[step % len(arrays)]
+        one = one[1:] if step // len(arrays) % 2 else one  # in turn the array and a view of a part
+        kept.append((one, one.copy()))
+        del arrays
+    assert all(np.array_equal(one, expected) for one, expected in kept)
+
+
 @pytest.mark.parametrize("make_one", [hierroom.env, hierroom.parallel_env, EscapeRoom, lambda: EscapeRooms(2)])
 def test_reset_warns_once_of_options_that_it_ignores(make_one):
     ignored = {f"graph {id(make_one)}": "b"}  # nobody has warned of it in this process

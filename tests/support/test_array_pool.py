@@ -7,7 +7,7 @@ from hierroom.support.array_pool import ArrayPool
 
 
 def make():
-    arrays = np.zeros(3), np.zeros((3, 2), np.int64)
+    arrays = np.zeros(3), np.zeros((3, 2), np.int64), *(matrix := np.zeros((2, 3))), matrix
     return arrays, {"first": arrays[0], "again": arrays[0], "second": arrays[1]}
 
 
@@ -17,6 +17,8 @@ HOLDS = {
     "a view of a view": lambda arrays: arrays[1][0][1:],
     "a memoryview": lambda arrays: memoryview(arrays[0]),
     "one in a list": lambda arrays: [arrays[0].reshape(3, 1)],
+    "a row of a matrix": lambda arrays: arrays[2],
+    "a view of a row": lambda arrays: arrays[3][1:],
 }
 
 
@@ -37,7 +39,9 @@ def test_an_array_that_is_held_in_any_way_is_never_reused(hold):
 def test_an_array_that_nobody_holds_is_reused():
     pool, seen = ArrayPool(make), []
     for _ in range(20):
-        (first, _), named = pool.take()
+        (first, *_), named = pool.take()
         assert named["first"] is named["again"] is first
         seen.append(first.ctypes.data)
     assert len(set(seen)) == 2
+    del first, named, _
+    assert len({pool.take()[0][0].ctypes.data for _ in range(5)}) == 1  # the one that the cache still has

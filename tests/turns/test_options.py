@@ -7,9 +7,8 @@ from turns_helpers import bits, make, record, well_or_wildly
 import hierroom
 from hierroom.goals import EXIT_GOAL, N_GOALS, GoalGraph
 from hierroom.meta import make_meta, take_turn
-from hierroom.turns.kernels import begin_turns
 from hierroom.turns.ledger import Ledger
-from hierroom.turns.records import LEDGER, META, OTHER, REACHED, STEP, TIMED_OUT, Step
+from hierroom.turns.records import META, OTHER, REACHED, STEP, TIMED_OUT, Step
 from hierroom.turns.rewards import REWARDS, make_reward
 from hierroom.worlds.env_config import NOVELTY_BONUS
 from hierroom.worlds.escape_room.engine import Engine
@@ -166,12 +165,6 @@ def test_the_rewards_of_options_add_up_to_those_of_steps():
         np.testing.assert_array_equal(elapsed[step.option_ended], t)
         assert (step.meta_elapsed <= 5).all()
     assert of_steps.sum() > 0
-
-
-def test_a_ledger_at_reset_equals_what_the_kernel_writes_at_an_episode_s_start():
-    records = np.full(1, 1, LEDGER)
-    begin_turns(records[0], 5)
-    assert Ledger.at_reset(1, 5).records[0] == records[0]
 
 
 def test_an_option_whose_episode_is_terminated_is_not_truncated_too():

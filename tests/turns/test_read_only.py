@@ -151,7 +151,7 @@ def test_what_is_observed_cannot_be_written_to(name):
     with pytest.raises(
         InputError, match=r"^the meta-controller Observing fails: ValueError: .*read-only \(line \d+ of"
     ):
-        show_step(Observing(of), step, turns)
+        show_step(Observing(of), turns)
     state = turns.get_state()
     assert all((state[field] == expected[0][field]).all() for field in state)
     assert (step.records == expected[1]).all()
@@ -163,13 +163,13 @@ def test_other_worlds_and_their_copies_cannot_be_written_to(task, of, again):
     turns, use = Turns(EnvConfig(task=task, max_steps=2), 3, seed=0), np.full(3, 2)
     turns.step(use)
     turns = again(turns)
-    step = turns.step(use)
+    turns.step(use)
     assert turns.world.outcomes["length"].tolist() == [2, 2, 2]
     assert turns.world.clocks().tolist() == [0, 0, 0]
     expected = turns.get_state()
     for found in of.values():
         with pytest.raises(InputError, match=r"^the meta-controller Observing fails: ValueError: .*read-only"):
-            show_step(Observing(lambda step, turns, found=found: found(turns)), step, turns)
+            show_step(Observing(lambda step, turns, found=found: found(turns)), turns)
     state = turns.get_state()
     assert all((state[field] == expected[field]).all() for field in expected)
 
@@ -219,13 +219,13 @@ def test_a_player_that_returns_the_step_of_other_environments_ends_in_one_line()
 )
 def test_a_meta_controller_that_observes_cannot_act(act):
     turns = make("c", 3)
-    step = turns.step(np.zeros(3, int))
+    turns.step(np.zeros(3, int))
     watcher = Observing(None)
     watcher.observe = lambda step, turns: act(turns)
     with pytest.raises(
         InputError, match=r"^the meta-controller Observing fails: RuntimeError: it took a step or began"
     ):
-        show_step(watcher, step, turns)
+        show_step(watcher, turns)
 
 
 @pytest.mark.parametrize("again", [copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])

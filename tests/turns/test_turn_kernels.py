@@ -55,6 +55,7 @@ def test_the_ledger_is_its_twin(seed, n, horizon, ends_with_option, autoreset):
             np.testing.assert_array_equal(records[name], values, err_msg=name, strict=True)
         assert n_ended == expected["episode_ended"].sum()
         assert not records["rewards"].any()
+        assert ledger.is_any_turn() == ledger.is_meta_turn.any()
         for name, values in as_dict(ledger).items():
             np.testing.assert_array_equal(values, twin.values[name], err_msg=name, strict=True)
 
@@ -85,6 +86,7 @@ def test_goals_are_legal_and_chosen_as_the_twins_say(mask):
             by_situation = as_dict(turns.ledger)
             turns.set_state(before)
             turns.choose_everywhere(actions)
+            assert turns.ledger.is_any_turn() == turns.ledger.is_meta_turn.any()
             for name, values in as_dict(turns.ledger).items():
                 np.testing.assert_array_equal(values, twin.values[name], err_msg=name)
                 np.testing.assert_array_equal(values, by_situation[name], err_msg=name)

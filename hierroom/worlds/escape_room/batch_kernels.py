@@ -7,17 +7,17 @@ from hierroom.worlds.escape_room.view_kernels import look_and_remember
 
 
 @njit(cache=True, nogil=True)
-def reset_levels(levels, grids, graphs, outcomes):
-    """Begin the next episode in every environment."""
-    for n in range(levels.shape[0]):
+def reset_levels(levels, grids, graphs, outcomes, envs):
+    """Begin the next episode in environments [M]."""
+    for n in envs:
         generate(levels[n], grids[n], graphs)
         look_and_remember(levels[n], grids[n], outcomes[n].tiles)
 
 
 @njit(cache=True, nogil=True)
-def reset_levels_of_maps(levels, grids, maps, map_grids, outcomes):
-    """Begin the next episode in every environment on one of the maps."""
-    for n in range(levels.shape[0]):
+def reset_levels_of_maps(levels, grids, maps, map_grids, outcomes, envs):
+    """Begin the next episode in environments [M] on one of the maps."""
+    for n in envs:
         generate_of_maps(levels[n], grids[n], maps, map_grids)
         look_and_remember(levels[n], grids[n], outcomes[n].tiles)
 
@@ -38,11 +38,12 @@ def step_levels(levels, grids, actions, outcomes):
             outcomes[n].is_novel, outcomes[n].is_discovery = False, False
         else:
             advance_and_look(levels[n], grids[n], actions[n], outcomes[n])
-            copy_matrix(outcomes[n].tiles, outcomes[n].final_tiles)
+            if levels[n].has_ended:
+                copy_matrix(outcomes[n].tiles, outcomes[n].final_tiles)
 
 
 @njit(cache=True, nogil=True)
-def step_and_reset_levels(levels, grids, graphs, actions, outcomes, finals):
+def step_and_reset_levels(levels, grids, graphs, outcomes, finals, actions):
     """Step every environment; where the episode ends, store its final view and level and begin the next one."""
     for n in range(levels.shape[0]):
         advance_and_look(levels[n], grids[n], actions[n], outcomes[n])
@@ -54,7 +55,7 @@ def step_and_reset_levels(levels, grids, graphs, actions, outcomes, finals):
 
 
 @njit(cache=True, nogil=True)
-def step_and_reset_levels_of_maps(levels, grids, maps, map_grids, actions, outcomes, finals):
+def step_and_reset_levels_of_maps(levels, grids, maps, map_grids, outcomes, finals, actions):
     """Step as `step_and_reset_levels` does, with the next episode on one of the maps.
 
     It is a kernel apart because each argument takes time: a fourth of a step of one environment.

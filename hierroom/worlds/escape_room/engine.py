@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -52,6 +52,7 @@ class Engine:
     Attributes:
         state: the state of the environments, read-only, updated in place by each step.
         outcomes: [N] records of `layout.OUTCOME`, read-only, overwritten by each step.
+        tiles: [N, 7, 7] the views in them, tile codes for `tiles.encode`.
         finals: [N] records of `layout.LEVEL`, read-only, each level at the end of its last episode.
     """
 
@@ -72,8 +73,8 @@ class Engine:
     ):
         Whole(1, 2**31 - 1).check(max_steps, "max_steps")
         Whole(0, 2**62).check(first_index, "first_index")
-        self._graphs = graph_records(graphs)
         self._state, self._has_maps = empty_state(num_envs, size, maps), len(maps) > 0
+        self.set_graphs(graphs)
         self._outcomes = np.zeros(num_envs, OUTCOME)
         self._finals = np.zeros(num_envs, LEVEL)
         records = self._state.levels
@@ -88,12 +89,15 @@ class Engine:
 
     def _show(self) -> None:
         """Let users see the arrays, but not write to them: kernels check no bounds."""
+        self._step_all: Callable[[NDArray[np.int64]], None] | None = None  # made by the first step
         self.state = State(read_only(self._state.grids), read_only(self._state.levels), self._state.maps)
         self.outcomes, self.finals = read_only(self._outcomes), read_only(self._finals)
+        self.tiles: NDArray[np.uint8] = self.outcomes["tiles"]
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave the views out, as a copy has arrays of its own to view."""
-        return {name: value for name, value in self.__dict__.items() if name not in ("state", "outcomes", "finals")}
+        """Leave out what `_show` makes, as a copy has arrays of its own to view."""
+        shown = ("state", "outcomes", "finals", "tiles", "_step_all")
+        return {name: value for name, value in self.__dict__.items() if name not in shown}
 
     def __setstate__(self, copied: dict[str, Any]) -> None:
         self.__dict__.update(copied)
@@ -111,19 +115,8 @@ class Engine:
         write_seeds(levels, seed, chosen)
         self._clear_outcomes(chosen, 0)
         self.has_begun = True
-        if len(chosen) == len(self):
-            self._begin(levels, self._state.grids, self._outcomes)
-        else:
-            part, outcomes = self._state[chosen], self._outcomes[chosen]
-            self._begin(part.levels, part.grids, outcomes)
-            levels[chosen], self._state.grids[chosen], self._outcomes[chosen] = part.levels, part.grids, outcomes
-
-    def _begin(self, levels: np.ndarray, grids: NDArray[np.uint8], outcomes: np.ndarray) -> None:
-        if self._has_maps:
-            maps = self._state.maps
-            batch_kernels.reset_levels_of_maps(levels, grids, maps.levels, maps.grids, outcomes)
-        else:
-            batch_kernels.reset_levels(levels, grids, self._graphs, outcomes)
+        begin = _compiled_begin_of_maps() if self._has_maps else _compiled_begin()
+        begin(levels, self._state.grids, *self._sources, self._outcomes, chosen)
 
     def remember(self, memories: Iterable[str]) -> None:
         """Let levels remember more of their episode, names in `layout.MEMORIES`, from the next `reset` on."""
@@ -139,11 +132,12 @@ class Engine:
 
     def set_graphs(self, graphs: Sequence[GoalGraph]) -> None:
         """Set the goal graphs from which later episodes sample."""
-        self._graphs = graph_records(graphs)
+        records, maps = graph_records(graphs), self._state.maps
+        self._sources, self._step_all = (maps.levels, maps.grids) if self._has_maps else (records,), None
 
     def step(self, actions: ArrayLike) -> np.ndarray:
         """Act once in every environment and return the outcomes; an integer [N] that is no action costs the step."""
-        return self.advance(whole_numbers(actions, len(self)))
+        return self.advance(whole_numbers(actions, len(self._outcomes)))
 
     def step_within_episode(self, actions: ArrayLike) -> np.ndarray:
         """Act once in every environment with an episode under way and return the outcomes, without resets."""
@@ -151,15 +145,22 @@ class Engine:
 
     def advance(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Step as `step` does, with actions that were checked."""
+        if self._step_all is None:
+            self._step_all = self._bind()
+        self._step_all(actions)
+        return self._outcomes
+
+    def _bind(self) -> Callable[[NDArray[np.int64]], None]:
+        """Return the kernel of a step with all arguments but the actions: to look them up takes time at every step."""
         levels, grids, outcomes, finals = self._state.levels, self._state.grids, self._outcomes, self._finals
-        if self._shares.is_one and not self._has_maps:
-            _compiled_step()(levels, grids, self._graphs, actions, outcomes, finals)
-            return outcomes
-        maps = self._state.maps
-        sources = (maps.levels, maps.grids) if self._has_maps else (self._graphs,)
-        step = _compiled_step_of_maps() if self._has_maps else _compiled_step()
-        self._shares.each(lambda p: step(levels[p], grids[p], *sources, actions[p], outcomes[p], finals[p]))
-        return outcomes
+        step, sources = _compiled_step_of_maps() if self._has_maps else _compiled_step(), self._sources
+        if self._shares.is_one:
+            return partial(step, levels, grids, *sources, outcomes, finals)
+
+        def each(actions: NDArray[np.int64]) -> None:
+            self._shares.each(lambda p: step(levels[p], grids[p], *sources, outcomes[p], finals[p], actions[p]))
+
+        return each
 
     def advance_within_episode(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Step as `step_within_episode` does, with actions that were checked."""
@@ -214,20 +215,34 @@ class Engine:
     def _clear_outcomes(self, envs: NDArray[np.integer], lengths: ArrayLike) -> None:
         outcomes = np.zeros(len(envs), OUTCOME)
         outcomes["length"] = lengths
-        self._outcomes[envs] = outcomes
+        self._outcomes.put(envs, outcomes)  # an assignment would copy field by field
+
+
+@cache
+def _compiled_begin() -> Callable[..., None]:
+    state, outcomes = empty_state(1, MIN_SIZE), np.zeros(1, OUTCOME)
+    arrays = state.levels, state.grids, np.zeros(1, GRAPH), outcomes, np.zeros(1, np.int64)
+    return compiled(batch_kernels.reset_levels, *arrays)
+
+
+@cache
+def _compiled_begin_of_maps() -> Callable[..., None]:
+    state, outcomes = empty_state(1, MIN_SIZE), np.zeros(1, OUTCOME)
+    arrays = state.levels, state.grids, NO_MAPS.levels, NO_MAPS.grids, outcomes, np.zeros(1, np.int64)
+    return compiled(batch_kernels.reset_levels_of_maps, *arrays)
 
 
 @cache
 def _compiled_step() -> Callable[..., None]:
     state = empty_state(1, MIN_SIZE)
-    arrays = state.levels, state.grids, np.zeros(1, GRAPH), np.zeros(1, np.int64), np.zeros(1, OUTCOME), state.levels
+    arrays = state.levels, state.grids, np.zeros(1, GRAPH), np.zeros(1, OUTCOME), state.levels, np.zeros(1, np.int64)
     return compiled(batch_kernels.step_and_reset_levels, *arrays)
 
 
 @cache
 def _compiled_step_of_maps() -> Callable[..., None]:
     state, maps = empty_state(1, MIN_SIZE), (NO_MAPS.levels, NO_MAPS.grids)
-    arrays = state.levels, state.grids, *maps, np.zeros(1, np.int64), np.zeros(1, OUTCOME), state.levels
+    arrays = state.levels, state.grids, *maps, np.zeros(1, OUTCOME), state.levels, np.zeros(1, np.int64)
     return compiled(batch_kernels.step_and_reset_levels_of_maps, *arrays)
 
 

@@ -128,7 +128,7 @@ class State:
     def __getitem__(self, indices) -> State:
         """Copy the state of some environments; an integer index gives a batch of one."""
         chosen = np.atleast_1d(np.arange(len(self))[indices])
-        return State(self.grids[chosen], self.levels[chosen], self.maps)
+        return State(self.grids[chosen], self.levels.take(chosen), self.maps)  # an index would copy field by field
 
     def distances(self, goals: NDArray[np.integer]) -> NDArray[np.integer]:
         """Return [N] the Manhattan distances to goals [N] from the agents, ignoring walls; 0 for -1, no goal.

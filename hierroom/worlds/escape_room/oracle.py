@@ -140,55 +140,56 @@ def solve(level, rooms, side, kind, colour):
     target, terrain, n_keys, needs = survey(level, rooms, side, kind, colour)
     if target < 0:
         return needs[:0], target + 1
-    steps = (1, side, -1, -side)
     layer_shift = 2
     while (1 << layer_shift) < 4 * side * side:
         layer_shift += 1
     n_nodes = ((needs.size + 1) << n_keys) << layer_shift
     cell_mask = (1 << (layer_shift - 2)) - 1
     reached_by = np.zeros(n_nodes, np.uint8)  # one more than the action that first reached the node
-    queue = np.empty(n_nodes, np.int32)
-    parents = np.empty(n_nodes, np.int32)  # position in the queue of the node before it
+    queue = np.empty(n_nodes + 1, np.int32)
+    parents = np.empty(n_nodes + 1, np.int32)  # position in the queue of the node before it
     queue[0] = (level.row * side + level.col) << 2 | level.direction
     reached_by[queue[0]] = 1
     head, tail = 0, 1
     while head < tail:
-        node = np.int64(queue[head])
+        node = np.int64(queue[np.uint64(head)])
         direction = node & 3
-        layer = node >> layer_shift
-        opened = layer >> n_keys
-        ahead = ((node >> 2) & cell_mask) + steps[direction]
-        what = np.int64(terrain[ahead])
-        action, reached = GO, node + (steps[direction] << 2)
-        if FIRST_KEY <= what < FIRST_DOOR and not (layer >> (what - FIRST_KEY)) & 1:
-            action, reached = TAKE, node + (1 << (what - FIRST_KEY + layer_shift))
-        elif what >= FIRST_DOOR and opened <= what - FIRST_DOOR:
-            place = what - FIRST_DOOR
-            can_open = opened == place and layer & needs[place] == needs[place]
-            action, reached = UNLOCK, node + (1 << (n_keys + layer_shift)) if can_open else node
-        elif what == BLOCKED:
-            reached = node
+        step = (1 - (direction & 2)) * (side if direction & 1 else 1)
+        ahead = ((node >> 2) & cell_mask) + step
+        what = np.int64(terrain[np.uint64(ahead)])
+        action, reached = GO, node + (step << 2) * (what != BLOCKED)
+        if what >= FIRST_KEY:
+            layer = node >> layer_shift
+            opened = layer >> n_keys
+            if what < FIRST_DOOR:
+                if not (layer >> (what - FIRST_KEY)) & 1:
+                    action, reached = TAKE, node + (1 << (what - FIRST_KEY + layer_shift))
+            elif opened <= what - FIRST_DOOR:
+                place = what - FIRST_DOOR
+                can_open = opened == place and layer & needs[place] == needs[place]
+                action, reached = UNLOCK, node + (1 << (n_keys + layer_shift)) if can_open else node
         if ahead == target and (kind == THE_EXIT or reached != node):
             return trace(queue, parents, reached_by, head, action)
-        if not reached_by[reached]:
-            reached_by[reached] = action + 1
-            queue[tail], parents[tail] = reached, head
-            tail += 1
-        # A turn back to where one turned from, or on from a right turn, leads to what was reached already.
-        came_by = reached_by[node] - 1
-        if came_by != TURN_RIGHT:
-            reached = node - direction + ((direction + 3) & 3)
-            if not reached_by[reached]:
-                reached_by[reached] = TURN_LEFT + 1
-                queue[tail], parents[tail] = reached, head
-                tail += 1
-            reached = node - direction + ((direction + 1) & 3)
-            if came_by != TURN_LEFT and not reached_by[reached]:
-                reached_by[reached] = TURN_RIGHT + 1
-                queue[tail], parents[tail] = reached, head
-                tail += 1
+        tail = append(queue, parents, reached_by, tail, head, action, reached)
+        left, right = node - direction + ((direction + 3) & 3), node - direction + ((direction + 1) & 3)
+        tail = append(queue, parents, reached_by, tail, head, TURN_LEFT, left)
+        tail = append(queue, parents, reached_by, tail, head, TURN_RIGHT, right)
         head += 1
     return needs[:0], -1
+
+
+@njit(cache=True)
+def append(queue, parents, reached_by, tail, head, action, node):
+    """Put a node last in the queue if nothing reached it before, and return the queue's new end.
+
+    It writes in any case: a branch that nobody can predict takes longer.
+    """
+    index, end = np.uint64(node), np.uint64(tail)
+    known = reached_by[index]
+    is_new = known == 0
+    queue[end], parents[end] = node, head
+    reached_by[index] = known + is_new * (action + 1)
+    return tail + is_new
 
 
 @njit(cache=True)
@@ -208,10 +209,10 @@ def trace(queue, parents, reached_by, last, final_action):
 
 
 @njit(cache=True, nogil=True)
-def solve_levels(levels, rooms, side, kinds, colours, lengths):
-    """Write the length of the shortest solution of every environment."""
-    for n in range(levels.shape[0]):
-        _, lengths[n] = solve(levels[n], rooms, side, kinds[n], colours[n])
+def solve_levels(levels, rooms, side, envs, goals, lengths):
+    """Write the lengths [M] of the shortest ways to goals [M] in environments [M]."""
+    for m in range(envs.shape[0]):
+        _, lengths[m] = solve(levels[envs[m]], rooms, side, goals[m] // N_COLOURS, goals[m] % N_COLOURS)
 
 
 @cache
@@ -219,6 +220,11 @@ def compiled_solver() -> Callable[..., None]:
     """Compile `solve_levels`."""
     numbers = np.zeros(1, np.int64)
     return compiled(solve_levels, np.zeros(1, LEVEL), NO_MAPS.rooms, 1, numbers, numbers, numbers)
+
+
+def exit_lengths(state: State, envs: NDArray[np.integer]) -> NDArray[np.int64]:
+    """Count the actions of the shortest ways to the exit in environments [M], as `seeds.chosen_envs` gives them."""
+    return _lengths(state, envs, np.full(len(envs), EXIT_GOAL))
 
 
 def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.int64]:
@@ -232,13 +238,16 @@ def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.i
         Lengths [N] int64; 0 where the goal is achieved already, -1 where it cannot be achieved: it does not exist, its
         key is out of reach, or the episode has ended at the exit.
     """
-    ids = np.broadcast_to(np.asarray(goals), len(state))
-    if ids.dtype.kind not in "iu" or (len(ids) and not 0 <= ids.min() <= ids.max() < N_GOALS):
+    given = np.asarray(goals)
+    if given.dtype.kind not in "iu" or (given.size and not 0 <= given.min() <= given.max() < N_GOALS):
         raise InputError(f"goals must be whole numbers from 0 to {N_GOALS - 1}, not {goals}")
-    lengths = np.empty(len(state), np.int64)
-    kinds, colours = np.divmod(ids.astype(np.int64), N_COLOURS)
-    side, rooms = state.grids.shape[1], state.maps.rooms
-    compiled_solver()(np.ascontiguousarray(state.levels), rooms, side, kinds, colours, lengths)
+    return _lengths(state, np.arange(len(state)), np.full(len(state), given, np.int64))
+
+
+def _lengths(state: State, envs: NDArray[np.integer], goals: NDArray[np.int64]) -> NDArray[np.int64]:
+    lengths = np.empty(len(envs), np.int64)
+    levels, rooms = np.ascontiguousarray(state.levels), state.maps.rooms
+    compiled_solver()(levels, rooms, state.grids.shape[1], envs, goals, lengths)
     return lengths
 
 

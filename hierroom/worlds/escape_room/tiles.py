@@ -19,6 +19,10 @@ from hierroom.worlds.escape_room.view_kernels import write_images
 EMPTY_ID, WALL_ID, DOOR_ID, KEY_ID, GOAL_ID = 1, 2, 4, 5, 8
 
 
+_UINT8 = np.dtype(np.uint8)
+"""Made once: with a type instead of a dtype, numpy makes one for every array."""
+
+
 def _triples() -> NDArray[np.uint8]:
     triples = np.zeros((N_TILES, 3), np.uint8)
     triples[EMPTY] = EMPTY_ID, 0, 0
@@ -38,7 +42,7 @@ TRIPLES = _triples()
 
 def encode(tiles: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Convert views of tile codes [N, 7, 7] to a new array of `TRIPLES` [N, 7, 7, 3], the agent's observations."""
-    observations = np.empty((*tiles.shape, 3), np.uint8)
+    observations = np.empty((len(tiles), VIEW, VIEW, 3), _UINT8)
     _compiled_encode()(tiles, TRIPLES, observations)
     return observations
 

@@ -33,9 +33,10 @@ from hierroom.worlds.escape_room.level_view import OBSERVATION_SPACES, LevelView
 from hierroom.worlds.escape_room.map_arrays import map_arrays
 from hierroom.worlds.escape_room.node_map import NodeMap
 from hierroom.worlds.escape_room.observations import BatchObservations, write_one
-from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
+from hierroom.worlds.escape_room.oracle import exit_lengths, shortest_actions
 from hierroom.worlds.escape_room.render import global_state, state_space
 from hierroom.worlds.escape_room.replayer import LevelReplayer
+from hierroom.worlds.seeds import chosen_envs
 from hierroom.worlds.window import StateScreen
 from hierroom.worlds.world import Replayer, Seeds
 
@@ -114,21 +115,21 @@ class EscapeRoomWorld(Engine):
     def observe(self, envs: NDArray[np.integer]) -> LevelView:
         """Return the view of environments [M], read-only; if they are all, the next step overwrites it."""
         if envs is self.everywhere or len(self) == 1:
-            return LevelView(self.outcomes["tiles"], self.state.levels, self.state.maps)
-        return freeze(LevelView(self._outcomes["tiles"][envs], self._state.levels[envs], self._state.maps))
+            return LevelView(self.tiles, self.state.levels, self.state.maps)
+        return freeze(LevelView(self._outcomes["tiles"][envs], self._state.levels.take(envs), self._state.maps))
 
     def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> LevelView:
         """Return the view of environments [M] after the last step; of those that ``ended`` [M], before the reset."""
         if ended.all():
-            last = self._outcomes["final_tiles"][envs], self._last_levels[envs]
+            last = self._outcomes["final_tiles"][envs], self._last_levels.take(envs)
             return freeze(LevelView(*last, self._state.maps))
-        tiles, levels = self._outcomes["tiles"][envs], self._state.levels[envs]
-        tiles[ended], levels[ended] = self._outcomes["final_tiles"][envs[ended]], self._last_levels[envs[ended]]
+        tiles, levels = self._outcomes["tiles"][envs], self._state.levels.take(envs)
+        tiles[ended], levels[ended] = self._outcomes["final_tiles"][envs[ended]], self._last_levels.take(envs[ended])
         return freeze(LevelView(tiles, levels, self._state.maps))
 
     def exact_view(self, envs: NDArray[np.integer]) -> LevelView:
         """Return the view of environments [M] and their exact state, in read-only copies."""
-        tiles, levels, grids = self._outcomes["tiles"][envs], self._state.levels[envs], self._state.grids[envs]
+        tiles, levels, grids = self._outcomes["tiles"][envs], self._state.levels.take(envs), self._state.grids[envs]
         return freeze(LevelView(tiles, levels, self._state.maps, grids))
 
     def legal_goals(self, mask: str, are_turns: NDArray[np.bool_], view: LevelView | None = None) -> NDArray[np.bool_]:
@@ -137,7 +138,7 @@ class EscapeRoomWorld(Engine):
 
     def shortest_lengths(self, envs: NDArray[np.integer]) -> NDArray[np.integer]:
         """Return the shortest possible lengths [M] of the episodes of environments [M] from where they stand."""
-        return shortest_lengths(self._state if envs is self.everywhere or len(self) == 1 else self.get_state(envs))
+        return exit_lengths(self._state, chosen_envs(envs, len(self)))
 
     def shortest_actions(self, env: int) -> NDArray[np.integer]:
         """Return the actions of a shortest way to the exit in one environment."""

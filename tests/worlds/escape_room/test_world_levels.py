@@ -63,7 +63,7 @@ def test_nothing_of_the_last_episode_is_left():
     for name in set(LEVEL.names) - kept:
         left.levels[name] = 1
     for state in (left, fresh):
-        generation_kernels.generate(state.levels[0], state.grids[0], world._graphs)
+        generation_kernels.generate(state.levels[0], state.grids[0], *world._sources)
     assert left.levels == fresh.levels
     assert (left.grids == fresh.grids).all()
     nothing = ("steps", "keys", "doors", "found", "seen", "bag_size", "has_ended", "bag", "opened_at", "doorways")
