@@ -198,7 +198,7 @@ def test_what_the_paper_has_not_is_refused(tmp_path):
         PaperRuns(out=tmp_path, graphs=("a", "z")).train("abcdefg")
     with pytest.raises(InputError, match=r"the paper's graphs .* not 'a bc'"):
         PaperRuns(out=tmp_path, graphs=("a", "bc")).train("abcdefg")
-    with pytest.raises(InputError, match="needs one of c, not 'a'"):
+    with pytest.raises(InputError, match="paper's graphs c, not 'a'"):
         PaperRuns(out=tmp_path, graphs=("a",)).train("c")
     with pytest.raises(InputError, match="sizes needs at least one grid size"):
         PaperRuns(out=tmp_path, sizes=())
