@@ -1,6 +1,7 @@
 """EscapeRoom environments, exploration complexity and hierarchical PPO for goal-driven navigation.
 
-Every function raises `InputError` for invalid input.
+Every function raises `InputError` for invalid input. Examples in docstrings assume ``import gymnasium``, ``import
+hierroom`` and ``import numpy as np``.
 """
 
 from __future__ import annotations

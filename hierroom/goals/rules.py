@@ -45,14 +45,14 @@ class Rules:
     needs and uses, the larger count must be there. It takes what it uses, then adds what it gives; of each fact, what
     goes beyond its capacity is lost.
 
-    A marking says how many there are of each fact. Arrays over rules, alternatives and facts are [R, A, F].
+    A marking has a count of each fact. Arrays over rules, alternatives and facts are [R, A, F].
 
     Args:
         rules: for each goal one alternative or a list of them, each with any of ``needs``, ``uses`` and ``gives``: a
             fact, a list of facts, or a mapping from facts to counts.
-        target: the fact to reach; all is done as soon as there is one.
-        capacity: how many there can be of a fact; 1 of those that it leaves out.
-        start: how many there are of a fact at first; none of those that it leaves out.
+        target: the fact to reach once.
+        capacity: largest counts of facts; 1 by default.
+        start: counts of facts at the start; 0 by default.
         label: the name of the rules in every output. It does not count for equality.
 
     Examples:

@@ -45,6 +45,9 @@ def minari_dataset(
         seed: fixes the environments and the actions.
         **details: ``author``, ``description`` and so on, for ``minari.create_dataset_from_buffers``.
 
+    Returns:
+        The data set, as from ``minari.load_dataset``.
+
     Examples:
         >>> config = hierroom.EnvConfig("a", size=11)
         >>> hierroom.minari_dataset("hierroom/a/random-v0", "random", config, episodes=2).total_episodes

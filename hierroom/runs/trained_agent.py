@@ -213,7 +213,7 @@ def load(
     Args:
         run: the run's folder; or a ``.safetensors`` file that `TrainedAgent.save` wrote; or the name of an agent that
             ships: ``"a"`` to ``"g"``, trained with the default preset on that graph, and ``"learned-g"``.
-        checkpoint: the steps of an earlier checkpoint than the newest.
+        checkpoint: steps of an earlier checkpoint; None: the newest.
         meta: another meta-controller for the trained controller: ``"fixed-dfs"``, ``"random"``, ``"oracle"``,
             ``"none"``, ``"package.module:Class"``, ``"package.module:function"``, or a meta-controller or function
             itself.

@@ -151,7 +151,7 @@ def test_a_figure_has_a_line_for_each_method_and_an_arrow_where_it_is_infinite()
         (">", round(edge, 3), 1),
         ("o", round(edge / forest.BESIDE, 3), 1),
     }
-    with pytest.raises(InputError, match="there is no method beside hippo"):
+    with pytest.raises(InputError, match="there is no method besides hippo"):
         forest.draw(found[:1])
 
 

@@ -163,7 +163,7 @@ def test_a_single_observation_is_learned_from():
     ("change", "said"),
     [
         ({"curiosity_weight": -1.0}, "curiosity_weight must be at least 0, not -1.0"),
-        ({"features": ("previous-action",)}, "which previous-action shows nothing"),
+        ({"features": ("previous-action",)}, "curiosity needs features of the level; previous-action has none"),
     ],
 )
 def test_wrong_settings_are_one_line(change, said):

@@ -144,7 +144,7 @@ def test_turns_are_opened_and_closed_in_pairs():
     with pytest.raises(RuntimeError, match="no turn has begun"):
         learner.finish(envs, *rest, none)
     learner.act(envs, features, np.ones((6, 4), bool))
-    with pytest.raises(RuntimeError, match="has not finished"):
+    with pytest.raises(RuntimeError, match="last turn had finished"):
         learner.act(envs, features, np.ones((6, 4), bool))
     with pytest.raises(InputError, match="terminated or truncated"):
         learner.finish(envs, *rest, ~none)

@@ -206,7 +206,7 @@ def test_the_file_on_the_page_is_read():
 
 def test_another_preset_is_another_start_and_no_change(tmp_path):
     config = find_preset("default")
-    with pytest.raises(InputError, match="one that began with default cannot be changed to large"):
+    with pytest.raises(InputError, match="one from default cannot be changed to large"):
         config.changed(preset="large")
     folder = RunFolder.create(tmp_path / "run", config)
     with pytest.raises(InputError, match="cannot be changed to large"):

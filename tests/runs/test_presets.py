@@ -12,7 +12,7 @@ CONFIG = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=20
 
 
 def test_a_controller_does_not_observe_goals_that_ended():
-    with pytest.raises(InputError, match=r"^goal-outcome is .* one of meta_features, not of features$"):
+    with pytest.raises(InputError, match=r"^goal-outcome belongs to meta_features, not to features$"):
         Trainer(CONFIG.changed(features=("view", "goal-outcome")))
 
 

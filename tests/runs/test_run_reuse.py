@@ -53,7 +53,7 @@ def test_playing_leaves_the_meta_controller_in_training_alone():
 
 
 def test_one_that_is_made_for_training_says_how_it_plays():
-    with pytest.raises(InputError, match=r"has a method for_play\(num_envs, \*, seed\) too, to play in others"):
+    with pytest.raises(InputError, match=r"needs for_play\(num_envs, \*, seed\)"):
         make_meta("test_run_reuse:ForSixtyFour", 64)
 
 

@@ -12,7 +12,7 @@ from hierroom.support.tables import print_table
 def printed(width: int) -> str:
     table = Table(title="what an agent did")
     table.add_column("mixing\ntime", no_wrap=True)
-    table.add_column("its description")
+    table.add_column("what it did")
     table.add_column("hitting time", justify="right")
     for name, text, number in (("keys-0-1-2-3-exit-4", "reached the exit in time", "[b]1,234.5[/b]"), ("a", "", "8")):
         table.add_row(name, text, number)

@@ -51,13 +51,13 @@ class Task:
         goals: for each goal a function of the environment, as it is made, and the info of its last step. It returns
             whether the goal is there, or how often it was achieved so far. The goal is achieved in a step in which the
             answer becomes true, or grows.
-        rules: for each goal what it ``needs``, ``uses`` and ``gives``, as for `Rules`; a goal gives itself unless
-            something else is named. Or `Rules`, with a rule for each goal. None: nothing is known.
+        rules: for each goal the facts that it ``needs``, ``uses`` and ``gives``, as for `Rules`; by default a goal
+            gives itself. Or `Rules`, with a rule for each goal. None: no rules.
         target: the goal that ends an episode with success.
         max_steps: steps after which an episode is truncated, besides limits of the environment.
         vectors: for each goal the numbers that an agent's observation shows for it; None: one-hot.
-        capacity: how many there can be of a fact of the rules; 1 of those that it leaves out.
-        processes: in how many processes the environments run; 0: in this one.
+        capacity: largest counts of facts of the rules; 1 by default.
+        processes: number of processes for the environments; 0: this process.
         label: the name in titles and tables of a task that is not named by a module.
 
     Examples:
@@ -107,7 +107,7 @@ class Task:
 
     @property
     def name(self) -> str:
-        """In titles, tables and errors."""
+        """The name in titles, tables and errors."""
         return self.label
 
     @property
@@ -200,12 +200,12 @@ class Task:
 
     @property
     def controller_features(self) -> tuple[str, ...]:
-        """All of the observation, the goal, and the last action."""
+        """Features of the controller: the whole observation, the goal, and the last action."""
         return (*self.trial.entries, "symbol" if self.vectors is None else "goal", "previous-action")
 
     @property
     def meta_features(self) -> tuple[str, ...]:
-        """All of the observation, and how it stands with each goal."""
+        """Features of a meta-controller: the whole observation, and the status of each goal."""
         return (*self.trial.entries, "goal-status", "goal-outcome")
 
     def make_world(self, config: EnvConfig, num_envs: int, **settings: Any) -> Any:

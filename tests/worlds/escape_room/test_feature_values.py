@@ -160,7 +160,7 @@ def test_features_by_goal_are_known(names, is_by_goal):
         ("view", "given as a list of names, not as 'view'"),
         (["view", "taste"], "features are view, .*; not taste"),
         ([], "not none at all"),
-        (["goal-outcome"], "one of meta_features, not of features"),
+        (["goal-outcome"], "goal-outcome belongs to meta_features, not to features"),
     ],
 )
 def test_an_unknown_feature_raises_input_error(names, message):
