@@ -34,7 +34,8 @@ def record_session(path: Path, config: TrainConfig, variant: str = "", warm_star
     """Add this session to a run's provenance.json, copy new and changed modules of the user, and return warnings.
 
     The copies are for reading; only `--trust-run` imports them. No environment variable and no address of a repository
-    is written. ``variant`` is the name of the run in the plan of a sweep, ``warm_start`` the digest of the weights it begins with.
+    is written. ``variant`` is the run's name in the plan of a sweep, ``warm_start`` the digest of the weights that it
+    begins with.
     """
     sessions, files = read_sessions(path), find_module_files(config) if named_code(config) else []
     before = _newest_modules(path, sessions)
