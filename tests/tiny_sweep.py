@@ -1,8 +1,14 @@
 """Sweeps of runs that take no time."""
 
+import csv
+from pathlib import Path
+
 from hierroom.lab.sweep.plan import Plan, read_plan
 
 TINY = ("num_envs=4", "steps=300", "sequence_length=16", "sequences_per_update=4", "evaluations=2", "size=11")
+
+
+TIMES = ("seconds", "steps_per_second")
 
 
 def tiny_words(*words: str) -> list[str]:
@@ -12,3 +18,11 @@ def tiny_words(*words: str) -> list[str]:
 
 def plan(*words: str, **settings) -> Plan:
     return Plan(**{**vars(read_plan(None, tiny_words(*words))), "episodes": 4, **settings})
+
+
+def results(path: Path) -> list[dict[str, str]]:
+    """The rows but for what tells the time, in one order."""
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    kept = [{k: v for k, v in row.items() if not k.startswith(TIMES)} for row in rows]
+    return sorted(kept, key=lambda row: row["digest"])

@@ -1,11 +1,8 @@
 """Rules: the marking chain against numbers worked by hand, plain Python and play; depths and dead ends."""
 
-import dataclasses
 import json
 import math
 import pickle
-import time
-from itertools import pairwise
 
 import networkx as nx
 import numpy as np
@@ -160,65 +157,6 @@ def test_the_rules_of_goal_graphs_rank_them_as_the_augmented_graph_does():
         assert rules.left_out == rules.never == rules.dead_ends == ()
 
 
-def with_capacity(**counts):
-    return dataclasses.replace(TUNNEL, capacity=counts)
-
-
-def many(n):
-    facts = [f"f{i}" for i in range(n)]
-    return Rules({fact: {"gives": fact} for fact in facts} | {"t": {"needs": facts, "gives": "t"}}, "t")
-
-
-def pipeline(n):
-    facts = [f"f{i}" for i in range(n)]
-    rules = {fact: {"uses": before, "gives": fact} for before, fact in pairwise(facts)}
-    return Rules({"f0": {"gives": "f0"}, **rules, "t": {"needs": facts, "gives": "t"}}, "t")
-
-
-def trades(n):
-    rules = {f"trade{i}": {"uses": f"old{i}", "gives": f"new{i}"} for i in range(n)}
-    new = [f"new{i}" for i in range(n)]
-    start = {f"old{i}": 1 for i in range(n)}
-    return Rules({**rules, "t": {"uses": dict.fromkeys(new, 2), "gives": "t"}}, "t", dict.fromkeys(new, 2), start)
-
-
-@pytest.mark.parametrize(
-    ("rules", "advice"),
-    [
-        (
-            with_capacity(stone=10**6, wood=3),
-            r"lower the capacity of stone \(1,000,000\), w",
-        ),
-        (
-            with_capacity(wood=10**9),
-            r"lower the capacity of wood \(1,000,000,000\), or leave",
-        ),
-        (many(20), "these 21 rules over 21 facts give more; leave out rules"),
-        (many(90), "these 91 rules over 91 facts give more; leave out rules"),
-        (pipeline(61), "these 62 rules over 62 facts give more; leave out rules"),
-        (trades(800), r"these 801 rules over 1601 facts give more; lower the capacity of new99 \(2\)"),
-    ],
-)
-def test_too_many_markings_are_refused_within_a_second_with_what_to_lower(rules, advice):
-    started = time.process_time()  # not slowed by what else runs
-    with pytest.raises(InputError, match=f"at most 100,000 markings, .*{advice}") as caught:
-        analyze(rules)
-    assert time.process_time() - started < 1
-    assert "\n" not in str(caught.value)
-
-
-def test_the_limit_is_exact_and_codes_of_many_facts_are_too():
-    counter = Rules({"a": {"gives": "a"}, "t": {"needs": {"a": 5}, "gives": "t"}}, "t", {"a": 5})
-    assert analyze(dataclasses.replace(counter, capacity={"a": 300})).nodes == 302
-    wide = Rules(  # 80 facts that can be 1 to 3 give more markings than 63 bits number, but only 3 * 79 + 2 are reached
-        {f"f{i}": {"needs": f"f{i - 1}" if i else [], "gives": f"f{i}"} for i in range(80)}
-        | {"t": {"needs": "f79", "gives": "t"}},
-        "t",
-        {"f79": 3},
-    )
-    assert analyze(wide).nodes == 80 + 3 + 1
-
-
 def test_a_target_out_of_reach_is_inf_and_says_what_is_missing():
     report = analyze(Rules({"a": {"needs": "b", "gives": "c"}, "x": {"gives": "y"}}, "c"))
     assert (report.expected_steps, report.hitting_time, report.fewest, report.exit_depth) == (math.inf,) * 4
@@ -260,8 +198,10 @@ def test_the_whole_report_in_every_form(tmp_path):
     for one in (report, analyze(LIFE), analyze(nx.path_graph(4), source=0, target=3)):
         one.draw(tmp_path / "picture.svg")
         assert (tmp_path / "picture.svg").read_text().count("</svg>") == one._repr_svg_().count("</svg>") == 1
+    facts = [f"f{i}" for i in range(10)]
+    many = Rules({fact: {"gives": fact} for fact in facts} | {"t": {"needs": facts, "gives": "t"}}, "t")
     with pytest.raises(InputError, match="at most 250 nodes that differ; this chain has 1,025"):
-        analyze(many(10)).draw(tmp_path / "picture.png")
+        analyze(many).draw(tmp_path / "picture.png")
 
 
 def test_analyze_takes_chains_graphs_and_what_declares_rules():

@@ -1,8 +1,9 @@
-"""The command ``compare`` in an empty folder, and runs for it."""
+"""The command ``compare`` in an empty folder, runs for it, and a run for ``play``."""
 
 import pytest
 from evaluated_runs import line, make_run
 
+import hierroom
 from hierroom.commands import compare as command
 from hierroom.lab.compare import figure
 from hierroom.support.errors import InputError
@@ -46,3 +47,12 @@ def refused(compare):
         assert "\n" not in str(caught.value)
 
     return check
+
+
+@pytest.fixture(scope="session")
+def played(tmp_path_factory):
+    """A run that has learned little."""
+    out = tmp_path_factory.mktemp("played") / "run"
+    small = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 8, "minibatches": 2, "steps": 256}
+    hierroom.train(**small, meta="fixed-dfs", evaluations=0, out=out)
+    return out

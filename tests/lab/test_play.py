@@ -1,7 +1,6 @@
-"""Playing oneself: the game by its rules, and the window by posted keys, on no screen."""
+"""Playing oneself: the game by its rules, and the command."""
 
 import os
-from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,29 +11,12 @@ import pytest
 import hierroom
 from hierroom.commands.play import PlayArguments, main, make_game
 from hierroom.lab.play.app import App
-from hierroom.lab.play.board import FOG, RGB, level_picture, tile_size, window_size
+from hierroom.lab.play.board import FOG, level_picture, tile_size
 from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
-from hierroom.worlds.escape_room.constants import FORWARD, KEY, LEFT, MARGIN, OPEN, PICKUP, RIGHT
+from hierroom.worlds.escape_room.constants import FORWARD, LEFT, OPEN, PICKUP
 from hierroom.worlds.escape_room.oracle import shortest_actions
 from hierroom.worlds.escape_room.render import seen_cells
-
-KEY_OF = {
-    FORWARD: pygame.K_UP,
-    LEFT: pygame.K_LEFT,
-    RIGHT: pygame.K_RIGHT,
-    PICKUP: pygame.K_SPACE,
-    OPEN: pygame.K_SPACE,
-}
-
-
-@pytest.fixture(scope="module")
-def run(tmp_path_factory):
-    """A run that has learned little."""
-    out = tmp_path_factory.mktemp("played") / "run"
-    small = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 8, "minibatches": 2, "steps": 256}
-    hierroom.train(**small, meta="fixed-dfs", evaluations=0, out=out)
-    return out
 
 
 def new_game(**arguments):
@@ -143,10 +125,10 @@ def test_what_was_seen_grows_and_fog_hides_the_rest():
 
 
 @pytest.mark.parametrize("taken_over_after", [0, 1, 7, 60])
-def test_an_agent_that_takes_over_remembers_what_it_looked_on_to(run, taken_over_after):
-    agent = hierroom.load(run)
+def test_an_agent_that_takes_over_remembers_what_it_looked_on_to(played, taken_over_after):
+    agent = hierroom.load(played)
     episode = next(hierroom.rollout(agent, None, 1, seed=4))
-    game = new_game(agent=run, seed=4)
+    game = new_game(agent=played, seed=4)
     for number, action in enumerate(episode.actions.tolist()):
         assert game.goal == episode.goals[number]
         game.step(action if number < taken_over_after else None)
@@ -157,148 +139,14 @@ def test_an_agent_that_takes_over_remembers_what_it_looked_on_to(run, taken_over
     np.testing.assert_array_equal(game.state.grids, last.grids)
 
 
-def test_an_agent_elsewhere(run):
-    game = new_game(agent=run, graph=("c",), size=15, max_steps=20)
+def test_an_agent_elsewhere(played):
+    game = new_game(agent=played, graph=("c",), size=15, max_steps=20)
     assert (game.graph.name, game.state.size, int(game.state.levels[0].max_steps)) == ("c", 15, 20)
     game.step()
     assert int(game.state.levels[0].steps) == 1
 
 
-@pytest.fixture
-def app(monkeypatch):
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    apps = []
-
-    def opened(**arguments):
-        apps.append(App(make_game(PlayArguments(**arguments))))
-        return apps[-1]
-
-    yield opened
-    pygame.display.quit()
-
-
-def press(app, *keys, milliseconds=10):
-    for key in keys:
-        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=key))
-        app.frame(milliseconds)
-
-
-def shown(app):
-    return pygame.surfarray.array3d(app.surface).swapaxes(0, 1)
-
-
-def test_a_level_played_by_keys(app):
-    opened = app(graph=("d",), seed=5)
-    game, pictures = opened.game, [shown(opened)]
-    assert pictures[0].shape[:2] == window_size(13)[::-1]
-    for action in plan_of(game):
-        press(opened, KEY_OF[action])
-        pictures.append(shown(opened))
-    assert game.has_escaped
-    assert all((one != other).any() for one, other in pairwise(pictures))
-    press(opened, pygame.K_n)
-    assert not game.has_ended
-    press(opened, pygame.K_w, pygame.K_a, pygame.K_d)
-    assert int(game.state.levels[0].steps) == 3
-    press(opened, pygame.K_r)
-    assert int(game.state.levels[0].steps) == 0
-    press(opened, pygame.K_q)
-    assert not opened.is_open
-
-
-def test_the_goal_graph_lights_up(app):
-    opened = app(graph=("c",), seed=5)
-    game, panel = opened.game, slice(tile_size(13) * 13, None)
-    colours = [RGB[colour] for colour in game.state.levels[0].colours[:2].tolist()]
-
-    def lit():
-        return [int((shown(opened)[:, panel] == colour).all(axis=2).sum()) for colour in colours]
-
-    steps = [lit()]
-    for action in plan_of(game):
-        n_achieved = len(game.achieved)
-        press(opened, KEY_OF[action])
-        if len(game.achieved) > n_achieved and not game.has_ended:
-            steps.append(lit())
-    assert len(steps) == 5
-    (key1, door1, key2, door2) = [np.subtract(after, before) for before, after in pairwise(steps)]
-    assert key1[0] > 100 < key2[1]
-    assert door1[0] > 100 < door2[1]
-    assert key1[1] == door1[1] == key2[0] == door2[0] == 0
-
-
-def test_hint_fog_and_what_is_not_there(app):
-    opened = app(graph=("f",), seed=2)
-    plain = shown(opened)
-    press(opened, pygame.K_o)
-    assert opened.game.has_hints
-    hinted = shown(opened)
-    assert (hinted != plain).any()
-    press(opened, pygame.K_o, pygame.K_f)
-    foggy = shown(opened)
-    assert (foggy == FOG).all(axis=2).mean() > 0.2 > (plain == FOG).all(axis=2).mean()
-    press(opened, pygame.K_f)
-    np.testing.assert_array_equal(shown(opened)[:, : tile_size(13) * 13], plain[:, : tile_size(13) * 13])
-    press(opened, pygame.K_t)
-    assert not opened.game.is_piloted
-    assert opened.game.message == "begin with --agent RUN to let a trained agent take over"
-    press(opened, pygame.K_x)
-    assert opened.game.message == "keys cannot be dropped here; begin with --drop-key"
-    assert int(opened.game.state.levels[0].steps) == 0
-
-
-def test_keys_are_dropped(app):
-    opened = app(graph=("a",), drop_key=True)
-    game = opened.game
-    for action in plan_of(game):
-        press(opened, KEY_OF[action])
-        if int(game.state.levels[0].keys):
-            break
-    for _ in range(4):  # somewhere around the agent there is room for it
-        press(opened, pygame.K_LEFT, pygame.K_x)
-    assert int(game.state.levels[0].keys) == 0
-    assert (game.state.grids[0, MARGIN:-MARGIN, MARGIN:-MARGIN] == KEY + game.state.levels[0].colours[0]).sum() == 1
-
-
-def test_an_agent_takes_over_and_hands_back(app, run):
-    opened = app(agent=run, seed=4)
-    game = opened.game
-    press(opened, pygame.K_t)
-    assert game.is_piloted
-    for _ in range(5):
-        opened.frame(1000)
-    steps = int(game.state.levels[0].steps)
-    assert 4 <= steps <= 6
-    opened.frame(1)  # it is not due yet
-    assert int(game.state.levels[0].steps) == steps
-    press(opened, pygame.K_LEFT)  # who moves has taken over
-    assert not game.is_piloted
-    opened.frame(1000)
-    assert int(game.state.levels[0].steps) == steps + 1
-    press(opened, pygame.K_t)
-    for _ in range(100):
-        opened.frame(1000)
-    assert game.has_ended
-
-
-def test_the_close_button(app):
-    opened = app()
-    pygame.event.post(pygame.event.Event(pygame.QUIT))
-    opened.run()
-    assert not opened.is_open
-    assert not pygame.display.get_init()
-
-
-@pytest.mark.parametrize("entries", [{"graph": ("rooms:7",), "size": 63}, {"graph": ("a",), "size": 11}])
-def test_large_and_small_levels_fit_a_screen(app, entries):
-    opened = app(**entries)
-    width, height = opened.surface.get_size()
-    assert width <= 1100
-    assert height <= 700
-    press(opened, pygame.K_o, pygame.K_f)
-
-
-def test_the_command(run, monkeypatch):
+def test_the_command(played, monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     opened = []
 
@@ -310,7 +158,7 @@ def test_the_command(run, monkeypatch):
     assert main(["--graph", "f", "--fog", "--seed", "7"]) == 0
     (game,) = opened
     assert (game.graph.name, game.has_fog, game.agent) == ("f", True, None)
-    assert main(["--agent", str(run)]) == 0
+    assert main(["--agent", str(played)]) == 0
     assert opened[1].agent is not None
 
 
@@ -321,11 +169,11 @@ def test_an_agent_of_another_world_is_refused(monkeypatch):
         new_game(agent=Path("mine"))
 
 
-def test_what_cannot_be_used_is_one_line(run, monkeypatch, tmp_path, capfd):
+def test_what_cannot_be_used_is_one_line(played, monkeypatch, tmp_path, capfd):
     for argv, message in (
         (["--size", "5"], "size must be a whole number from 11 to 63, not 5"),
         (["--agent", str(tmp_path)], "is not a run folder"),
-        (["--agent", str(run), "--drop-key"], "was trained without --drop-key"),
+        (["--agent", str(played), "--drop-key"], "was trained without --drop-key"),
     ):
         with pytest.raises(InputError, match=message):
             main(argv)

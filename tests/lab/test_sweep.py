@@ -1,19 +1,13 @@
-"""Sweeps: what is trained, what fails, and what becomes of killed processes."""
+"""Sweeps: what is trained, and what fails or is refused."""
 
-import csv
 import json
-import os
 import shlex
-import signal
-import subprocess
 import sys
-import time
 from pathlib import Path
 from types import SimpleNamespace
 
 import pandas as pd
 import pytest
-from children import TIMES_QUIET
 from tiny_sweep import plan, tiny_words
 
 from hierroom.commands import sweep as sweep_command
@@ -21,28 +15,10 @@ from hierroom.commands.sweep import main
 from hierroom.lab.sweep import job
 from hierroom.lab.sweep.summary import summarise
 from hierroom.lab.sweep.sweep import Sweep
-from hierroom.runs.folder.provenance import record_session
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.run_lock import RunLockedError
 from hierroom.runs.session import begin, resume
 from hierroom.support.errors import InputError
-
-TIMES = ("seconds", "steps_per_second")
-
-
-@pytest.fixture
-def user_code(tmp_path, monkeypatch):
-    """Modules are written to the folder of the test, which is the current one."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
-
-
-def results(path: Path) -> list[dict[str, str]]:
-    """The rows but for what tells the time, in one order."""
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    kept = [{k: v for k, v in row.items() if not k.startswith(TIMES)} for row in rows]
-    return sorted(kept, key=lambda row: row["digest"])
 
 
 def test_a_sweep_trains_what_is_missing_and_each_folder_is_complete(tmp_path):
@@ -126,85 +102,6 @@ def test_what_no_run_can_use_is_refused_before_any_is_trained(tmp_path, words, m
     with pytest.raises(InputError, match=message):
         Sweep(plan(*words, seeds=1, metas=metas), tmp_path / "out").fill(processes=1)
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.slow
-def test_a_row_names_the_user_code_that_made_it(user_code, tmp_path, capsys):
-    own = tmp_path / "own_reward_of_a_sweep.py"
-    own.write_text("import numpy as np\n\ndef none(step):\n    return np.zeros(len(step.events))\n")
-    words = tiny_words(f"reward={own.stem}:none,intrinsic", "method=ppo", "seed=0")
-    words += ["--out", "out", "--processes", "1", "--episodes", "10"]
-    assert main(words) == 0
-    rows = results(tmp_path / "out" / "sweep.csv")
-    assert {row["reward"]: len(row["own_code"]) for row in rows} == {f"{own.stem}:none": 16, "intrinsic": 0}
-    assert main(words) == 0
-    assert "warning" not in capsys.readouterr().err
-    own.write_text(own.read_text() + "# changed\n")
-    assert main(words) == 0
-    said = capsys.readouterr().err
-    assert said.startswith("warning: own code has changed since ")
-    assert said.endswith(
-        "was trained; to train again, delete the rows from out/sweep.csv, and the folders in out/runs\n"
-    )
-    assert results(tmp_path / "out" / "sweep.csv") == rows
-
-
-def test_user_code_that_is_not_found_is_not_said_to_have_changed(user_code, tmp_path):
-    sweep = Sweep(plan("reward=a_reward_that_moves:none", "method=ppo", "seed=0"), tmp_path / "out")
-    (run,) = sweep.plan.runs()
-    Path("a_reward_that_moves.py").write_text("", encoding="utf-8")
-    (tmp_path / "out").mkdir()
-    sweep.table.add(run, {"own_code": "0" * 16})
-    assert sweep.made_with_other_code() == [run.name]
-    Path("a_reward_that_moves.py").unlink()
-    assert sweep.made_with_other_code() == []
-
-
-@pytest.mark.slow
-def test_user_code_of_other_meta_controllers_is_compared_too(user_code, tmp_path):
-    Path("a_meta_of_a_sweep.py").write_text(
-        "def first(level):\n    return level.goals[0] if level.goals else None\n", encoding="utf-8"
-    )
-    sweep = Sweep(plan(metas=("a_meta_of_a_sweep:first",), seeds=1), tmp_path / "out")
-    assert not sweep.fill(processes=1).failures
-    assert [*sweep.rows()["own_code"].str.len()] == [16]
-    assert sweep.made_with_other_code() == []
-    with Path("a_meta_of_a_sweep.py").open("a", encoding="utf-8") as file:
-        file.write("# changed\n")
-    assert len(sweep.made_with_other_code()) == 1
-
-
-@pytest.mark.slow
-def test_a_run_does_not_go_on_with_other_code(user_code, tmp_path):
-    own = Path("a_reward_that_changes.py")
-    own.write_text("import numpy as np\n\ndef none(step):\n    return np.zeros(len(step.events))\n", encoding="utf-8")
-    sweep = Sweep(plan(f"reward={own.stem}:none", "method=ppo", "seed=0"), tmp_path / "out")
-    (run,) = sweep.plan.runs()
-    folder = begin(run.config, tmp_path / "out" / "runs" / run.name)[1]
-    folder.lock.release()
-    record_session(folder.path, run.config)
-    own.write_text(own.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
-    ((failed, reason),) = sweep.fill(processes=1).failures
-    assert failed == run
-    assert f"{own} has changed since {folder.path} was trained" in reason
-    assert reason.endswith(f"; move {folder.path} away to train this run with the code as it is now")
-    folder.path.rename(tmp_path / "away")
-    assert not sweep.fill(processes=1).failures
-    assert sweep.made_with_other_code() == []
-
-
-def test_a_process_does_not_mix_code_that_it_loaded_with_code_that_it_did_not(user_code, tmp_path, monkeypatch):
-    monkeypatch.setattr(job, "_loaded_files", {})
-    own = Path("a_reward_edited_meanwhile.py")
-    own.write_text(
-        "import numpy as np\n\ndef one(step):\n    return np.zeros(len(step.events))\n\ntwo = one\n", encoding="utf-8"
-    )
-    one, two = plan(f"reward={own.stem}:one,{own.stem}:two", "method=ppo", "seed=0").runs()
-    assert job.Job(one, tmp_path / "one", 4, (), "").work(lambda steps, words: None)
-    own.write_text(own.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
-    with pytest.raises(InputError, match=f"^{own} changed while the sweep went on; begin the sweep again to load it"):
-        job.Job(two, tmp_path / "two", 4, (), "").work(lambda steps, words: None)
-    assert not (tmp_path / "two").exists()
 
 
 @pytest.mark.parametrize(
@@ -319,98 +216,3 @@ def test_entries_may_stand_behind_options(monkeypatch, capsys, tmp_path):
 def test_a_sweep_of_nothing_is_refused(words, message):
     with pytest.raises(InputError, match=message):
         main(words)
-
-
-def start(out: Path) -> subprocess.Popen:
-    words = tiny_words("steps=3000", "method=hippo,ppo")
-    options = ["--seeds", "2", "--episodes", "4", "--processes", "2", "--out", str(out)]
-    command = [sys.executable, "-m", "hierroom", "sweep", *words, *options]
-    return subprocess.Popen(command, start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-
-
-def children(process: subprocess.Popen) -> list[int]:
-    path = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-    pids = [int(pid) for pid in path.read_text(encoding="utf-8").split()]
-    return [pid for pid in pids if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
-
-
-def wait_for(condition, process: subprocess.Popen, seconds: float = TIMES_QUIET * 12) -> bool:
-    end = time.monotonic() + seconds
-    while time.monotonic() < end and process.poll() is None:
-        if condition():
-            return True
-        time.sleep(0.05)
-    return False
-
-
-@pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory) -> list[dict[str, str]]:
-    out = tmp_path_factory.mktemp("undisturbed")
-    assert start(out).wait(TIMES_QUIET * 30) == 0
-    return results(out / "sweep.csv")
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="children are looked up in /proc")
-def test_killed_workers_and_a_killed_sweep_leave_the_same_table(tmp_path, undisturbed):
-    process = start(tmp_path)
-    assert wait_for(lambda: [*tmp_path.glob("runs/*/metrics.csv")], process)
-    os.kill(children(process)[0], signal.SIGKILL)
-    assert wait_for((tmp_path / "sweep.csv").exists, process)
-    os.killpg(process.pid, signal.SIGKILL)  # the workers with it
-    assert process.wait(TIMES_QUIET * 6) == -signal.SIGKILL
-    assert start(tmp_path).wait(TIMES_QUIET * 30) == 0
-    assert results(tmp_path / "sweep.csv") == undisturbed
-
-
-@pytest.mark.slow
-def test_two_sweeps_on_one_folder_share_the_runs(tmp_path, undisturbed):
-    several = [start(tmp_path) for _ in range(2)]
-    output = [process.communicate(timeout=TIMES_QUIET * 30)[0].decode() for process in several]
-    assert [process.returncode for process in several] == [0, 0], output
-    assert "failed" not in "".join(output)
-    assert results(tmp_path / "sweep.csv") == undisturbed
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="children are looked up in /proc")
-def test_a_process_that_alone_is_asked_to_stop_is_replaced(tmp_path, undisturbed):
-    process = start(tmp_path)
-    assert wait_for(lambda: [*tmp_path.glob("runs/*/metrics.csv")], process)
-    for pid in children(process):
-        os.kill(pid, signal.SIGTERM)
-    output = process.communicate(timeout=TIMES_QUIET * 12)[0].decode()
-    assert process.returncode == 0, output
-    assert results(tmp_path / "sweep.csv") == undisturbed
-
-
-@pytest.mark.slow
-def test_a_sweep_that_is_stopped_says_how_to_go_on_and_does(tmp_path, undisturbed):
-    process = start(tmp_path)
-    assert wait_for(lambda: [*tmp_path.glob("runs/*/metrics.csv")], process)
-    process.send_signal(signal.SIGTERM)
-    output = process.communicate(timeout=TIMES_QUIET * 12)[0].decode()
-    assert process.returncode == 130
-    assert "stopped and saved; go on with:\npython -m hierroom sweep" in output
-    assert start(tmp_path).wait(TIMES_QUIET * 30) == 0
-    assert results(tmp_path / "sweep.csv") == undisturbed
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="children are looked up in /proc")
-def test_ctrl_c_twice_reaches_the_sweep_and_not_its_processes(tmp_path, undisturbed):
-    """As a terminal sends it, to all; the first says to stop, and the processes save what they do."""
-    process = start(tmp_path)
-    # Once while they load their modules, and once while they train.
-    for is_time in (lambda: len(children(process)) == 2, lambda: [*tmp_path.glob("runs/*/metrics.csv")]):
-        assert wait_for(is_time, process)
-        for pid in children(process):
-            os.kill(pid, signal.SIGINT)
-            os.kill(pid, signal.SIGINT)
-    process.send_signal(signal.SIGINT)
-    output = process.communicate(timeout=TIMES_QUIET * 12)[0].decode()
-    assert process.returncode == 130
-    assert "killed" not in output
-    assert "Traceback" not in output
-    assert start(tmp_path).wait(TIMES_QUIET * 30) == 0
-    assert results(tmp_path / "sweep.csv") == undisturbed

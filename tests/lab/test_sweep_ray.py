@@ -6,8 +6,7 @@ import threading
 import time
 
 import pytest
-from test_sweep import results
-from tiny_sweep import plan
+from tiny_sweep import plan, results
 
 from hierroom.lab.sweep.cluster import _pack, _unpack
 from hierroom.lab.sweep.sweep import Sweep

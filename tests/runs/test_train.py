@@ -119,65 +119,6 @@ def test_every_method_runs_and_rewards_as_its_row_says(method):
     assert (trainer.controller.curiosity is not None) == (method == "ppo-rnd")
 
 
-def test_a_meta_controller_whose_memory_cannot_be_saved_is_warned_of_at_the_start(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "forgets_of_test.py").write_text(
-        "class Forgets:\n"
-        "    def __init__(self):\n        self.given = []\n"
-        "    def choose(self, observations, legal, situation):\n        return legal.argmax(axis=1)\n"
-        "    def observe(self, step, turns):\n        self.given.append(step.goals)\n"
-    )
-    try:
-        flags = [*FLAGS, "--steps", "512", "--meta", "forgets_of_test:Forgets", "--evaluations", "0", "--out", "run"]
-        assert train(flags) == 0
-    finally:
-        sys.modules.pop("forgets_of_test", None)
-    output = " ".join(capsys.readouterr().out.split())
-    assert (
-        "warning: the meta-controller forgets_of_test:Forgets has the method observe and attributes (given)" in output
-    )
-    assert not (tmp_path / "run" / "evaluations.csv").exists()
-    assert train([*FLAGS, "--steps", "512", "--evaluations", "0", "--out", "other"]) == 0
-    assert "warning" not in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    ("code", "said"),
-    [
-        ("    def state_dict(self):\n        return {'s': object()}\n", "cannot hold agents.meta_0.s, which is object"),
-        ("    state_dict = None\n", "state_dict of a meta-controller is a method"),
-        ("    def state_dict(self):\n        return [1]\n", "Expected `object`, got `array` - at `\\$.agents.meta_0`"),
-        (
-            "    def state_dict(self):\n        return {}\n"
-            "    def load_state_dict(self, state):\n        self.mean = state['mean']\n",
-            "could not be loaded again: agents.meta_0: the meta-controller Own cannot load its state: KeyError: 'mean'",
-        ),
-        ("    statistics = 5\n", "statistics of a meta-controller are numbers by name"),
-    ],
-)
-def test_a_meta_controller_that_could_not_be_saved_is_refused_before_training(code, said, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    text = "class Own:\n    def choose(self, observations, legal, situation):\n        return legal.argmax(axis=1)\n"
-    (tmp_path / "unsaved_of_test.py").write_text(text + "    def load_state_dict(self, state):\n        pass\n" + code)
-    try:
-        with pytest.raises(InputError, match=said):
-            train([*FLAGS, "--steps", "512", "--meta", "unsaved_of_test:Own", "--out", "run"])
-    finally:
-        sys.modules.pop("unsaved_of_test", None)
-    assert not (tmp_path / "run").exists()
-
-
-def test_a_reward_that_fails_at_its_first_step_leaves_no_folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "nan_of_test.py").write_text("def nan(step):\n    return step.extrinsic + float('nan')\n")
-    try:
-        with pytest.raises(InputError, match="must return finite numbers, not nan"):
-            train([*FLAGS, "--steps", "512", "--reward", "nan_of_test:nan", "--out", "run"])
-    finally:
-        sys.modules.pop("nan_of_test", None)
-    assert not (tmp_path / "run").exists()
-
-
 def test_the_stage_of_a_curriculum_is_in_the_console_the_table_and_the_summary(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     flags = ["--graph", "expected_steps:20..100", "--curriculum-stages", "3", *FLAGS[2:], "--evaluations", "1"]
@@ -321,19 +262,6 @@ def test_a_run_that_never_escaped_leaves_a_failure_to_look_at(tmp_path, capsys):
     assert {path.name for path in out.glob("*.gif")} == {"failure.gif"}
     assert RunFolder.open(out).config().steps == 256  # so that it can be interrupted and resumed once more
     assert check_run(out)["steps"] == 256
-
-
-def test_a_run_whose_goals_are_not_legal_says_so(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "always_the_exit.py").write_text(
-        "import numpy as np\n\nclass Exit:\n    def choose(self, observations, legal, situation):\n"
-        "        return np.full(len(legal), 12)\n"
-    )
-    monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
-    assert train([*FLAGS, "--steps", "600", "--meta", "always_the_exit:Exit", "--out", "run"]) == 0
-    assert "of the goals given in the episodes under way were not legal" in capsys.readouterr().err
-    assert train([*FLAGS, "--steps", "600", "--out", "usual"]) == 0
-    assert "were not legal" not in capsys.readouterr().err
 
 
 def test_goals_that_are_not_legal_are_reported(monkeypatch):

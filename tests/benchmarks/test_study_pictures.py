@@ -1,0 +1,52 @@
+"""Pictures of the study show the committed rows."""
+
+from pathlib import Path
+
+import pytest
+from matplotlib.figure import Figure
+
+from benchmarks import figures
+from benchmarks.study.picture import digest
+from hierroom.support.errors import InputError
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize("picture", figures.pictures(), ids=lambda picture: picture.path.name)
+def test_each_picture_shows_the_points_of_its_rows(picture):
+    assert picture.is_current(), "python -m benchmarks.figures draws it"
+
+
+def test_all_pictures_of_trained_agents_are_compared():
+    paper = {f"paper-figure{number}.png" for number in (3, 4, 5)}
+    assert {picture.path.name for picture in figures.pictures()} == paper | {
+        *("prediction.png", "study.png", "study-paper-features.png", "factors.png", "factors-paper-features.png")
+    }
+
+
+def test_pictures_of_other_points_or_colours_or_names_are_separated():
+    def drawn(height=1.0, colour="red", name="one", has_band=False, lines=()):
+        figure = Figure()
+        axes = figure.subplots()
+        axes.plot([0, 1], [0, height], color=colour, label=name)
+        axes.scatter([0], [1.0])
+        if has_band:
+            axes.fill_between([0, 1], [0, 0], [1, 1])
+        if lines:
+            axes.set_yticks([0, 1], lines)
+        figure.legend()
+        return digest(figure)
+
+    assert drawn() == drawn(1.00001)
+    others = drawn(1.001), drawn(colour="blue"), drawn(name="two"), drawn(has_band=True), drawn(lines=("a", "b"))
+    assert len({drawn(), *others, drawn(lines=("b", "a"))}) == 7
+
+
+def test_a_picture_is_not_drawn_of_unfinished_runs():
+    def picture(*arguments):
+        return figures.Picture(ROOT / "x.png", "hierroom paper figure4", arguments)
+
+    with pytest.raises(InputError, match=r"0 of 8 runs of x\.png are done"):
+        picture("--seeds", "2", "--out", "nowhere").draw()
+    with pytest.raises(InputError, match=r"x\.png is one picture; the command on its page has several sizes"):
+        picture("--sizes", "19", "31").draw()

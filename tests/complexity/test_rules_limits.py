@@ -1,0 +1,71 @@
+"""Rules with too many markings are refused soon, at an exact limit."""
+
+import dataclasses
+import time
+from itertools import pairwise
+
+import pytest
+from plain_rules import TUNNEL
+
+from hierroom import Rules
+from hierroom.complexity import analyze
+from hierroom.support.errors import InputError
+
+
+def with_capacity(**counts):
+    return dataclasses.replace(TUNNEL, capacity=counts)
+
+
+def many(n):
+    facts = [f"f{i}" for i in range(n)]
+    return Rules({fact: {"gives": fact} for fact in facts} | {"t": {"needs": facts, "gives": "t"}}, "t")
+
+
+def pipeline(n):
+    facts = [f"f{i}" for i in range(n)]
+    rules = {fact: {"uses": before, "gives": fact} for before, fact in pairwise(facts)}
+    return Rules({"f0": {"gives": "f0"}, **rules, "t": {"needs": facts, "gives": "t"}}, "t")
+
+
+def trades(n):
+    rules = {f"trade{i}": {"uses": f"old{i}", "gives": f"new{i}"} for i in range(n)}
+    new = [f"new{i}" for i in range(n)]
+    start = {f"old{i}": 1 for i in range(n)}
+    return Rules({**rules, "t": {"uses": dict.fromkeys(new, 2), "gives": "t"}}, "t", dict.fromkeys(new, 2), start)
+
+
+@pytest.mark.parametrize(
+    ("rules", "advice"),
+    [
+        (
+            with_capacity(stone=10**6, wood=3),
+            r"lower the capacity of stone \(1,000,000\), w",
+        ),
+        (
+            with_capacity(wood=10**9),
+            r"lower the capacity of wood \(1,000,000,000\), or leave",
+        ),
+        (many(20), "these 21 rules over 21 facts give more; leave out rules"),
+        (many(90), "these 91 rules over 91 facts give more; leave out rules"),
+        (pipeline(61), "these 62 rules over 62 facts give more; leave out rules"),
+        (trades(800), r"these 801 rules over 1601 facts give more; lower the capacity of new99 \(2\)"),
+    ],
+)
+def test_too_many_markings_are_refused_within_a_second_with_what_to_lower(rules, advice):
+    started = time.process_time()  # not slowed by what else runs
+    with pytest.raises(InputError, match=f"at most 100,000 markings, .*{advice}") as caught:
+        analyze(rules)
+    assert time.process_time() - started < 1
+    assert "\n" not in str(caught.value)
+
+
+def test_the_limit_is_exact_and_codes_of_many_facts_are_too():
+    counter = Rules({"a": {"gives": "a"}, "t": {"needs": {"a": 5}, "gives": "t"}}, "t", {"a": 5})
+    assert analyze(dataclasses.replace(counter, capacity={"a": 300})).nodes == 302
+    wide = Rules(  # 80 facts that can be 1 to 3 give more markings than 63 bits number, but only 3 * 79 + 2 are reached
+        {f"f{i}": {"needs": f"f{i - 1}" if i else [], "gives": f"f{i}"} for i in range(80)}
+        | {"t": {"needs": "f79", "gives": "t"}},
+        "t",
+        {"f79": 3},
+    )
+    assert analyze(wide).nodes == 80 + 3 + 1

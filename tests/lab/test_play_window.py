@@ -1,0 +1,163 @@
+"""The window of play by posted keys, on no screen."""
+
+from itertools import pairwise
+
+import numpy as np
+import pygame
+import pytest
+
+from hierroom.commands.play import PlayArguments, make_game
+from hierroom.lab.play.app import App
+from hierroom.lab.play.board import FOG, RGB, tile_size, window_size
+from hierroom.worlds.escape_room.constants import FORWARD, KEY, LEFT, MARGIN, OPEN, PICKUP, RIGHT
+from hierroom.worlds.escape_room.oracle import shortest_actions
+
+KEY_OF = {
+    FORWARD: pygame.K_UP,
+    LEFT: pygame.K_LEFT,
+    RIGHT: pygame.K_RIGHT,
+    PICKUP: pygame.K_SPACE,
+    OPEN: pygame.K_SPACE,
+}
+
+
+def new_game(**arguments):
+    return make_game(PlayArguments(**arguments))
+
+
+def plan_of(game):
+    return shortest_actions(game.state).tolist()
+
+
+@pytest.fixture
+def app(monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    apps = []
+
+    def opened(**arguments):
+        apps.append(App(make_game(PlayArguments(**arguments))))
+        return apps[-1]
+
+    yield opened
+    pygame.display.quit()
+
+
+def press(app, *keys, milliseconds=10):
+    for key in keys:
+        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=key))
+        app.frame(milliseconds)
+
+
+def shown(app):
+    return pygame.surfarray.array3d(app.surface).swapaxes(0, 1)
+
+
+def test_a_level_played_by_keys(app):
+    opened = app(graph=("d",), seed=5)
+    game, pictures = opened.game, [shown(opened)]
+    assert pictures[0].shape[:2] == window_size(13)[::-1]
+    for action in plan_of(game):
+        press(opened, KEY_OF[action])
+        pictures.append(shown(opened))
+    assert game.has_escaped
+    assert all((one != other).any() for one, other in pairwise(pictures))
+    press(opened, pygame.K_n)
+    assert not game.has_ended
+    press(opened, pygame.K_w, pygame.K_a, pygame.K_d)
+    assert int(game.state.levels[0].steps) == 3
+    press(opened, pygame.K_r)
+    assert int(game.state.levels[0].steps) == 0
+    press(opened, pygame.K_q)
+    assert not opened.is_open
+
+
+def test_the_goal_graph_lights_up(app):
+    opened = app(graph=("c",), seed=5)
+    game, panel = opened.game, slice(tile_size(13) * 13, None)
+    colours = [RGB[colour] for colour in game.state.levels[0].colours[:2].tolist()]
+
+    def lit():
+        return [int((shown(opened)[:, panel] == colour).all(axis=2).sum()) for colour in colours]
+
+    steps = [lit()]
+    for action in plan_of(game):
+        n_achieved = len(game.achieved)
+        press(opened, KEY_OF[action])
+        if len(game.achieved) > n_achieved and not game.has_ended:
+            steps.append(lit())
+    assert len(steps) == 5
+    (key1, door1, key2, door2) = [np.subtract(after, before) for before, after in pairwise(steps)]
+    assert key1[0] > 100 < key2[1]
+    assert door1[0] > 100 < door2[1]
+    assert key1[1] == door1[1] == key2[0] == door2[0] == 0
+
+
+def test_hint_fog_and_what_is_not_there(app):
+    opened = app(graph=("f",), seed=2)
+    plain = shown(opened)
+    press(opened, pygame.K_o)
+    assert opened.game.has_hints
+    hinted = shown(opened)
+    assert (hinted != plain).any()
+    press(opened, pygame.K_o, pygame.K_f)
+    foggy = shown(opened)
+    assert (foggy == FOG).all(axis=2).mean() > 0.2 > (plain == FOG).all(axis=2).mean()
+    press(opened, pygame.K_f)
+    np.testing.assert_array_equal(shown(opened)[:, : tile_size(13) * 13], plain[:, : tile_size(13) * 13])
+    press(opened, pygame.K_t)
+    assert not opened.game.is_piloted
+    assert opened.game.message == "begin with --agent RUN to let a trained agent take over"
+    press(opened, pygame.K_x)
+    assert opened.game.message == "keys cannot be dropped here; begin with --drop-key"
+    assert int(opened.game.state.levels[0].steps) == 0
+
+
+def test_keys_are_dropped(app):
+    opened = app(graph=("a",), drop_key=True)
+    game = opened.game
+    for action in plan_of(game):
+        press(opened, KEY_OF[action])
+        if int(game.state.levels[0].keys):
+            break
+    for _ in range(4):  # somewhere around the agent there is room for it
+        press(opened, pygame.K_LEFT, pygame.K_x)
+    assert int(game.state.levels[0].keys) == 0
+    assert (game.state.grids[0, MARGIN:-MARGIN, MARGIN:-MARGIN] == KEY + game.state.levels[0].colours[0]).sum() == 1
+
+
+def test_an_agent_takes_over_and_hands_back(app, played):
+    opened = app(agent=played, seed=4)
+    game = opened.game
+    press(opened, pygame.K_t)
+    assert game.is_piloted
+    for _ in range(5):
+        opened.frame(1000)
+    steps = int(game.state.levels[0].steps)
+    assert 4 <= steps <= 6
+    opened.frame(1)  # it is not due yet
+    assert int(game.state.levels[0].steps) == steps
+    press(opened, pygame.K_LEFT)  # who moves has taken over
+    assert not game.is_piloted
+    opened.frame(1000)
+    assert int(game.state.levels[0].steps) == steps + 1
+    press(opened, pygame.K_t)
+    for _ in range(100):
+        opened.frame(1000)
+    assert game.has_ended
+
+
+def test_the_close_button(app):
+    opened = app()
+    pygame.event.post(pygame.event.Event(pygame.QUIT))
+    opened.run()
+    assert not opened.is_open
+    assert not pygame.display.get_init()
+
+
+@pytest.mark.parametrize("entries", [{"graph": ("rooms:7",), "size": 63}, {"graph": ("a",), "size": 11}])
+def test_large_and_small_levels_fit_a_screen(app, entries):
+    opened = app(**entries)
+    width, height = opened.surface.get_size()
+    assert width <= 1100
+    assert height <= 700
+    press(opened, pygame.K_o, pygame.K_f)

@@ -1,0 +1,67 @@
+"""Policies: a learner's network that acts elsewhere."""
+
+from threading import Lock
+
+import numpy as np
+import torch
+from learner_envs import PlainTorchNetwork, RandomEnvs, make_learner
+
+
+def test_a_policy_acts_like_the_learner_and_leaves_it_alone():
+    learner, twin = make_learner(sequence_length=100), make_learner(sequence_length=100)
+    policy = learner.policy(6, seed=0)
+    policy._random = np.random.default_rng(0)
+    learner._action_random, twin._action_random = np.random.default_rng(0), np.random.default_rng(0)
+    features = RandomEnvs(6, seed=7).draw_features(6)
+    envs, masks, none = np.arange(6), np.ones((6, 4), bool), np.zeros(6, bool)
+    for turn in range(8):
+        episode_ended = none if turn != 4 else envs == 2
+        sampled = policy.act(envs, features, masks)
+        actions = [agent.act(envs, features, masks) for agent in (learner, twin)]
+        np.testing.assert_array_equal(actions[0], actions[1])
+        np.testing.assert_array_equal(actions[0], sampled)
+        for agent in (learner, twin):
+            agent.finish(envs, np.zeros(6), np.ones(6, int), episode_ended, none, episode_ended)
+        policy.reset(envs[episode_ended])
+
+
+def test_greedy_is_the_best_legal_action():
+    learner = make_learner()
+    with torch.no_grad():
+        learner.network.policy_head.bias.copy_(torch.tensor([0.0, 3.0, 1.0, 2.0]))
+    policy = learner.policy(2, seed=0)
+    masks = np.array([[True] * 4, [True, False, True, True]])
+    np.testing.assert_array_equal(policy.act_greedily(np.arange(2), np.zeros((2, 4), np.uint8), masks), [1, 3])
+
+
+class Notes(PlainTorchNetwork):
+    """Notes outside of its weights how it is used."""
+
+    def step(self, features, state):
+        self.mode = self.training
+        return super().step(features, state)
+
+
+def test_a_policy_leaves_no_trace_in_the_network_and_sees_new_weights():
+    """So threads may act with the same weights at the same time."""
+    learner = make_learner(network=Notes)
+    policies = [learner.policy(2, seed=0) for _ in range(2)]
+    asked = np.arange(2), np.zeros((2, 4), np.uint8), np.ones((2, 4), bool)
+    for policy in policies:
+        policy.act(*asked)
+    assert not hasattr(learner.network, "mode")
+    before = policies[0].decision.values
+    with torch.no_grad():
+        learner.network.value_head.bias += 1
+    for policy in policies:
+        policy.reset(np.arange(2))
+        policy.act(*asked)
+        np.testing.assert_allclose(policy.decision.values, before + 1, atol=1e-6)
+
+
+def test_a_policy_of_a_network_that_cannot_be_copied_acts_with_the_network_itself():
+    learner = make_learner(network=Notes)
+    learner.network.lock = Lock()
+    learner.policy(2, seed=0).act(np.arange(2), np.zeros((2, 4), np.uint8), np.ones((2, 4), bool))
+    assert learner.network.mode is False
+    assert learner.network.training
