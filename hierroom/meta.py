@@ -29,16 +29,14 @@ GIVE_TRAINED = "give that of a trained run, in Python hierroom.load(RUN).meta_co
 class MetaController(Protocol):
     """Chooses goals. Any class with `choose` will do.
 
-    Two further methods are optional. ``reset(envs)`` is called where episodes begin, before the first choice, with the
-    places [M] of these environments in the batch. ``observe(step, turns)`` is called after every primitive step, in
-    training and in play. The `Step` describes all N environments. In the `Turns` the next episodes may have begun;
-    ``turns.final_observation`` is the last observation of those that ended. Methods ``state_dict`` and
+    Optional methods: ``reset(envs)`` is called before the first choice of episodes, with the indices [M] of their
+    environments; ``observe(step, turns)`` after every primitive step of all N environments, when the next episodes may
+    have begun (``turns.final_observation`` is the last observation of those that ended); ``state_dict`` and
     ``load_state_dict`` keep its memory in checkpoints, as for a `LearningMeta`.
 
     Examples:
         >>> class First:
         ...     def choose(self, observations, legal, situation): return legal.argmax(axis=1)
-        ...
         >>> env = gymnasium.make("hierroom/EscapeRoom-a-v0", meta=First())
         >>> env.reset(seed=0)[0]["goal"][:3].tolist()  # a key, not a door or the exit
         [1.0, 0.0, 0.0]
@@ -52,13 +50,11 @@ class MetaController(Protocol):
         Args:
             observations: the observations of ``meta_0`` in the AEC environment, batched: ``observation``
                 [M, 7, 7, 3] uint8, ``goal`` [M, 9] (the last one), ``action_mask`` [M, 14] and the rest.
-            legal: [M, 13] bool, the goals that may be chosen; a row may be empty. The last column of the action mask
-                says whether no goal is legal.
+            legal: [M, 13] bool, the legal goals; a row may be empty. The action mask's last column: is no goal legal?
             situation: all other facts, read-only; ``situation.level(m)`` is the m-th environment as objects.
 
         Returns:
-            Goal ids [M] int, 0 to 12; -1 or 13 is no goal, which asks the controller for something new (see
-            `ledger.Ledger`). A goal that is not legal counts as no goal.
+            Goal ids [M] int, 0 to 12; -1 or 13 is no goal (see `ledger.Ledger`), as is a goal that is not legal.
         """
         ...
 
@@ -74,7 +70,6 @@ class LearningMeta(MetaController, Protocol):
         ...     def learn(self, step): self.n_options += int(step.option_ended.sum())
         ...     def state_dict(self): return {"n_options": self.n_options}
         ...     def load_state_dict(self, state): self.n_options = state["n_options"]
-        ...
         >>> hierroom.meta.make_meta(Counter(), num_envs=8).state_dict()
         {'n_options': 0}
     """
@@ -301,6 +296,5 @@ def _is_function(thing: Any) -> TypeGuard[Callable[[Any], Any]]:
 
 
 def _random_best(rank: NDArray, legal: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> NDArray[np.integer]:
-    """Return the legal goal of highest whole-numbered rank [M], at random among equals; no goal where none is legal."""
     best = np.where(legal, rank + uniforms, NO_GOAL)
     return np.where(legal.any(axis=1), best.argmax(axis=1), NO_GOAL)

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from hierroom.complexity.augmented import MAX_NODES
 from hierroom.complexity.chains.weights import as_targets, can_reach
+from hierroom.complexity.moves import MoveFinder, Moves
 from hierroom.complexity.requirements import relevant_rules
 from hierroom.complexity.walk import PAPER_WALK, Walk
 from hierroom.goals import Rules
-from hierroom.goals.rules import Moves
 from hierroom.support.errors import InputError
 
 AT_ONCE = 1_000_000
@@ -139,12 +139,13 @@ class MarkingGraph:
         layers, edges, goals, fewest, distance = [counts[None]], [], [], math.inf, 0
         known = defaultdict(count().__next__)  # the node of each marking, by its code
         _ = known[int(layers[0][0] @ multipliers)]
-        at_once = max(1, AT_ONCE // max(rules.n_changes, rules.required[..., 0].size))
+        finder = MoveFinder(rules)
+        at_once = max(1, AT_ONCE // max(finder.n_changes, rules.required[..., 0].size))
         while len(layers[-1]):
             first, distance, found = len(known) - len(layers[-1]), distance + 1, []
             for begin in range(0, len(layers[-1]), at_once):
                 batch = layers[-1][begin : begin + at_once]
-                moves = rules.moves(batch)
+                moves = finder.find(batch)
                 self._refuse_many(batch, moves)
                 is_done = np.logical_or.reduceat((moves.facts == target) & (moves.added > 0), moves.starts)
                 after = np.add.reduceat(moves.added * multipliers[moves.facts], moves.starts)

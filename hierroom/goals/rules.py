@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,17 +24,6 @@ from hierroom.support.errors import InputError, shown
 from hierroom.support.files import write_atomically
 from hierroom.support.read_only import freeze
 from hierroom.support.reading import read_toml
-
-
-class Moves(NamedTuple):
-    """E moves from markings, each a rule that changes one, and one after the other the C changes that they make."""
-
-    sources: NDArray[np.int64]  # [E], the number of the marking from which each leads
-    rules: NDArray[np.int64]  # [E]
-    starts: NDArray[np.int64]  # [E], the first change of each
-    of_move: NDArray[np.int64]  # [C], the move of each change
-    facts: NDArray[np.int64]  # [C], the fact that each changes
-    added: NDArray[np.integer]  # [C], how many it adds, or takes away
 
 
 @dataclass(frozen=True)
@@ -65,9 +54,9 @@ class Rules:
         >>> after, applies = rules.apply_all([3, 0, 0])
         >>> applies.tolist()
         [True, True]
-        >>> sources, chosen, after = rules.moves([[3, 0, 0]])  # more wood than 3 changes nothing
-        >>> [rules.names[rule] for rule in chosen], after.tolist()
-        (['raft'], [[0, 1, 0]])
+        >>> applies, alternatives = rules.choose([1, 0, 1])  # one wood and a rope: the second way to a raft
+        >>> applies.tolist(), alternatives.tolist()
+        ([True, True], [0, 1])
         >>> rules == hierroom.Rules.from_dict(rules.to_dict())
         True
         >>> print(rules.to_toml("raft.toml").splitlines()[0])
@@ -168,38 +157,10 @@ class Rules:
         Returns:
             the markings after each rule [..., R, F], and whether it applies [..., R].
         """
-        before, (applies, ways) = np.asarray(markings)[..., None, :], self._choose(np.asarray(markings))
+        before, (applies, ways) = np.asarray(markings)[..., None, :], self.choose(np.asarray(markings))
         rules = np.arange(len(self.rules))
         after = np.minimum(before - self.used[rules, ways] + self.given[rules, ways], self.limits)
         return np.where(applies[..., None], after, before), applies
-
-    def moves(self, markings: NDArray[np.integer]) -> Moves:
-        """Find all moves from markings [M, F]: each rule that applies and changes a marking."""
-        n_changes, facts, counts = self._changes
-        applies, ways = self._choose(markings)
-        sources, rules = np.nonzero(applies)
-        used = rules * n_changes.shape[1] + ways[sources, rules]
-        lengths = n_changes.ravel()[used]
-        of_move = np.repeat(np.arange(len(used)), lengths)
-        at = np.arange(len(of_move)) + np.repeat(
-            (n_changes.ravel().cumsum() - n_changes.ravel())[used] - (lengths.cumsum() - lengths), lengths
-        )
-        before = markings[sources[of_move], facts[at]]
-        added = np.minimum(before + counts[at], self.limits[facts[at]]) - before
-        kept = np.flatnonzero(added)
-        moves, starts, of_move = np.unique(of_move[kept], return_index=True, return_inverse=True)
-        return Moves(sources[moves], rules[moves], starts, of_move, facts[at[kept]], added[kept])
-
-    @property
-    def n_changes(self) -> int:
-        """The number of changes of facts in all alternatives together."""
-        return len(self._changes[1])
-
-    @cached_property
-    def _changes(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-        """The number of facts that each alternative changes [R, A]; one after the other which [C], and by how many."""
-        change = self.given - self.used
-        return np.count_nonzero(change, axis=-1), np.nonzero(change)[-1], change[np.nonzero(change)]
 
     @cached_property
     def _thresholds(self) -> tuple[NDArray[np.int64], NDArray[np.int64], list[tuple[Any, NDArray[np.uint64]]]]:
@@ -217,8 +178,8 @@ class Rules:
         askers = [slice(None) if np.count_nonzero(word) > word.size / 4 else np.flatnonzero(word) for word in words]
         return asked[:, 0], asked[:, 1], [(asker, word[asker]) for asker, word in zip(askers, words, strict=True)]
 
-    def _choose(self, markings: NDArray[np.integer]) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-        """Find whether each rule applies to markings [..., F], and by which of its alternatives: [..., R] both."""
+    def choose(self, markings: ArrayLike) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+        """Return whether each rule applies to markings [..., F], and by which of its alternatives: [..., R] both."""
         facts, counts, asks = self._thresholds
         lacks = _bits(np.take(markings, facts, axis=-1) < counts)
         most = self.required.shape[1]

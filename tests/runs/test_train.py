@@ -233,7 +233,8 @@ def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):
     command = f"{sys.executable} -m hierroom complexity --graph rooms:6 --csv | head -1"
     done = run_child(["bash", "-c", command], cwd=tmp_path)
     assert done.stdout.startswith("key_rooms")
-    assert done.stderr == ""
+    assert "Traceback" not in done.stderr
+    assert "Broken pipe" not in done.stderr  # on a slow machine it says what it measures
 
 
 def untrained(**changes) -> TrainedAgent:
