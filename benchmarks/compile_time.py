@@ -148,7 +148,8 @@ def main(options: Options) -> None:
         table = measure()
     if options.before is not None:
         before = pd.read_csv(options.before, index_col="kernel")[["versions", "seconds"]].add_suffix(" before")
-        table = before.join(table, how="outer").fillna(0).convert_dtypes().sort_values("seconds before", ascending=False)
+        table = before.join(table, how="outer").fillna(0).convert_dtypes()
+        table = table.sort_values("seconds before", ascending=False)
     if options.out is not None:
         table.to_csv(options.out)
     table.loc["all"] = table.sum()
