@@ -39,9 +39,9 @@ class VectorArrays:
         self._kept = None if copy else self.observations.empty()
 
     def _empty(self) -> tuple[tuple[NDArray, ...], tuple[Any, ...]]:
-        """Return all arrays that are new at every step, and what `at_step` needs of them.
+        """Return all arrays that are new at every step, and those that `at_step` uses.
 
-        The kernel of the results gets three arrays for fifteen, as each argument takes time: they are rows of two.
+        Flags and integers are rows of two arrays, because each argument of the results' kernel takes time.
         """
         arrays, parts = self._kept or self.observations.empty()
         flags, numbers = np.empty((3 + len(INFOS), self._n), _BOOL), np.empty((len(INFOS) - 1, self._n), _INT64)
@@ -57,25 +57,25 @@ class VectorArrays:
         """Return observations after the meta-controller's turn, rewards, terminated, truncated and infos of a step.
 
         Args:
-            steps: [N] records of what it did.
+            steps: [N] records of the step.
             begins_anew: whether infos are of the next episode where one ended.
 
         Returns:
-            a dict of arrays, or one array [N, K] of rows, and what Gymnasium asks for besides.
+            a dict of arrays, or one array [N, K] of rows, and the other results of Gymnasium's step.
         """
         _, (arrays, parts, results, terminated, truncated, infos) = self._pool.take()
         _compiled_results()(steps, self._turns.ledger.records, begins_anew, *results)
         return self._observe(arrays, parts), results[0], terminated, truncated, infos.copy()
 
     def at_reset(self, where: NDArray[np.bool_]) -> tuple[Any, dict[str, Any]]:
-        """Return what the controller observes everywhere, and the infos of the environments whose episode begins."""
+        """Return all controllers' observations, and infos of the environments in ``where`` [N] that begin episodes."""
         shortest = self._turns.ledger.shortest * where
         infos = np.zeros(self._n, _BOOL), -where.astype(_INT64), *np.zeros((3, self._n), _INT64), shortest
         observations = self._observe(*(self._kept or self.observations.empty()))
         return observations, _by_name(infos, [where.copy() for _ in INFOS])
 
     def _observe(self, arrays: tuple[NDArray, ...], parts: dict[str, NDArray]) -> Any:
-        """Write what the controllers observe now, and return it."""
+        """Write the controllers' observations, and return them."""
         self.observations.write(self._turns.ledger.goals, arrays)
         return arrays[0] if self._flat else parts.copy()
 

@@ -12,9 +12,10 @@ _Set = tuple[tuple[NDArray, ...], Any]
 
 
 class ArrayPool:
-    """Two sets of arrays, as allocation is slow: of them the one used last if nobody holds any of its arrays.
+    """Reuses two sets of arrays, as allocation is slow; a set with an array that somebody still holds is not reused.
 
-    ``make`` makes a set: arrays, those among them that own the memory of others, and anything that holds some of them.
+    ``make`` returns a set: all its arrays, with the owners of views, and any object that holds some of them. The set
+    used last comes first, as it is still in the processor's cache.
     """
 
     def __init__(self, make: Callable[[], _Set]) -> None:
@@ -28,7 +29,7 @@ class ArrayPool:
         return ArrayPool, (self._make,)
 
     def take(self) -> _Set:
-        """Return a set of arrays to write, and what holds them; whoever passes on a dict of them passes a copy."""
+        """Return a set of arrays to write, and the object that holds them; pass on only copies of a dict of them."""
         if not self._sets:
             self._sets = [self._make(), self._make()]
             self._free = list(map(getrefcount, self._sets[0][0]))

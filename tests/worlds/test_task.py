@@ -5,7 +5,6 @@ from dataclasses import replace
 from types import ModuleType
 
 import chest_task
-import gymnasium
 import numpy as np
 import pytest
 from chest_task import GOALS, LEFT, RIGHT, USE, Chest, chest, dice, free
@@ -185,85 +184,6 @@ def test_a_task_that_cannot_be_is_refused_where_it_is_made(changes, said):
     with pytest.raises(InputError) as refused:
         hierroom.Task(**{**arguments, **changes})
     assert said in str(refused.value)
-
-
-class Untrue(Chest):
-    observation_space = gymnasium.spaces.Dict({"hint": gymnasium.spaces.Text(5)})
-
-
-class Steered(Chest):
-    action_space = gymnasium.spaces.Box(-1, 1, (2,))
-
-
-class Broken(Chest):
-    def step(self, action):
-        raise ValueError("no\nstep")
-
-
-class Quitting(Chest):
-    def step(self, action):
-        raise SystemExit(3)
-
-
-def stops(env, info):
-    raise BaseException("stop")
-
-
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({"make": lambda: 1 / 0}, "make of task fails: ZeroDivisionError: division by zero (line "),
-        ({"make": lambda: 3}, "make of task must return a gymnasium.Env, not 3"),
-        ({"make": "Nowhere-v7"}, "make of task fails: NameNotFound: "),
-        ({"make": Untrue}, "observations are Box, Discrete, MultiDiscrete or MultiBinary, or dicts, not Dict("),
-        ({"make": Steered}, "the actions of task must be Discrete, not Box("),
-        ({"make": Broken}, "step of task fails: ValueError: no step (line "),
-        ({"make": Quitting}, "step of task fails: SystemExit: 3 (line "),
-        ({"goals": {"chest": stops}}, "goal 'chest' of task fails: BaseException: stop (line "),
-        ({"goals": {"chest": lambda env, info: None}}, "goal 'chest' of task must return True, False or a count"),
-        ({"goals": {"chest": lambda env, info: -1}}, "count of at least 0, not -1"),
-        ({"goals": {"chest": lambda env, info: info["cell"]}}, "goal 'chest' of task fails: KeyError: 'cell' (line "),
-        ({"goals": {"chest": lambda env: True}}, "goal 'chest' of task fails: TypeError: "),
-    ],
-)
-def test_what_is_wrong_with_a_users_code_is_one_line_before_anything_is_trained(changes, said):
-    task = hierroom.Task(**{"make": Chest, "goals": GOALS, "target": "chest", **changes})
-    with pytest.raises(InputError) as refused:
-        make(task)
-    assert said in str(refused.value)
-    assert "\n" not in str(refused.value)
-
-
-class Generous(Chest):
-    def step(self, action):
-        observation, _, *rest = super().step(action)
-        return observation, 10**400, *rest
-
-
-def test_a_reward_that_no_float_holds_ends_in_one_line():
-    turns = make(hierroom.Task(make=Generous, goals=GOALS, target="chest"))
-    with pytest.raises(InputError, match="must return numbers and truths from a step: int too large"):
-        turns.step(np.zeros(len(turns), int))
-
-
-@pytest.mark.parametrize(
-    ("entries", "said"),
-    [
-        ({"size": 13}, "size is for EscapeRooms; task has no such entry"),
-        ({"graph": "d"}, "graph is for EscapeRooms"),
-        ({"task": 3}, "a task is a name, like package.module:name, or a hierroom.Task, not 3"),
-        ({"max_steps": 0}, "max_steps must be a whole number of at least 1, not 0"),
-    ],
-)
-def test_entries_of_escape_rooms_are_refused_for_a_task(entries, said):
-    with pytest.raises(InputError) as refused:
-        EnvConfig(**{"task": chest, **entries})
-    assert said in str(refused.value)
-
-
-def test_memories_that_only_escape_rooms_have_are_refused():
-    with pytest.raises(InputError, match="task does not remember what a feature or a reward asks for: visited"):
-        make(reward="novelty")
 
 
 def test_rules_of_a_task_may_be_rules_and_are_named_after_its_goals():
