@@ -211,6 +211,7 @@ def test_entries_may_stand_behind_options(monkeypatch, capsys, tmp_path):
         (("--seeds", "3"), "say what to train"),
         (("--graphs", "--list"), "--graphs is given without a value"),
         (("--graphs", "a", "--graphs", "b"), "--graphs is given twice"),
+        (("task=workshop:1", "--list"), "the number of goals of a workshop must be at least 2, not 1"),
     ],
 )
 def test_a_sweep_of_nothing_is_refused(words, message):

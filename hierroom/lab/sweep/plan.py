@@ -21,6 +21,7 @@ from hierroom.runs.config.typed_value import typed_value
 from hierroom.support.errors import InputError, require_number, shown
 from hierroom.support.files import to_json
 from hierroom.support.reading import read_toml
+from hierroom.worlds.make import find_task, ships
 
 RESULTS_VERSION = 1
 """Raise it when the same config gives other results ('Results change' in CHANGELOG.md) or an entry another default."""
@@ -110,6 +111,8 @@ class Plan:
     def _run(self, variant: str, entries: dict[str, Any], varied: Sequence[str]) -> PlannedRun:
         start = find_preset(entries.pop("preset", None) or implied_preset(entries.get("meta")))
         config = start.changed(**{"threads": 1, **entries})  # the processes are the parallel part
+        if ships(config.env.task):
+            find_task(config.env.task)  # refuses a name that means no task
         own = config.entries | {
             "meta": config.resolved_method.meta,
             "graph": config.env.names,
