@@ -1,17 +1,21 @@
-"""Steps per second of training, and where the time goes, next to sb3-contrib's RecurrentPPO in the same run.
+"""Steps per second of training, and where the time goes, next to two other trainers in the same run.
 
     pip install -c constraints.txt -e '.[bench]'
-    python benchmarks/train_speed.py
+    python -m benchmarks.train_speed
 
 All train a flat PPO with an LSTM of 64 on graph c that reads the view: 128 environments x 128 steps, 4 epochs x 4
-minibatches. Theirs runs on the same Gymnasium environment, one process, with the view flattened. It has its own network
-(policy and value have an LSTM and two layers of 64 each), and once one shared LSTM and nothing after it, like ours.
+minibatches. sb3-contrib's RecurrentPPO runs on the same Gymnasium environment, one process, with the view flattened. It
+has its own network (policy and value have an LSTM and two layers of 64 each), and once one shared LSTM and nothing
+after it, like ours. PufferLib's trainer takes part if it is installed (see `benchmarks.puffer_trainer`). It steps our
+vector environment as its native one. Its network is a layer of 64 and an LSTM of 64, whose state is reset at the start
+of each rollout and not at the end of an episode; ours is reset at the end of an episode only.
 HiPPO with 3 goals and with 13, with the features of the default, shows that the time does not grow with their number.
 Repeats take turns, so that a busy machine slows all alike.
 """
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import platform
 import resource
@@ -58,7 +62,7 @@ def ours(graph: str, threads: int, **settings: Any) -> tuple[Trainer, Counter[st
     agent = trainer.controller
     seconds: Counter[str] = Counter()
     for part, owner, name in (
-        ("world", trainer.turns, "_step_world"),
+        ("world", trainer.turns, "take_step"),
         ("features", agent.features, "encode"),
         ("policy", agent.learner, "act"),
         ("policy", agent.learner, "finish"),
@@ -116,6 +120,10 @@ def main() -> None:
     cases = {name: trainer.advance for name, (trainer, _) in (flat | goals).items()}
     cases[THEIRS] = theirs()
     cases[f"{THEIRS}, one LSTM"] = theirs(net_arch=[], shared_lstm=True, enable_critic_lstm=False)
+    if importlib.util.find_spec("pufferlib"):
+        from benchmarks.puffer_trainer import pufferlib_update
+
+        cases["PufferLib 3.0"] = pufferlib_update("c", NUM_ENVS, LENGTH, EPOCHS, MINIBATCHES)
     speeds: dict[str, list[float]] = {name: [] for name in cases}
     for repeat in range(options.repeats + 1):
         for name, advance in cases.items():
