@@ -19,7 +19,7 @@ from benchmarks.study.page_tables import correlations_file, milestone_and_words
 from benchmarks.study.result import csv_text
 from benchmarks.study.statistics import Options as StudyOptions
 from benchmarks.study.statistics import study
-from benchmarks.study.tables import MEASURES_PATH, known_measures, read_rows
+from benchmarks.study.tables import measures_for, read_rows
 from benchmarks.study.trained import Milestone
 from benchmarks.tables import PAGES, named_tables
 from hierroom.lab.sweep.table import SweepTable
@@ -60,7 +60,7 @@ def write_correlations(name: str, milestone: Milestone | None) -> Path:
     folder = Path("benchmarks", "results", name)
     path = folder / correlations_file(milestone)
     options = StudyOptions(folder / "sweep.csv", outcome=milestone, seeds=n_whole_seeds(name))
-    results = study(read_rows(ROOT / options.table), known_measures(ROOT / MEASURES_PATH), options)
+    results = study(read_rows(ROOT / options.table), measures_for(ROOT / options.table), options)
     write_atomically(ROOT / path, csv_text(results).encode())
     return path
 

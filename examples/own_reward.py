@@ -8,14 +8,14 @@ GAMMA = 0.95  # that of the learner, so that shaping does not change which polic
 
 
 class Closer:
-    """1 where the goal is reached, and on the way there what a step changes in a potential: minus the distance."""
+    """1 where the goal is reached; before that the change of a potential, minus the scaled distance to the goal."""
 
-    ends_with_option = True  # the next goal is another task: nothing after the option is this goal's merit
+    ends_with_option = True  # rewards after the option belong to the next goal
 
     def rewards(self, step):
         """Return the rewards of the N environments [N]."""
         before = -0.02 * step.before.distances(step.goals)
-        after = -0.02 * step.after.distances(step.goals) * ~step.return_terminated  # at its end the potential is zero
+        after = -0.02 * step.after.distances(step.goals) * ~step.return_terminated  # where the return ends it is zero
         return step.reached + GAMMA * after - before
 
 

@@ -21,7 +21,7 @@ import tyro
 
 from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.factors import RATIO_HEADER, Factor, compare_methods, ratio_cells
-from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
+from benchmarks.study.tables import Row, first_seeds, measures_for, read_rows
 from benchmarks.study.trained import Milestone, milestone_of
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
@@ -36,14 +36,14 @@ class Options:
     Args:
         table: the training runs.
         comparisons: the file that names the methods.
-        measures: the measures of the goal graphs.
+        measures: the measures of the goal graphs; by default measures.csv next to the table, else the study's.
         seeds: only seeds 0, 1, ..., so many of them; all by default.
         bootstrap: how intervals are computed.
     """
 
     table: tyro.conf.Positional[Path]
     comparisons: tyro.conf.Positional[Path]
-    measures: Path = MEASURES_PATH
+    measures: Path | None = None
     seeds: int | None = None
     bootstrap: tyro.conf.OmitArgPrefixes[Bootstrap] = field(default_factory=Bootstrap)
 
@@ -120,7 +120,7 @@ def main() -> int:
     """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     planned = read_comparisons(options.comparisons)
-    found = compare(read_rows(options.table), known_measures(options.measures), planned, options)
+    found = compare(read_rows(options.table), measures_for(options.table, options.measures), planned, options)
     print(markdown(planned, found))
     return 0
 

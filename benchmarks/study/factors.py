@@ -23,7 +23,7 @@ from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.correlations import Estimate
 from benchmarks.study.hierarchy import ENOUGH, QUARTILES
 from benchmarks.study.paired import graphs_of_equal_runs, pair
-from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
+from benchmarks.study.tables import Row, first_seeds, measures_for, read_rows
 from benchmarks.study.trained import Milestone, method_names
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
@@ -40,7 +40,8 @@ class Options:
     Args:
         table: the training runs.
         reference: the method that the others are held against.
-        measures: the measures of the goal graphs, which know which of them are twins.
+        measures: the measures of the goal graphs, which know which of them are twins; by default measures.csv next to
+            the table, else the study's.
         outcome: the milestone to compare steps by; by default, for each method, steps_to_95, or steps_to_50 if it or
             the reference never got there on more than a third of the graphs.
         seeds: only seeds 0, 1, ..., so many of them, as of a sweep that goes on; all by default.
@@ -49,7 +50,7 @@ class Options:
 
     table: tyro.conf.Positional[Path]
     reference: str = "hippo as it is"
-    measures: Path = MEASURES_PATH
+    measures: Path | None = None
     outcome: Milestone | None = None
     seeds: int | None = None
     bootstrap: tyro.conf.OmitArgPrefixes[Bootstrap] = field(default_factory=Bootstrap)
@@ -159,7 +160,7 @@ def ratio_cells(one: Factor) -> list[str]:
 def main() -> int:
     """Run the command."""
     options = tyro.cli(Options, description=__doc__)
-    print(markdown(factors(read_rows(options.table), known_measures(options.measures), options)))
+    print(markdown(factors(read_rows(options.table), measures_for(options.table, options.measures), options)))
     return 0
 
 

@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from benchmarks.study.picture import write
-from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
+from benchmarks.study.tables import Row, first_seeds, measures_for, read_rows
 from benchmarks.study.trained import MEASURES, Milestone, Trained, measures_of, medians, read_trained
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.lab.compare.style import COLOURS
@@ -50,7 +50,7 @@ class Options:
         table: the training runs.
         out: the picture; its suffix chooses the format.
         shown: the measures, a panel each.
-        measures: the measures of the goal graphs.
+        measures: the measures of the goal graphs; by default measures.csv next to the table, else the study's.
         outcome: what says how hard a graph was.
         seeds: only seeds 0, 1, ..., so many of them, as of a sweep that goes on; all by default.
     """
@@ -58,7 +58,7 @@ class Options:
     table: tyro.conf.Positional[Path]
     out: Path
     shown: tuple[str, ...] = ("goals", "exit_depth", "hitting_time", "play_expected_steps")
-    measures: Path = MEASURES_PATH
+    measures: Path | None = None
     outcome: Milestone = "steps_to_95"
     seeds: int | None = None
 
@@ -104,7 +104,7 @@ def figure_of(options: Options) -> Figure:
     Raises:
         InputError: as `draw` does, or if a table cannot be read.
     """
-    measured = known_measures(options.measures)
+    measured = measures_for(options.table, options.measures)
     rows = first_seeds(read_rows(options.table), options.seeds)
     return draw(read_trained(rows, measured, options.outcome), measured, options)
 

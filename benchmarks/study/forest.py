@@ -23,7 +23,7 @@ from benchmarks.study import factors
 from benchmarks.study.factors import Factor
 from benchmarks.study.figure import MARKS
 from benchmarks.study.picture import write
-from benchmarks.study.tables import known_measures, read_rows
+from benchmarks.study.tables import measures_for, read_rows
 from hierroom.lab.compare.style import COLOURS
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
@@ -109,7 +109,7 @@ def figure_of(options: Options) -> Figure:
     Raises:
         InputError: as `draw` or `factors.factors` do, or if a table cannot be read.
     """
-    return draw(factors.factors(read_rows(options.table), known_measures(options.measures), options))
+    return draw(factors.factors(read_rows(options.table), measures_for(options.table, options.measures), options))
 
 
 def main() -> int:

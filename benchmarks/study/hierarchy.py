@@ -23,7 +23,7 @@ import tyro
 from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.lead import sentence as lead_sentence
 from benchmarks.study.paired import Paired, median_ratios, pair
-from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
+from benchmarks.study.tables import Row, first_seeds, measures_for, read_rows
 from benchmarks.study.trained import Milestone, measures_of
 from benchmarks.study.trend import sentence as trend_sentence
 from benchmarks.study.trend import trends
@@ -49,7 +49,7 @@ class Options:
         table: the training runs.
         flat: the method without a hierarchy.
         hierarchical: the method with one.
-        measures: the measures of the goal graphs.
+        measures: the measures of the goal graphs; by default measures.csv next to the table, else the study's.
         outcome: the milestone to compare steps by; by default steps_to_95, or steps_to_50 if one of the methods never
             got there on more than a third of the graphs.
         by: the rows of the table: the number of goals before the exit (exit depth), the largest number of rooms at the
@@ -63,7 +63,7 @@ class Options:
     table: tyro.conf.Positional[Path]
     flat: str = "ppo-bonus"
     hierarchical: str = "hippo"
-    measures: Path = MEASURES_PATH
+    measures: Path | None = None
     outcome: Milestone | None = None
     by: Grouping = "exit_depth"
     hardest_by: str = "play_expected_steps"
@@ -248,7 +248,7 @@ def _working(comparisons: Sequence[Comparison]) -> list[str]:
 def main() -> int:
     """Run the command."""
     options = tyro.cli(Options, description=__doc__)
-    measured = known_measures(options.measures)
+    measured = measures_for(options.table, options.measures)
     found = both_methods(read_rows(options.table), measured, options)
     compared = compare(found, measured, options)
     print(text(found, compared, measured, options))

@@ -41,7 +41,7 @@ def leads(found: Paired) -> tuple[Lead, Lead]:
 
 
 def sentence(found: Paired, names: tuple[str, str]) -> str:
-    """Return the same in two sentences.
+    """Return the same in three sentences.
 
     Args:
         found: the two methods.
@@ -49,9 +49,13 @@ def sentence(found: Paired, names: tuple[str, str]) -> str:
     """
     found_leads = [*zip(names, leads(found), strict=True)]
     milestone = found.outcome.removeprefix("steps_to_")
-    first = ", ".join(f"{name} on {one.first} (every seed on {one.with_every_seed})" for name, one in found_leads)
+    first = ", ".join(f"{name} on {one.first}" for name, one in found_leads)
+    every = ", ".join(f"{name} on {one.with_every_seed}" for name, one in found_leads)
     reached = ", ".join(f"{name} on {one.reached} ({one.runs_reached} of {one.runs} runs)" for name, one in found_leads)
-    return f"First to {milestone}%, of {len(found.graphs)} goal graphs: {first}. Every seed gets there: {reached}."
+    return (
+        f"Fewer median steps to {milestone}%, of {len(found.graphs)} goal graphs: {first}. "
+        f"Every seed is before every seed of the other method: {every}. Every seed gets to {milestone}%: {reached}."
+    )
 
 
 def _lead(own: NDArray[np.float64], other: NDArray[np.float64]) -> Lead:

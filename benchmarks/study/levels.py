@@ -16,7 +16,7 @@ import tyro
 
 from benchmarks.study import factors
 from benchmarks.study.factors import Factor
-from benchmarks.study.tables import Row, known_measures, read_rows
+from benchmarks.study.tables import Row, measures_for, read_rows
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
 from hierroom.support.tables import markdown_table
@@ -62,7 +62,7 @@ def markdown(found: Mapping[str, Sequence[Factor]]) -> str:
 def main() -> int:
     """Run the command."""
     options = tyro.cli(Options, description=__doc__)
-    print(markdown(levels(read_rows(options.table), known_measures(options.measures), options)))
+    print(markdown(levels(read_rows(options.table), measures_for(options.table, options.measures), options)))
     return 0
 
 

@@ -8,7 +8,7 @@ from typing import get_args
 
 from benchmarks.committed import ROOT, checked_path, done_rows, plan_of
 from benchmarks.study import comparisons, factors, hierarchy, levels, result, tuning
-from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
+from benchmarks.study.tables import Row, measures_for, read_rows
 from benchmarks.study.trained import Milestone
 from hierroom.support.errors import InputError
 
@@ -64,23 +64,23 @@ def hierarchy_table(name: str, n_seeds: str, *words: str) -> str:
     Args:
         name: of the sweep.
         n_seeds: how many seeds.
-        words: a milestone where it is not that of the study's rules, and what tells the rows apart where that is not
-            the exit depth.
+        words: a milestone where it is not that of the study's rules, what tells the rows apart where that is not the
+            exit depth, and the words of the name of the hierarchical method where that is not "hippo".
 
     Raises:
-        InputError: if a run of these seeds is not done, or a word is neither of these.
+        InputError: if a run of these seeds is not done, or there is no such method.
     """
     known = (*get_args(Milestone), *get_args(hierarchy.Grouping))
-    if unknown := [word for word in words if word not in known]:
-        raise InputError(f"a word after the seeds must be one of {', '.join(known)}, not {unknown[0]!r}")
+    method = " ".join(word for word in words if word not in known) or hierarchy.Options.hierarchical
     outcome: Milestone | None = next((milestone for milestone in get_args(Milestone) if milestone in words), None)
     by: hierarchy.Grouping = next((one for one in get_args(hierarchy.Grouping) if one in words), "exit_depth")
     path = checked_path(name, n_seeds)
-    options = hierarchy.Options(path, outcome=outcome, by=by, seeds=int(n_seeds))
+    options = hierarchy.Options(path, hierarchical=method, outcome=outcome, by=by, seeds=int(n_seeds))
     rows, measured = _rows(path)
     found = hierarchy.both_methods(rows, measured, options)
     table = hierarchy.text(found, hierarchy.compare(found, measured, options), measured, options)
     command = f"python -m benchmarks.study.hierarchy {path} --seeds {n_seeds}"
+    command += "" if method == hierarchy.Options.hierarchical else f' --hierarchical "{method}"'
     command += "" if outcome is None else f" --outcome {outcome}"
     command += "" if by == "exit_depth" else f" --by {by}"
     return f"\n`{command}`:\n\n{table}\n\n"
@@ -157,4 +157,4 @@ def tuning_table(*names: str) -> str:
 
 def _rows(path: Path) -> tuple[list[Row], list[Row]]:
     """Those of the table of training runs, and those of the measures."""
-    return read_rows(ROOT / path), known_measures(ROOT / MEASURES_PATH)
+    return read_rows(ROOT / path), measures_for(ROOT / path)

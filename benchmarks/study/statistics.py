@@ -20,7 +20,7 @@ from rich.progress import Progress
 from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.correlations import Estimate, estimates, noise_of_twins, split_half, twin_factor
 from benchmarks.study.result import HALVES, NEVER, TWIN_FACTOR, TWINS, Result, csv_text, markdown
-from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
+from benchmarks.study.tables import Row, first_seeds, measures_for, read_rows
 from benchmarks.study.trained import FEWEST_GRAPHS, Outcome, Trained, among, by_rule, measures_of, read_trained
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
@@ -33,7 +33,7 @@ class Options:
 
     Args:
         table: the training runs.
-        measures: the measures of their goal graphs.
+        measures: the measures of their goal graphs; by default measures.csv next to the table, else the study's.
         outcome: what says how hard a graph was; by default steps_to_95, or steps_to_50 for a method that never got
             there on more than a third of the graphs.
         rooms: only goal graphs of so many rooms; all by default.
@@ -43,7 +43,7 @@ class Options:
     """
 
     table: tyro.conf.Positional[Path]
-    measures: Path = MEASURES_PATH
+    measures: Path | None = None
     outcome: Outcome | None = None
     rooms: tuple[int, ...] = ()
     seeds: int | None = None
@@ -102,7 +102,7 @@ def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result
 def main() -> int:
     """Run the command."""
     options = tyro.cli(Options, description=__doc__)
-    measured = known_measures(options.measures)
+    measured = measures_for(options.table, options.measures)
     results = study(read_rows(options.table), measured, options)
     print("\n\n".join(markdown(result) for result in results))
     if options.out is not None:

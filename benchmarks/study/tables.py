@@ -9,6 +9,7 @@ from pathlib import Path
 
 from hierroom.support.errors import InputError
 
+ROOT = Path(__file__).parents[2]
 MEASURES_PATH = Path("benchmarks/results/study/measures.csv")
 NEEDED = {"graph", "twin_of", "rooms", "goals", "settings"}
 Row = Mapping[str, str]
@@ -39,6 +40,20 @@ def known_measures(path: Path) -> list[Row]:
     if not rows:
         raise InputError(f"{path} holds no measures; make it: python -m benchmarks.study.measures_table")
     return rows
+
+
+def measures_for(table: Path, given: Path | None = None) -> list[Row]:
+    """Return the rows of the measures of a table of training runs.
+
+    Args:
+        table: the training runs.
+        given: the table of measures. None: measures.csv next to the training runs, or the study's if there is none.
+
+    Raises:
+        InputError: as `known_measures`.
+    """
+    own = table.with_name("measures.csv")
+    return known_measures(given or (own if own.exists() else ROOT / MEASURES_PATH))
 
 
 def first_seeds(rows: Sequence[Row], n_seeds: int | None) -> list[Row]:

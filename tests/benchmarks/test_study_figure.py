@@ -7,6 +7,7 @@ import pytest
 from study_tables import write_tables
 
 from benchmarks.study import figure
+from benchmarks.study.tables import known_measures
 from hierroom.support.errors import InputError
 
 STEPS = {"a": [100, 300, 200], "b": [400, 500, 900], "own": [800, None, None], "c": [600, 700, None]}
@@ -33,7 +34,7 @@ def words(tables, *others):
 
 def test_marks_stand_at_the_medians_and_above_all_where_half_never_got_there(tables):
     options = figure.Options(tables / "runs.csv", tables / "f.png", ("width", "play_success"))
-    measured = figure.known_measures(tables / "measures.csv")
+    measured = known_measures(tables / "measures.csv")
     trained = figure.read_trained(figure.read_rows(options.table), measured, "steps_to_95")
     for axes in figure.draw(trained, measured, options).axes:
         reached, never = (np.asarray(marks.get_offsets()).tolist() for marks in axes.collections[1:])

@@ -76,8 +76,9 @@ def test_the_table_counts_graphs_by_exit_depth(tables, monkeypatch, capsys):
     )
     assert lines[3] == "| 3 | 2 | - (300k to -) | - | ∞ (1.0 to ∞) | 0 | 0 | 1 | 0 | 1 | 0 |"
     assert lines[5] == (
-        "First to 95%, of 4 goal graphs: ppo-bonus on 0 (every seed on 0), hippo on 3 (every seed on 1). "
-        "Every seed gets there: ppo-bonus on 2 (7 of 12 runs), hippo on 2 (8 of 12 runs)."
+        "Fewer median steps to 95%, of 4 goal graphs: ppo-bonus on 0, hippo on 3. "
+        "Every seed is before every seed of the other method: ppo-bonus on 0, hippo on 1. "
+        "Every seed gets to 95%: ppo-bonus on 2 (7 of 12 runs), hippo on 2 (8 of 12 runs)."
     )
     assert lines[7] == (
         "Hardest tenth by play_expected_steps, with ties 1 of 4 goal graphs: "

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.study.correlations import ceiling
-from benchmarks.study.page_tables import hierarchy_table
+from benchmarks.study.page_tables import factors_table, hierarchy_table
 from benchmarks.study.result import HALVES, results_of
 from benchmarks.study.tables import read_rows
 from benchmarks.tables import FILE
@@ -40,8 +40,11 @@ def known() -> list[Estimate]:
     shown = [table[0] for table in TABLE.finditer((ROOT / "docs" / "study.md").read_text())]
     links = [link for link, _, _ in FILE.findall((ROOT / "docs" / "tables.md").read_text()) if "/study" in link]
     files = [(ROOT / "docs" / link).read_text() for link in links]
-    sentences = hierarchy_table("study_paper_features", "3")  # the command prints them below the table of the file
-    found = [estimate for text in (*shown, *files, sentences) for estimate in estimates(text)]
+    printed = [  # by commands that the page names
+        hierarchy_table("study_paper_features", "3"),
+        factors_table("study_factors_crossed", "3", "steps_to_50", "hippo", "as", "it", "is"),
+    ]
+    found = [estimate for text in (*shown, *files, *printed) for estimate in estimates(text)]
     for path in sorted((ROOT / "benchmarks" / "results").glob("study*/correlations*.csv")):
         rows = read_rows(path)
         for one in results_of(rows):

@@ -141,13 +141,13 @@ def test_the_hitting_time_is_ranked_against_what_was_learned():
     ).assign(method="hippo")
     output = prediction(cells)
     assert output.startswith(
-        "Rank correlation of the paper's hitting time over 4 graphs (p by an exact permutation test), HiPPO: "
-        "with success ours -0.80 (p = 0.33), the paper's "
+        "Rank correlations of the paper's hitting time with HiPPO's results on 4 graphs "
+        "(p by an exact permutation test): success in our runs -0.80 (p = 0.33), in the paper "
     )
     one = "1.00 (p = 0.08)"  # 2 of 24 orders
-    assert f"with length ours {one}, the paper's {one}; with our training steps until 95% {one}." in output
+    assert f"length in our runs {one}, in the paper {one}; steps to 95% in our runs {one}." in output
     assert prediction(cells[:3]) == ""
-    assert "until 95% none (all are equal)." in prediction(cells.assign(steps_to_95=np.inf))
+    assert "steps to 95% in our runs none (all are equal)." in prediction(cells.assign(steps_to_95=np.inf))
 
 
 def test_the_methods_are_compared_where_one_of_them_has_the_papers_success():

@@ -121,10 +121,10 @@ def prediction(cells: pd.DataFrame) -> str:
         return f"{test.statistic:.2f} (p = {test.pvalue:.2f})"
 
     parts = [
-        f"with {quantity} ours {correlation([*own[quantity]])}, "
-        f"the paper's {correlation([getattr(PAPER_TABLE_3['hippo', graph], quantity) for graph in own['graph']])}"
+        f"{quantity} in our runs {correlation([*own[quantity]])}, "
+        f"in the paper {correlation([getattr(PAPER_TABLE_3['hippo', graph], quantity) for graph in own['graph']])}"
         for quantity in ("success", "length")
     ]
-    parts.append(f"with our training steps until 95% {correlation([*own['steps_to_95']])}")
-    over = f"over {len(own)} graphs (p by an exact permutation test)"
-    return f"Rank correlation of the paper's hitting time {over}, HiPPO: {'; '.join(parts)}."
+    parts.append(f"steps to 95% in our runs {correlation([*own['steps_to_95']])}")
+    over = f"on {len(own)} graphs (p by an exact permutation test)"
+    return f"Rank correlations of the paper's hitting time with HiPPO's results {over}: {'; '.join(parts)}."
