@@ -1,4 +1,4 @@
-"""The study's text tells numbers that its tables and statistics hold, rounded."""
+"""The texts of the study and the conjecture tell numbers that their tables and statistics hold, rounded."""
 
 import re
 from pathlib import Path
@@ -16,6 +16,14 @@ NUMBER = r"-?(?:\d+(?:\.\d+)?|∞)"
 ESTIMATE = re.compile(rf"({NUMBER})\s+\[({NUMBER}),\s+({NUMBER})\]")
 TABLE = re.compile(r"<!-- (\w+) [^>]*-->\n.*?<!-- end of \1 -->\n", re.DOTALL)
 Estimate = tuple[tuple[float, int], ...]
+PRINTED = {
+    "study": lambda: (
+        hierarchy_table("study_paper_features", "3"),
+        factors_table("study_factors_crossed", "3", "steps_to_50", "hippo", "as", "it", "is"),
+    ),
+    "conjecture": tuple,
+}
+"""What the commands print that a page names."""
 
 
 def estimates(text: str) -> list[Estimate]:
@@ -34,18 +42,13 @@ def agree(stated: Estimate, known: Estimate) -> bool:
     )
 
 
-@pytest.fixture(scope="module")
-def known() -> list[Estimate]:
-    """Return the estimates in the tables, files and statistics of the study; differences also with the other sign."""
-    shown = [table[0] for table in TABLE.finditer((ROOT / "docs" / "study.md").read_text())]
-    links = [link for link, _, _ in FILE.findall((ROOT / "docs" / "tables.md").read_text()) if "/study" in link]
+def known(page: str) -> list[Estimate]:
+    """Return the estimates in the tables, files and statistics of a page; differences also with the other sign."""
+    shown = [table[0] for table in TABLE.finditer((ROOT / "docs" / f"{page}.md").read_text())]
+    links = [link for link, _, _ in FILE.findall((ROOT / "docs" / "tables.md").read_text()) if f"/{page}" in link]
     files = [(ROOT / "docs" / link).read_text() for link in links]
-    printed = [  # by commands that the page names
-        hierarchy_table("study_paper_features", "3"),
-        factors_table("study_factors_crossed", "3", "steps_to_50", "hippo", "as", "it", "is"),
-    ]
-    found = [estimate for text in (*shown, *files, *printed) for estimate in estimates(text)]
-    for path in sorted((ROOT / "benchmarks" / "results").glob("study*/correlations*.csv")):
+    found = [estimate for text in (*shown, *files, *PRINTED[page]()) for estimate in estimates(text)]
+    for path in sorted((ROOT / "benchmarks" / "results").glob(f"{page}*/correlations*.csv")):
         rows = read_rows(path)
         for one in results_of(rows):
             found.append(tuple((number, 6) for number in ceiling(one.estimates[HALVES])))
@@ -59,14 +62,16 @@ def known() -> list[Estimate]:
     return found
 
 
-def test_each_estimate_of_the_text_stands_in_a_table(known):
+@pytest.mark.parametrize(("page", "fewest"), [("study", 30), ("conjecture", 5)])
+def test_each_estimate_of_the_text_stands_in_a_table(page, fewest):
     """But for paragraphs that name the option with which a command prints their numbers."""
-    text = TABLE.sub("", (ROOT / "docs" / "study.md").read_text())
+    known_estimates = known(page)
+    text = TABLE.sub("", (ROOT / "docs" / f"{page}.md").read_text())
     paragraphs = [one for one in re.split(r"\n\n|\n- ", text) if "`--rooms" not in one]
     stated = [(estimate, one) for one in paragraphs for estimate in estimates(one)]
-    assert len(stated) > 30
+    assert len(stated) > fewest
     for estimate, paragraph in stated:
-        assert any(agree(estimate, one) for one in known), (estimate, paragraph)
+        assert any(agree(estimate, one) for one in known_estimates), (estimate, paragraph)
 
 
 def test_each_range_of_seeds_of_the_text_stands_in_a_file():
