@@ -13,7 +13,7 @@ class NearestKeyFirst:
     def choose(self, observations, legal, situation):
         """Return goal ids [M]: 0 to 5 the keys by colour, 6 to 11 the doors, 12 the exit."""
         agents = np.stack([situation.levels["row"], situation.levels["col"]], axis=1)  # [M, 2]
-        distances = abs(situation.levels["keys_at"] - agents[:, None]).sum(axis=2)  # [M, 6], by the room it opens
+        distances = abs(situation.levels["keys_at"] - agents[:, None]).sum(axis=2)  # [M, 6], column r - 1 for key r
         ranks = situation.by_goal(-distances, np.full_like(distances, -200), np.full(len(legal), -300))
         return np.where(legal, ranks, -999).argmax(axis=1)
 

@@ -15,7 +15,7 @@ class Closer:
     def rewards(self, step):
         """Return the rewards of the N environments [N]."""
         before = -0.02 * step.before.distances(step.goals)
-        after = -0.02 * step.after.distances(step.goals) * ~step.return_terminated  # where the return ends it is zero
+        after = -0.02 * step.after.distances(step.goals) * ~step.return_terminated  # no potential where the return ends
         return step.reached + GAMMA * after - before
 
 

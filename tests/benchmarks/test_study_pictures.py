@@ -20,7 +20,8 @@ def test_each_picture_shows_the_points_of_its_rows(picture):
 def test_all_pictures_of_trained_agents_are_compared():
     paper = {f"paper-figure{number}.png" for number in (3, 4, 5)}
     assert {picture.path.name for picture in figures.pictures()} == paper | {
-        *("prediction.png", "study.png", "study-paper-features.png", "factors.png", "factors-paper-features.png")
+        *("prediction.png", "study.png", "study-paper-features.png", "factors.png", "factors-paper-features.png"),
+        "conjecture.png",
     }
 
 
