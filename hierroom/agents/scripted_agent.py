@@ -48,7 +48,7 @@ class ScriptedAgent:
             return {name: float(number) for name, number in getattr(self.meta, "statistics", {}).items()}
 
     def frozen(self, num_envs: int, *, seed: int) -> ScriptedAgent:
-        """Return it for other environments, without learning: the result of ``for_play`` if it has that, else a copy."""
+        """Return it for other environments, without learning: the result of its ``for_play``, else a copy."""
         if hasattr(self.meta, "for_play"):
             with running(self.meta):
                 meta = self.meta.for_play(num_envs, seed=seed)

@@ -225,7 +225,7 @@ class Learner:
         }
 
     def _renewed(self, batch: Batch) -> tuple[Batch, NDArray[np.float32]]:
-        """Return the batch recomputed with current weights, and the turns' weights [T, M] in the loss: point 8 above."""
+        """Return the batch recomputed with current weights, and the turns' loss weights [T, M]: see point 8 above."""
         weights = np.ones_like(batch.log_probs)
         if not batch.spans_update.any():
             return batch, weights
