@@ -27,8 +27,7 @@ class FusedStepper:
         network: gives the shapes and the initial states.
         weights: the network's parameters, shared.
         numbers: fixed numbers of its encoder, from `shard_worker.fixed_numbers`.
-        threads: most threads to compute with.
-        pool: the threads.
+        threads: most threads of ``pool`` to compute with.
     """
 
     def __init__(

@@ -14,7 +14,7 @@ from torch.nn import functional
 from hierroom.support.errors import InputError
 
 Vectors = Sequence[ArrayLike | None] | None
-"""For each feature a [cardinality, d] array with d fixed numbers per value, or None; None instead of all: no numbers."""
+"""For each feature a [cardinality, d] array with d fixed numbers per value, or None; None if no feature has any."""
 
 
 class FeatureEncoder(nn.Module):
