@@ -45,7 +45,7 @@ class MetaController(Protocol):
     def choose(
         self, observations: Mapping[str, NDArray], legal: NDArray[np.bool_], situation: Situation
     ) -> NDArray[np.integer]:
-        """Choose a goal for each of M environments.
+        """Choose a goal for each of M environments; the shapes below are those of EscapeRooms.
 
         Args:
             observations: the observations of ``meta_0`` in the AEC environment, batched: ``observation``
@@ -257,7 +257,7 @@ def running(meta: MetaController) -> AbstractContextManager[None]:
 
 
 def random_choice(choices: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> NDArray[np.integer]:
-    """Draw uniformly from each environment's choices [M, 14]; return goal ids [M], 13 or -1 for no goal."""
+    """Draw uniformly from each environment's choices [M, G + 1]; return goal ids [M], with G or -1 for no goal."""
     return _random_best(np.zeros(choices.shape), choices, uniforms)
 
 

@@ -89,8 +89,8 @@ class AgentsConfig:
             package.module:function. None: the method's own. In a task fixed-dfs can alternate for ever between two
             rules that take away what the other gives; random does not.
         network: the controller's network: recurrent (an encoder, which for a task is chosen from its observation
-            space: convolutions for images, layers for vectors, embeddings for discrete numbers, side by side for dicts;
-            then an LSTM), an entry point or package.module:Class.
+            space: convolutions for images, layers for vectors, embeddings for discrete numbers, and all of them for
+            dicts; then an LSTM), an entry point or package.module:Class.
         features: inputs of the controller's network. In EscapeRooms any of view, view-ids, goal, goal-in-view,
             goal-place, object-places, doorway-places, frontier-places, symbol, direction, keys, previous-action and
             goal-status. Methods without goals leave out goal, goal-in-view, goal-place and symbol. None: the task's

@@ -85,7 +85,7 @@ class RandomPlayer:
         self._random = random
 
     def step(self, turns: Turns) -> Step:
-        """One primitive step in every environment, without goals."""
+        """Take a random action in every environment."""
         return turns.step(self._random.integers(turns.world.n_actions, size=len(turns)))
 
 
@@ -96,7 +96,7 @@ class OraclePlayer:
         self._plans: dict[int, deque[int]] = {}
 
     def step(self, turns: Turns) -> Step:
-        """One primitive step in every environment, without goals."""
+        """Take the next action of a shortest path in every environment."""
         for env in range(len(turns)):
             if not self._plans.get(env):
                 self._plans[env] = deque(turns.world.shortest_actions(env).tolist())

@@ -27,7 +27,7 @@ class ScriptedAgent:
         self._learn = getattr(meta, "learn", None) if is_training else None
 
     def act(self, observation: Observation) -> NDArray[np.integer]:
-        """Return goal ids [M], or 13 or -1 for no goal, in the environments of a `Situation`."""
+        """Return goal ids [M] in the environments of a `Situation`; G or -1 is no goal."""
         assert isinstance(observation, Situation)  # scripted agents are meta-controllers
         return choose_goals(self.meta, observation)
 

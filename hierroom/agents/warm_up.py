@@ -29,7 +29,7 @@ class WarmUp:
         self._successes: deque[bool] = deque(maxlen=WINDOW)
 
     def choose(self, situation: Situation) -> NDArray[np.integer]:
-        """Return goal ids [M], or 13 or -1 for no goal."""
+        """Return goal ids [M]; G or -1 is no goal."""
         likely = situation.masks.copy()
         likely[:, :-1] &= situation.seen
         is_any = likely.any(axis=1, keepdims=True)

@@ -34,7 +34,7 @@ class Situation(Observation):
 
     @property
     def legal(self) -> NDArray[np.bool_]:
-        """Goals that may be chosen, [M, G] bool; a row may be empty."""
+        """Goals that may be chosen, [M, G] bool; a row may be all False."""
         return self.masks[:, :-1]
 
     def level(self, m: int) -> Any:

@@ -17,7 +17,7 @@ from hierroom.worlds.world import Feature
 
 @dataclass(frozen=True)
 class GoalInWords:
-    """A goal for a meta-controller that reads words.
+    """A goal, described for a meta-controller that reads text.
 
     Args:
         id: its number.
@@ -42,7 +42,7 @@ class GoalInWords:
 
 @dataclass(frozen=True)
 class Situated:
-    """One environment in words: its ``goals``, the ``steps`` of the episode, and ``facts``, its rules' marking."""
+    """One environment in words: its ``goals``, the ``steps`` of the episode, and the counts of the rules' ``facts``."""
 
     goals: tuple[GoalInWords, ...]
     steps: int

@@ -66,8 +66,8 @@ class EnvConfig:
     Args:
         graph: one goal graph or several; each episode samples one. Letters from a to g, names such as
             keys-0-1-exit-2 (the room of each key, and of the exit), or paths to .toml files. rooms:N means every graph
-            of N rooms; hitting_time:LOW..HIGH and expected_steps:LOW..HIGH mean all in between.
-        exclude: goal graphs to leave out, in the same forms and whatever the numbers of their rooms.
+            of N rooms; hitting_time:LOW..HIGH and expected_steps:LOW..HIGH mean all graphs in this range.
+        exclude: goal graphs to leave out, in the same forms; they may have any number of rooms.
         curriculum_stages: stages of equal width in difficulty, the easiest graphs first. Training advances after
             escapes in 80% of at least 200 episodes (equally many per environment), and goes back below 20%. 1: no
             stages.
@@ -75,22 +75,22 @@ class EnvConfig:
         max_steps: primitive steps after which an episode is truncated. None: 1000, or the task's own limit.
         drop_key: give the controller a sixth action that drops a key.
         reward: the controller's reward: extrinsic (the environment's own: 1 at the target, such as the exit), bonus (1
-            when a goal, such as a key or door, is first achieved), intrinsic (1 when its goal is reached) or novelty
-            (extrinsic plus novelty_bonus). Or your own: an entry point, package.module:Class or
+            when a goal, such as a key or door, is first achieved in an episode), intrinsic (1 when its goal is reached)
+            or novelty (extrinsic plus novelty_bonus). Or your own: an entry point, package.module:Class or
             package.module:function. None: the method's reward in training, else intrinsic.
         novelty_bonus: what the reward novelty adds for each state entered for the first time in an episode.
         subgoal_horizon: primitive steps after which an option ends without its goal; None: never.
         goal_mask: goals that the meta-controller may choose: reachable (by the goal graph or rules), existing (left to
             achieve), seen (in EscapeRooms; or no goal: find something new) or none (all goals, even absent ones).
         task: another world than EscapeRooms, so that graph, exclude, curriculum_stages, size and drop_key do not apply:
-            package.module:name of a `hierroom.Task`, an entry point, or a world that ships, such as workshop:8. A
-            workshop's name fixes its tech tree: workshop:8 is workshop:8:0, and workshop:8:3 is the tree of seed 3. The
-            run's seed draws the rest.
+            package.module:name of a `hierroom.Task`, an entry point, or a built-in world, such as workshop:8. A
+            workshop's name determines its tech tree: workshop:8 is workshop:8:0, and workshop:8:3 is the tree of seed
+            3. The run's seed determines the rest.
         layout: your own levels instead of graph, exclude, curriculum_stages and size: the path of a text map (in Python
             also its text), or several; each episode draws one. In a map # is wall, space or . is floor, @ the start,
             drawn as > v < ^ with a direction, and E the exit. R G B P Y W are locked doors (red, green, blue, purple,
             yellow, grey), r g b p y w their keys. Keys and doors must form a tree.
-        env_index: index of the (first) environment; seed and index fix the episodes.
+        env_index: index of the (first) environment; seed and index determine the episodes.
         levels: training or evaluation levels, which share no layout. None: all levels. Training and evaluation set it.
 
     Examples:

@@ -155,7 +155,7 @@ class World(Protocol):
 
     Attributes:
         goals: the goals.
-        rules: the dependencies between goals; the hardest one of several goal graphs. None: unknown.
+        rules: the dependencies between goals; if there are several goal graphs, the hardest one. None: unknown.
         n_actions: number of the controller's actions.
         features: the features that networks can read, by name.
         replayer: replays episodes and draws them.

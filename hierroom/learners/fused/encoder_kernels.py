@@ -192,8 +192,8 @@ def add_scaled_rows(
 ) -> None:
     """Add ``factors[i] * rows[sources[i]]`` to ``sums[targets[i]]`` for every i: a sparse matrix times ``rows``.
 
-    The non-zero entries of `FeatureEncoder.inputs` [R, D] give the table [R, H] from the weights [D, H], and, with the
-    first two arguments exchanged, the gradient of the weights from that of the table.
+    The non-zero entries of `FeatureEncoder.inputs` [R, D] give the table [R, H] from the weights [D, H]. With the first
+    two arguments exchanged, they give the gradient of the weights from that of the table.
     """
     for i in range(len(targets)):
         target, source, factor = targets[i], sources[i], factors[i]

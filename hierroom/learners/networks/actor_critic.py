@@ -22,7 +22,7 @@ class AgentSpace:
     """The observations and actions of an agent."""
 
     cardinalities: tuple[int, ...]  # number of values of each of the K features of an observation, 1 to 256 each
-    n_actions: int  # A, legal or not, at least 1
+    n_actions: int  # A, the number of all actions, at least 1
     arrays: tuple[tuple[int, ByteArray], ...] = ()  # each array of bytes, after its first column
 
     def __post_init__(self) -> None:

@@ -191,7 +191,7 @@ def carve(level, grid, branch, side, part, walls, corners):
 
 @njit(cache=True)
 def place(level, grid, rectangle, forbidden_row, forbidden_col, tile):
-    """Put a tile on a random empty cell of a rectangle except the forbidden cell; returns (row, col)."""
+    """Put a tile on a random empty cell of a rectangle except the forbidden cell; return (row, col)."""
     top, left, bottom, right = rectangle[0], rectangle[1], rectangle[2], rectangle[3]
     free = 0
     for row in range(top, bottom + 1):

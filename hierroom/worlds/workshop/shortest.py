@@ -53,8 +53,8 @@ class Solver:
     def _find_makers(self, asks: NDArray, uses: NDArray, gives: NDArray) -> list[tuple]:
         """Return what each thing that can be made takes at least, the deepest thing first.
 
-        Each row has the thing, the most of it that a way gives, the least cost (0 if a way also gives other things),
-        and for each less deep thing the least that all ways ask for and use.
+        Each row has the thing, the most of it that a way gives, and the least cost (0 if a way also gives other
+        things). Last comes a list: for each less deep thing, the least that all ways ask for and use.
         """
         makers, depths = [], self._recipes.depths[self._relevant]
         for thing in np.argsort(-depths, kind="stable"):
