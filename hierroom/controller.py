@@ -47,7 +47,6 @@ class Observation:
         return len(self.envs)
 
     def __getattr__(self, name: str) -> Any:
-        """Return an attribute of the view."""
         if name.startswith("__") or name == "view":
             raise AttributeError(name)
         try:

@@ -68,7 +68,6 @@ class Features:
             raise InputError("goal-outcome belongs to meta_features, not to features")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Copy and pickle only the parts."""
         return Features, (self.world, self.names, self.agent)
 
     @cached_property

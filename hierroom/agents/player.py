@@ -143,7 +143,6 @@ class Play:
         self.envs, self.counted = np.arange(len(turns)), np.flatnonzero(self._quota)
 
     def __iter__(self) -> Iterator[Step]:
-        """Play until every environment has played its episodes."""
         while len(self.counted):
             self._leave_out()
             step = self._player.step(self.turns)

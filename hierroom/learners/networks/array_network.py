@@ -95,8 +95,6 @@ class _Ids(nn.Module):
 
 
 class _Numbers(nn.Module):
-    """Two layers on scaled numbers."""
-
     def __init__(self, array: ByteArray, hidden_size: int) -> None:
         super().__init__()
         self._low, self._high = array.low, array.high

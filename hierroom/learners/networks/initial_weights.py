@@ -28,9 +28,9 @@ _threads_change = Lock()
 def seeded_weights(seed: np.random.SeedSequence) -> Iterator[None]:
     """Make new weights depend only on ``seed``, also in networks that take no seed.
 
-    In this thread, torch draws the numbers of its seeded global generator from a private one. The global generator is
-    unchanged, so other threads may use it. Functions that take no generator, such as dropout, still draw from it.
-    Weights do not depend on the user's default device, gradient mode or precision.
+    In this thread, torch draws from a private generator the numbers that its global one would give after seeding. The
+    global one is unchanged, so other threads may use it. Functions that take no generator, such as dropout, still draw
+    from it. Weights do not depend on the user's default device, gradient mode or precision.
     """
     generator = torch.Generator().manual_seed(int(seed.generate_state(1)[0]))
     with _DrawsFrom(generator), torch.device("cpu"), plain_torch(), one_torch_thread():

@@ -37,6 +37,5 @@ class NodeMap:
         return np.where(terminated, self.exit, nodes)
 
     def _room_of(self, levels: np.ndarray) -> NDArray[np.int64]:
-        """Return the room [M] of each agent; a doorway belongs to the room behind it."""
         is_at_door = (levels["doors_at"] == np.stack([levels["row"], levels["col"]], axis=-1)[:, None]).all(axis=-1)
         return np.where(is_at_door.any(axis=1), is_at_door.argmax(axis=1) + 1, rooms_of(levels, self._maps))

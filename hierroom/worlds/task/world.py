@@ -32,8 +32,8 @@ class TaskWorld(BaseWorld):
     Each episode has its own seed, determined by the run's seed, the environment's index and the episode's number. So
     an environment's episodes do not depend on the number of environments.
 
-    A state is saved as its seed and the actions taken since; restoring it plays the actions again. If this gives other
-    observations, because the seed does not determine the environment, the episode is truncated in its next step.
+    A state is saved as its seed and the actions taken since; restoring it plays the actions again. If this does not
+    give the same state, because the environment is not determined by its seed, the next step truncates the episode.
     """
 
     def __init__(self, task: TaskParts, config: EnvConfig, num_envs: int, **settings: Any) -> None:
