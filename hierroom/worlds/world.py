@@ -202,7 +202,7 @@ class World(Protocol):
         """From the next `reset` on, remember also these parts of each episode, which features and rewards name."""
 
     def step(self, actions: NDArray[np.int64]) -> np.ndarray:
-        """Act [N] in every environment and return the outcomes; an action that does not exist only costs the step."""
+        """Take actions [N] and return the outcomes; an action that does not exist only costs the step."""
 
     def clocks(self) -> NDArray[np.integer]:
         """Return the steps [N] of the current episodes."""

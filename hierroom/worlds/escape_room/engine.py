@@ -136,7 +136,7 @@ class Engine:
         self._sources, self._step_all = (maps.levels, maps.grids) if self._has_maps else (records,), None
 
     def step(self, actions: ArrayLike) -> np.ndarray:
-        """Act [N] in every environment and return the outcomes; an action that does not exist only costs the step."""
+        """Take actions [N] and return the outcomes; an action that does not exist only costs the step."""
         return self.advance(whole_numbers(actions, len(self._outcomes)))
 
     def step_within_episode(self, actions: ArrayLike) -> np.ndarray:

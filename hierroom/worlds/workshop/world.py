@@ -128,7 +128,7 @@ class WorkshopWorld(BaseWorld):
         self.has_begun = True
 
     def step(self, actions: NDArray[np.int64]) -> np.ndarray:
-        """Act [N] in every environment and return the outcomes; an action that does not exist only costs the step."""
+        """Take actions [N] and return the outcomes; an action that does not exist only costs the step."""
         state, last = self._state, (self._last_shops, self._last_things)
         recipes, arrays, step = self.book.recipes, (state.shops, state.things, state.visited), _compiled_step()
         if self._shares.is_one:
