@@ -14,17 +14,17 @@ from hierroom.goals.goal_set import GoalSet
 
 @dataclass(frozen=True)
 class Observation:
-    """The moment of M environments from which observations and the features of a network are made.
+    """M environments at one moment, from which observations and the features of a network are computed.
 
-    Attributes of the view can be asked for directly: ``observation.levels`` is ``observation.view.levels``.
+    Attributes of the view can be read directly: ``observation.levels`` is ``observation.view.levels``.
 
     Args:
         envs: [M] int, the environments' places in the batch.
         view: what the world shows, a `worlds.world.View`.
         goal_set: the goals of the world.
-        goals: [M] int, the goals pursued, or -1; for the meta-controller those of its last options that ended.
-        previous_actions: [M] int, the controller's last action; the number of actions before the first, and where it
-            was none of them.
+        goals: [M] int, the goals pursued, or -1. For the meta-controller: the goals of its last ended options.
+        previous_actions: [M] int, the controller's last action. Before the first action, and after one that does not
+            exist, it is the number of actions.
         outcomes: [M] int, how the last option ended: ``NO_OUTCOME``, ``REACHED``, ``TIMED_OUT`` or ``OTHER``.
         masks: [M, A] bool, the legal actions of the agent.
 
@@ -47,7 +47,6 @@ class Observation:
         return len(self.envs)
 
     def __getattr__(self, name: str) -> Any:
-        """Return an attribute of the view."""
         if name.startswith("__") or name == "view":
             raise AttributeError(name)
         try:
@@ -58,11 +57,11 @@ class Observation:
             ) from None
 
     def as_dict(self) -> dict[str, NDArray]:
-        """Return the observations as PettingZoo's and Gymnasium's users get them, in fresh arrays.
+        """Return the observations as the PettingZoo and Gymnasium APIs give them, in new arrays.
 
         Returns:
-            the entries of the world (an EscapeRoom's: `level_view.LevelView.as_dict`), ``goal`` [M, K] float32, the
-            goal's vector, and ``action_mask`` [M, A] int8.
+            The world's entries (for an EscapeRoom see `level_view.LevelView.as_dict`), ``goal`` [M, K] float32 (the
+            goal's vector) and ``action_mask`` [M, A] int8.
         """
         return {
             **self.view.as_dict(),
@@ -72,7 +71,7 @@ class Observation:
 
 
 def observation_spaces(world: dict[str, spaces.Space], goals: GoalSet, n_actions: int) -> dict[str, spaces.Space]:
-    """Return the spaces of the entries of `Observation.as_dict`, where ``world`` has the world's own."""
+    """Return the spaces of `Observation.as_dict`; ``world`` has the spaces of the world's own entries."""
     low, high = float(goals.vectors.min()), float(goals.vectors.max())
     return {
         **world,

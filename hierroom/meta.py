@@ -1,4 +1,4 @@
-"""Meta-controllers: who picks the controller's goals. The protocol, those that ship, and how custom ones are found."""
+"""Meta-controllers, which pick the controller's goals: the protocol, the built-in ones, and loading custom ones."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ GIVE_TRAINED = "give that of a trained run, in Python hierroom.load(RUN).meta_co
 
 @runtime_checkable
 class MetaController(Protocol):
-    """Chooses goals. Any class with `choose` will do.
+    """Chooses goals. Any class with a method `choose` is a meta-controller; the other methods are optional.
 
-    Optional methods: ``reset(envs)`` is called before the first choice of episodes, with the indices [M] of their
-    environments; ``observe(step, turns)`` after every primitive step of all N environments, when the next episodes may
-    have begun (``turns.final_observation`` is the last observation of those that ended); ``state_dict`` and
-    ``load_state_dict`` keep its memory in checkpoints, as for a `LearningMeta`.
+    ``reset(envs)`` is called before the first choice of an episode, with the indices [M] of the environments.
+    ``observe(step, turns)`` is called after every primitive step of all N environments. New episodes may have begun by
+    then; ``turns.final_observation`` gives the last observation of the old ones. ``state_dict`` and
+    ``load_state_dict`` save and restore its memory in checkpoints, as for a `LearningMeta`.
 
     Examples:
         >>> class First:
@@ -45,24 +45,24 @@ class MetaController(Protocol):
     def choose(
         self, observations: Mapping[str, NDArray], legal: NDArray[np.bool_], situation: Situation
     ) -> NDArray[np.integer]:
-        """Choose a goal for each of M environments.
+        """Choose a goal for each of M environments; the shapes below are those of EscapeRooms.
 
         Args:
             observations: the observations of ``meta_0`` in the AEC environment, batched: ``observation``
                 [M, 7, 7, 3] uint8, ``goal`` [M, 9] (the last one), ``action_mask`` [M, 14] and the rest.
-            legal: [M, 13] bool, the legal goals; a row may be empty. The action mask's last column: is no goal legal?
+            legal: [M, 13] bool, the legal goals; a row may be all False. The mask's last column is for 'no goal'.
             situation: all other facts, read-only; ``situation.level(m)`` is the m-th environment as objects.
 
         Returns:
-            Goal ids [M] int, 0 to 12; -1 or 13 is no goal (see `ledger.Ledger`), as is a goal that is not legal.
+            Goal ids [M] int, 0 to 12. -1, 13 and illegal goals mean 'no goal' (see `ledger.Ledger`).
         """
         ...
 
 
 class LearningMeta(MetaController, Protocol):
-    """A user's meta-controller that learns while its controller does.
+    """A user's meta-controller that learns together with the controller.
 
-    `learn`, `state_dict` and `load_state_dict` are needed. Numbers in a dict ``statistics`` go into the metrics.
+    It needs `learn`, `state_dict` and `load_state_dict`. Numbers in its dict ``statistics`` go into the metrics.
 
     Examples:
         >>> class Counter(hierroom.meta.FixedDFS):
@@ -76,15 +76,15 @@ class LearningMeta(MetaController, Protocol):
 
     @classmethod
     def for_training(cls, num_envs: int) -> LearningMeta:
-        """Make one for training; needs `for_play`. Default: the class, called without arguments."""
+        """Return a new one for training; needs `for_play`. By default the class is called without arguments."""
         ...
 
     def learn(self, step: Step) -> None:
-        """Learn from the options that a primitive step ended, where ``step.option_ended``; called after each step."""
+        """Learn from the options that a primitive step ended (``step.option_ended``); called after each step."""
         ...
 
     def for_play(self, num_envs: int, *, seed: int) -> MetaController:
-        """Return a copy that learns no more, for ``num_envs`` other environments."""
+        """Return a copy that no longer learns, for ``num_envs`` other environments."""
         ...
 
     def state_dict(self) -> dict:
@@ -99,24 +99,24 @@ class LearningMeta(MetaController, Protocol):
 class FixedDFS:
     """Goals along a random depth-first path over the goal graph (the meta-controller of the paper's runs).
 
-    At random among the keys within reach, then that key's door, then deeper; the exit as soon as its room is open.
+    It picks a random reachable key, then that key's door, then goes deeper; the exit as soon as its room is open.
     """
 
     def choose(self, observations, legal, situation: Situation) -> NDArray[np.integer]:
-        """Return the exit, else the door of a key held, else a key in the room opened last that still has one."""
+        """Return the exit if reachable, else the door of a held key, else a key in the last opened room with keys."""
         return _random_best(situation.depth_first_ranks, legal & situation.reachable, situation.uniforms[:, :-1])
 
 
 class RandomGoals:
-    """Legal goals at random, and no goal where that is legal, all with the same probability."""
+    """Legal goals, and 'no goal' where it is legal, drawn uniformly at random."""
 
     def choose(self, observations, legal, situation: Situation) -> NDArray[np.integer]:
-        """Return goals, as all meta-controllers do."""
+        """Return a random legal choice for each environment."""
         return random_choice(situation.masks, situation.uniforms)
 
 
 class OracleGoals:
-    """The next goal on a shortest way to the target, where the world knows one."""
+    """The next goal on a shortest path to the target, in worlds that can compute one."""
 
     def choose(self, observations, legal, situation: Situation) -> NDArray[np.integer]:
         """Return the first goal event of the shortest action sequence, whether or not the mask allows it."""
@@ -127,7 +127,7 @@ class OracleGoals:
 
 
 class NoGoals:
-    """Never a goal: the flat methods."""
+    """No goal at any time, for the flat methods."""
 
     def choose(self, observations, legal, situation: Situation) -> NDArray[np.integer]:
         """Return no goal, -1, for each environment."""
@@ -135,13 +135,13 @@ class NoGoals:
 
 
 class LevelMeta:
-    """A plain function as a meta-controller: from a `Level` to a `Goal` of it, a goal id, or None for no goal."""
+    """A plain function as a meta-controller. It maps a `Level` to one of its goals, a goal id, or None (no goal)."""
 
     def __init__(self, function: Callable[[Any], Any]) -> None:
         self.function = function
 
     def choose(self, observations, legal, situation: Situation) -> NDArray[np.integer]:
-        """Return the function's goal of each environment; no goal, and nothing is asked, where no goal is legal."""
+        """Return the function's goal for each environment; where no goal is legal, do not call it."""
         n_goals, envs = len(situation.goal_set), range(len(situation))
         return np.array([self._goal(situation.level(m), n_goals) if legal[m].any() else NO_GOAL for m in envs])
 
@@ -161,20 +161,20 @@ class LevelMeta:
 
 META_CONTROLLERS: Mapping[str, type]
 META_CONTROLLERS = {"fixed-dfs": FixedDFS, "random": RandomGoals, "oracle": OracleGoals, "none": NoGoals}
-"""The meta-controllers that learn nothing, by the name that users type; `LEARNED` is one more."""
+"""Meta-controllers that do not learn, by the names that users type; `LEARNED` is one more name."""
 
 MetaSpec = str | MetaController | Callable[[Any], Any]
-"""A meta-controller as `make_meta` takes it."""
+"""Forms in which `make_meta` accepts a meta-controller."""
 
 
 def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
-    """Return the meta-controller that a user means.
+    """Return the meta-controller that a user specified.
 
     Args:
         spec: a name in `META_CONTROLLERS` or of an entry point ``hierroom.meta_controllers``; ``package.module:Class``
-            or ``package.module:function``, in the current folder too; a meta-controller; or a function from a `Level`
+            or ``package.module:function``, also in the current folder; a meta-controller; or a function from a `Level`
             to one of its goals.
-        num_envs: environments it is to be trained in; None outside training.
+        num_envs: number of training environments; None outside training.
 
     Examples:
         >>> [type(hierroom.meta.make_meta(name)).__name__ for name in ("fixed-dfs", "random", "oracle", "none")]
@@ -202,12 +202,12 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
             meta = make.for_training(num_envs)
             if meta is None:
                 raise InputError(f"for_training of the meta-controller {spec!r} must return one, not None")
-    with user_code(f"the meta-controller {spec!r}"):  # to look at an attribute may run code
+    with user_code(f"the meta-controller {spec!r}"):  # reading an attribute may run user code
         return checked_meta(meta, repr(spec))
 
 
 def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integer]:
-    """Return a meta-controller's goals [M], after a reset where an episode begins."""
+    """Return a meta-controller's goals [M]; where an episode begins, call its ``reset`` first."""
     beginning = situation.envs[situation.meta_turns == 0]
     observations, legal = situation.as_dict(), situation.legal.copy()
     shown = situation if type(meta) in META_CONTROLLERS.values() else _unwritable(situation)
@@ -234,7 +234,7 @@ def take_turn(meta: MetaController, turns: Turns) -> None:
 
 
 def show_step(meta: MetaController, turns: Turns) -> None:
-    """Let a meta-controller that watches see the last step of these turns."""
+    """Pass the last step to a meta-controller that has ``observe``."""
     if hasattr(meta, "observe"):
         step, before = turns.last_step, _moment(turns)
         assert step is not None
@@ -249,7 +249,7 @@ def _moment(turns: Turns) -> tuple[bytes, bytes]:
 
 
 def running(meta: MetaController) -> AbstractContextManager[None]:
-    """Return a context for code of a meta-controller: errors of a custom one become one line (`InputError`)."""
+    """Return a context for calling a meta-controller: errors of a custom one become one-line `InputError`s."""
     if type(meta) in META_CONTROLLERS.values():
         return nullcontext()
     named = meta.function if isinstance(meta, LevelMeta) else type(meta)
@@ -257,15 +257,15 @@ def running(meta: MetaController) -> AbstractContextManager[None]:
 
 
 def random_choice(choices: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> NDArray[np.integer]:
-    """Return one of the choices [M, 14] of each environment, all equally likely: goal ids [M], 13 or -1 for no goal."""
+    """Draw uniformly from each environment's choices [M, G + 1]; return goal ids [M], with G or -1 for no goal."""
     return _random_best(np.zeros(choices.shape), choices, uniforms)
 
 
 def checked_meta(meta: Any, name: str) -> Any:
-    """Return a meta-controller with this name, or refuse what cannot be one, however far it is from one."""
+    """Return the meta-controller, or refuse an object that cannot be one; ``name`` is for error messages."""
     if isinstance(meta, type):
         raise InputError(f"a meta-controller is an object, not a class: make one of {meta.__name__}")
-    if isinstance(meta, (np.ndarray, np.generic)) or not callable(getattr(meta, "choose", None)):  # NumPy's is another
+    if isinstance(meta, (np.ndarray, np.generic)) or not callable(getattr(meta, "choose", None)):  # not NumPy's
         raise InputError(f"a meta-controller has a method choose(observations, legal, situation); {name} has none")
     if hasattr(meta, "for_training") and not hasattr(meta, "for_play"):
         raise InputError(f"a meta-controller with for_training needs for_play(num_envs, *, seed); {name} has none")

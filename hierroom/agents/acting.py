@@ -1,4 +1,4 @@
-"""Acting by the observations of any API, in a user's loop."""
+"""Act on the observations of any API, in a user's loop."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def act(
 
 
 def _features(controller: PPOAgent, given: Any) -> tuple[NDArray[np.uint8], bool]:
-    """Return features as [N, K] uint8, and whether they were [K], of one environment."""
+    """Return features as [N, K] uint8, and whether they were given as [K], for one environment."""
     features, n_numbers = np.asarray(given), controller.learner.space.n_features
     if features.ndim not in (1, 2) or features.shape[-1] != n_numbers or features.dtype.kind not in "iu":
         found = f"{features.dtype} of shape {features.shape}"

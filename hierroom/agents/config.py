@@ -1,6 +1,6 @@
-"""Agents as data: the features they can have, and the methods, each a pair of agents.
+"""The config of agents: their features, and the methods, each a pair of agents.
 
-It loads neither the world nor torch, so that commands explain themselves fast.
+It loads neither the world nor torch, so that ``--help`` is fast.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import tyro
 from hierroom.support.errors import InputError, require_number, shown, use_python_numbers
 
 DEFAULT_NETWORK = "recurrent"
-"""The network that ships; any other is a user's."""
+"""The built-in network; all others are custom."""
 ESCAPE_ROOM_FEATURES = (
     "view",
     "view-ids",
@@ -31,7 +31,7 @@ ESCAPE_ROOM_FEATURES = (
     "goal-status",
     "goal-outcome",
 )
-"""Names that `agents.features.offered` has in EscapeRooms; other worlds name theirs in their spec."""
+"""Names of the features that `agents.features.offered` returns for EscapeRooms."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ METHODS: Mapping[str, Method] = {
 
 
 def require_features(name: str, given: object, known: Collection[str] | None = None) -> None:
-    """Refuse anything but a list of features, or of ``known`` ones; ``name`` is for the message."""
+    """Refuse anything but a list of distinct feature names, all ``known`` if given; ``name`` is for the message."""
     if not isinstance(given, (list, tuple)):
         raise InputError(f"{name} are given as a list of names, not as {shown(given)}")
     unknown = [str(one) for one in given if not isinstance(one, str) or one not in (given if known is None else known)]
@@ -76,7 +76,7 @@ def require_features(name: str, given: object, known: Collection[str] | None = N
 
 
 FEATURES = tyro.conf.arg(metavar="FEATURE [FEATURE ...]")
-"""Features as the command line shows them."""
+"""How the command line shows features."""
 
 
 @dataclass(frozen=True)
@@ -86,21 +86,21 @@ class AgentsConfig:
     Args:
         method: a pair of agents; the other entries change parts of it.
         meta: who picks the goals: fixed-dfs, random, oracle, learned, none, an entry point, package.module:Class or
-            package.module:function. None: the method's own. In a task fixed-dfs can go in circles where each of two
-            rules takes away what the other gave; random does not.
+            package.module:function. None: the method's own. In a task fixed-dfs can alternate for ever between two
+            rules that take away what the other gives; random does not.
         network: the controller's network: recurrent (an encoder, which for a task is chosen from its observation
-            space: convolutions for images, layers for vectors, embeddings for discrete numbers, side by side for dicts;
-            then an LSTM), an entry point or package.module:Class.
+            space: convolutions for images, layers for vectors, embeddings for discrete numbers, and all of them for
+            dicts; then an LSTM), an entry point or package.module:Class.
         features: inputs of the controller's network. In EscapeRooms any of view, view-ids, goal, goal-in-view,
             goal-place, object-places, doorway-places, frontier-places, symbol, direction, keys, previous-action and
             goal-status. Methods without goals leave out goal, goal-in-view, goal-place and symbol. None: the task's
             own.
-        curiosity_weight: the weight of curiosity in the reward of ppo-rnd, its returns scaled to deviation 1; the
-            environment's own reward comes on top. On graph a (one seed, 1.5M steps, a discount of 0.98) 0.05 ended at
-            100% success, 0.2 at 82%, 0.5, as in Burda et al. 2018, at 92%.
-        meta_features: inputs of a learned meta-controller's network. With goal-status and goal-outcome alone, in
-            EscapeRooms one network is shared by all colours (`agents.goal_network`); else it is the recurrent one that
-            ships. None: the task's own.
+        curiosity_weight: the weight of curiosity in the reward of ppo-rnd, after scaling its returns to deviation 1;
+            the environment's own reward is added. On graph a (one seed, 1.5M steps, a discount of 0.98) 0.05 ended at
+            100% success, 0.2 at 82%, and 0.5 (the weight of Burda et al. 2018) at 92%.
+        meta_features: inputs of a learned meta-controller's network. In EscapeRooms, with goal-status and goal-outcome
+            alone, all colours share one network (`agents.goal_network`); else it is the built-in recurrent one. None:
+            the task's own.
         meta_start_success: a learned meta-controller chooses goals at random until this share of 100 episodes reaches
             the target, such as the exit; then it learns.
     """
@@ -130,7 +130,7 @@ class AgentsConfig:
         require_number("meta_start_success", self.meta_start_success, 0, 1)
 
     def resolved_method(self, reward: Any = None) -> Method:
-        """Return the method with the meta-controller and the reward that are named."""
+        """Return the method with the config's meta-controller and a given reward instead of its own."""
         method = METHODS[self.method]
         controller = replace(method.controller, reward=method.controller.reward if reward is None else reward)
         return Method(self.meta or method.meta, controller)

@@ -14,13 +14,13 @@ from hierroom.support.errors import InputError
 
 
 class Curiosity:
-    """Random network distillation of the controller's observations of its levels, without goals and past actions.
+    """Random network distillation on the controller's observations of the world, without goals and past actions.
 
     Args:
-        features: the controller's.
-        weight: of the curiosity in the reward; the exit gives 1.
+        features: the controller's features.
+        weight: weight of curiosity in the reward; an EscapeRoom's exit gives 1.
         gamma: discount of the curiosity's returns.
-        seed: of weights and minibatches.
+        seed: seed of weights and minibatches.
     """
 
     STATISTICS: Sequence[str] = ("curiosity_error",)
@@ -40,7 +40,7 @@ class Curiosity:
         )
 
     def rewards(self, observation: Observation) -> NDArray[np.float64]:
-        """Return the rewards [N] for a step by the observation after it, still in the same episode."""
+        """Return the rewards [N] for a step, given the observation after it and before any reset."""
         return self._weight * self._distillation.rewards(self.features.encode(observation))
 
     def learn(self) -> dict[str, float]:
@@ -52,5 +52,5 @@ class Curiosity:
         return self._distillation.state_dict()
 
     def load_state_dict(self, state: dict) -> None:
-        """Restore what `state_dict` gave."""
+        """Restore what `state_dict` returned."""
         self._distillation.load_state_dict(state)

@@ -1,4 +1,4 @@
-"""A player that keeps every decision of the agents that it lets play."""
+"""A player that records every decision of its agents."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class EpisodeDecisions:
     """The T turns of an agent in one episode.
 
     Args:
-        steps: [T] int, their primitive steps, counted from 0.
-        probabilities: [T, A] float, how probable each action was.
+        steps: [T] int, the primitive step at which each turn began, counted from 0.
+        probabilities: [T, A] float, the probability of each action.
         values: [T] float, the discounted return that the agent expected.
     """
 
@@ -29,7 +29,7 @@ class EpisodeDecisions:
 
 
 class DecisionTape:
-    """Lets a pair play the first episode of each of N new environments, and keeps its agents' decisions."""
+    """Lets a pair of agents play in N new environments, and records its decisions."""
 
     def __init__(self, pair: Pair) -> None:
         self._pair = pair
@@ -50,7 +50,7 @@ class DecisionTape:
         return step
 
     def of_first_episode(self, name: str, env: int, length: int) -> EpisodeDecisions | None:
-        """Return the decisions of an agent in an environment's first episode, of this length; None if scripted."""
+        """Return an agent's decisions in an environment's first episode, given its length; None if scripted."""
         found = [
             (at, probabilities[row], values[row])
             for at, envs, probabilities, values in self._taken.get(name, ())

@@ -1,4 +1,4 @@
-"""Episodes as they were played: subgoals, actions, rewards and ends, and every state in between."""
+"""Recorded episodes: subgoals, actions, rewards, ends and all states."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ OUTCOME_NAMES = {REACHED: "reached", TIMED_OUT: "timed out", OTHER: "episode end
 
 @dataclass(frozen=True)
 class Subgoal:
-    """A goal that the meta-controller gave, and the option it began.
+    """A goal that the meta-controller chose, and the option that pursued it.
 
     Args:
         goal: goal id, -1 for no goal.
         name: the goal in words, such as ``"red key 1"`` or ``"no goal"``.
         label: the same without its colour, which is drawn for each episode: ``"key 1"``.
-        first_step: the first step in pursuit of it; the first step of the episode is 1.
-        steps: how many steps the option lasted.
+        first_step: the first step of the option; the first step of the episode is 1.
+        steps: number of steps of the option.
         outcome: how it ended: ``"reached"``, ``"timed out"`` or ``"episode ended"``.
     """
 
@@ -39,7 +39,7 @@ class Subgoal:
 
 @dataclass(frozen=True)
 class GoalEvent:
-    """A goal that was achieved, whether it was pursued or not.
+    """An achieved goal, whether or not it was pursued.
 
     Args:
         step: the step that achieved it; the first step of the episode is 1.
@@ -59,23 +59,23 @@ class Episode:
     """An episode of L primitive steps.
 
     Args:
-        start: the state of its one environment before the first step, as its world gives it.
-        replayer: plays it again.
-        graph: the goal graph of the level; of a task its rules, or None.
+        start: the environment's state before the first step, from `World.get_state`.
+        replayer: replays the episode.
+        graph: the goal graph of the level; for a task its rules, or None.
         variant: the name of the goal graph or of the task.
-        actions: [L] int, the controller's actions; the number of actions where it was none of them.
+        actions: [L] int, the controller's actions; the number of actions in place of one that does not exist.
         rewards: [L] float64, the controller's rewards.
         extrinsic: [L] float64, the environment's own rewards.
         goals: [L] int, the goal ids pursued in each step, or -1.
-        achieved: [L] int, the goal ids that each step achieved, or -1.
-        outcomes: [L] int, how the option ended that a step ended: ``REACHED``, ``TIMED_OUT`` or ``OTHER``; elsewhere
+        achieved: [L] int, the goal id that each step achieved, or -1; of several, the one in `Step.events`.
+        outcomes: [L] int, how the option ended if the step ended one (``REACHED``, ``TIMED_OUT`` or ``OTHER``), else
             ``NO_OUTCOME``.
-        terminated: whether the world ended it: at the exit or another target, or where that is out of reach for good.
-        truncated: whether it was cut off by the limit of steps.
+        terminated: whether the world ended it, because the target was reached or can no longer be reached.
+        truncated: whether it was cut off, usually by the step limit.
         success: whether it reached its target.
-        shortest: the shortest possible length, or -1 if that was not measured.
-        observations: [L + 1, ...] each, the controller's observations by the names of their entries, before each step
-            and after the last one; None unless they were asked for.
+        shortest: the shortest possible length, or -1 if it was not measured.
+        observations: the controller's observations before each step and after the last one, by entry name, as arrays
+            [L + 1, ...]; None unless requested.
 
     Examples:
         >>> episode = next(hierroom.rollout("oracle", hierroom.EnvConfig("a"), episodes=1))
@@ -107,7 +107,7 @@ class Episode:
 
     @property
     def title(self) -> str:
-        """Return a description of the episode in a line."""
+        """Return a one-line description of the episode."""
         what = "graph" if isinstance(self.graph, GoalGraph) else "task"
         where = f"{what} {self.variant}, seed {self.seed}, environment {self.env}, episode {self.number}"
         shortest = f" (shortest {self.shortest})" if self.shortest >= 0 else ""
@@ -122,7 +122,7 @@ class Episode:
 
     @property
     def seed(self) -> int:
-        """The seed of the environments; with `env` and `number` it fixes the level."""
+        """The seed of the environments; with `env` and `number` it determines the level."""
         return self.replayer.identity(self.start)[0]
 
     @property
@@ -132,7 +132,7 @@ class Episode:
 
     @property
     def number(self) -> int:
-        """Return the number of episodes that the environment had begun before it with that seed."""
+        """Return the number of episodes that the environment began before this one with that seed."""
         return self.replayer.identity(self.start)[2]
 
     @property
@@ -147,7 +147,7 @@ class Episode:
 
     @property
     def events(self) -> tuple[GoalEvent, ...]:
-        """The goals that were achieved, in their order."""
+        """The achieved goals in order."""
         steps = np.flatnonzero(self.achieved >= 0).tolist()
         return tuple(GoalEvent(n + 1, goal := int(self.achieved[n]), *self._names_of(goal)) for n in steps)
 
@@ -155,19 +155,19 @@ class Episode:
         return self.name_of(goal), self.replayer.goal_label(self.start, goal)
 
     def name_of(self, goal: int) -> str:
-        """Return a goal of its level in words."""
+        """Return the name of a goal in this episode."""
         return self.replayer.goal_name(self.start, int(goal))
 
     def action_name(self, step: int) -> str:
-        """Return the action of a step, counted from 1, in words."""
+        """Return the name of the action of a step, counted from 1."""
         return self.replayer.action_name(self.start, int(self.actions[step - 1]))
 
     def states(self) -> Iterator[Any]:
-        """Yield the L + 1 states before, between and after its steps: they are played again."""
+        """Replay the episode: yield the L + 1 states before, between and after its steps."""
         return self.replayer.replay(self.start, self.actions)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain types with labels, for JSON."""
+        """Return the episode as plain types by name, for JSON."""
         return {
             "seed": self.seed,
             "env": self.env,

@@ -14,7 +14,7 @@ from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 
 Achievements = list[tuple[int, int]]
-"""Steps, counted from 1, and the goals achieved in them."""
+"""Pairs of a step, counted from 1, and a goal achieved in it."""
 
 
 @dataclass(frozen=True)
@@ -22,14 +22,14 @@ class EndedEpisodes:
     """The facts of E episodes that one step ended.
 
     Args:
-        rows: [E] int, their places among the environments that were stepped.
-        envs: [E] int, the numbers of these environments.
-        variants: [E] names of what was played, such as a goal graph's.
+        rows: [E] int, their positions among the stepped environments.
+        envs: [E] int, the indices of their environments.
+        variants: [E] names of what was played, such as goal graphs.
         successes: [E] bool, whether the target was reached.
-        lengths: [E] int, steps.
-        shortest: [E] int, the shortest possible lengths, or -1 where that was not measured.
+        lengths: [E] int, numbers of steps.
+        shortest: [E] int, the shortest possible lengths, or -1 where not measured.
         returns: [E] float64, sums of the controller's rewards.
-        milestones: [E] the milestones of the world that were achieved, in their order.
+        milestones: [E] the achieved milestones of the world, in order.
     """
 
     rows: NDArray[np.integer]
@@ -46,7 +46,7 @@ class EndedEpisodes:
 
     @classmethod
     def joined(cls, parts: Sequence[EndedEpisodes]) -> EndedEpisodes:
-        """Return the facts of all episodes of at least one part."""
+        """Join the facts of at least one part."""
         columns: Any = ([getattr(part, field.name) for part in parts] for field in fields(cls))
         joined: Any = ([*chain(*one)] if isinstance(one[0], list) else np.concatenate(one) for one in columns)
         return cls(*joined)
@@ -59,7 +59,7 @@ class EndedEpisodes:
 
 
 class EpisodeFacts:
-    """Collects the facts of the episodes under way in N environments.
+    """Collects the facts of the current episodes of N environments.
 
     Attributes:
         returns: [N] float64, sums of the controller's rewards so far.
@@ -81,9 +81,9 @@ class EpisodeFacts:
 
         Args:
             step: the step.
-            turns: in which it was taken.
-            envs: [M] the numbers of these environments; None: they are all N.
-            counted: [C] the places, of M, from which episodes are returned; None: all.
+            turns: the turns that took the step.
+            envs: [M] the indices of these environments; None: they are all N.
+            counted: [C] positions among the M; only their ended episodes are returned. None: all.
         """
         numbers = turns.world.everywhere if envs is None else envs
         self.returns[numbers] += step.rewards
@@ -100,12 +100,12 @@ class EpisodeFacts:
         return facts
 
     def achieved_rows(self) -> NDArray[np.int64]:
-        """Return [K, 3] the environment, step and goal of each achievement so far."""
+        """Return the environment, step and goal of each achievement so far, [K, 3]."""
         rows = [(env, at, goal) for env, achieved in enumerate(self.achieved) for at, goal in achieved]
         return np.array(rows, np.int64).reshape(-1, 3)
 
     def restore(self, rows: NDArray[np.int64]) -> None:
-        """Go back to what `achieved_rows` gave."""
+        """Restore what `achieved_rows` returned."""
         self.achieved = [[] for _ in self.achieved]
         for env, at, goal in rows.tolist():
             self.achieved[env].append((at, goal))

@@ -1,4 +1,4 @@
-"""Features: the inputs of a network, as small whole numbers."""
+"""Features, which are small whole numbers that a network reads."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from hierroom.worlds.make import WorldSpec
 from hierroom.worlds.world import Feature
 
 ENTRY, CHOICE = "features", "choice"
-"""The entries of observations that trained agents act by: what a network reads, and the meta-controller's goal."""
+"""Observation entries that trained agents act on: inputs of the network, and the meta-controller's choice."""
 
 
 def offered(world: WorldSpec) -> dict[str, Feature]:
     """Return all features that networks can read in a world, by name.
 
-    Every world has symbol (the goal as one of G + 1, no goal the last), goal (the same by the goal's vector) and
-    previous-action (the controller's last action). For meta-controllers it has goal-outcome: how the last goal's option
-    ended, and 0 for other goals.
+    Every world has symbol (the goal's number, G for no goal), goal (the goal's vector) and previous-action (the
+    controller's last action). Meta-controllers also have goal-outcome, one number for each goal: how the last option
+    ended for its goal, and 0 for all others.
     """
     n, ids = len(world.goals), np.arange(len(world.goals))
 
@@ -50,12 +50,12 @@ def offered(world: WorldSpec) -> dict[str, Feature]:
 
 @dataclass(frozen=True)
 class Features:
-    """The features of one agent, side by side.
+    """The features of one agent, concatenated.
 
     Args:
-        world: what offers them.
-        names: of features, in order.
-        agent: who reads them: how the last option ended is for meta-controllers alone.
+        world: the spec of the world that offers them.
+        names: names of the features, in order.
+        agent: the agent that reads them; goal-outcome is only for meta-controllers.
     """
 
     world: WorldSpec
@@ -68,7 +68,6 @@ class Features:
             raise InputError("goal-outcome belongs to meta_features, not to features")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Copy and pickle only the parts."""
         return Features, (self.world, self.names, self.agent)
 
     @cached_property
@@ -77,7 +76,7 @@ class Features:
         return [known[name] for name in self.names]
 
     def subset(self, *, of_goal: bool | None = None, of_world: bool | None = None) -> list[str]:
-        """Return the names of those that show the goal or not, or the world or not, where this is given."""
+        """Return the names of the features with the given flags; None allows either value."""
         return [
             name
             for name, feature in zip(self.names, self._chosen, strict=True)
@@ -91,7 +90,7 @@ class Features:
 
     @property
     def arrays(self) -> tuple[tuple[int, ByteArray], ...]:
-        """Return where among the K numbers there are bytes of arrays, and how these are read."""
+        """Return the start of each array's bytes among the K numbers, and its layout."""
         arrays, start = [], 0
         for feature in self._chosen:
             if feature.array is not None:
@@ -101,18 +100,18 @@ class Features:
 
     @property
     def vectors(self) -> list[NDArray | None] | None:
-        """For each of the K numbers the fixed numbers that stand for its values, if any; None where none has any."""
+        """Return each of the K numbers' fixed vectors for its values, or None for it; None if no number has any."""
         vectors = [feature.vectors for feature in self._chosen for _ in feature.cardinalities]
         return None if all(of_number is None for of_number in vectors) else vectors
 
     @property
     def are_by_goal(self) -> bool:
-        """Return whether each has one number for each goal, so that a network can treat all colours alike."""
+        """Return whether each has one number for each goal, so that all colours can share a network."""
         return all(feature.is_by_goal for feature in self._chosen)
 
     @property
     def memories(self) -> tuple[str, ...]:
-        """Return the memories of the world that they need."""
+        """Return the names of what the world must remember for them."""
         return tuple(memory for feature in self._chosen for memory in feature.memories)
 
     def encode(self, observation: Observation) -> NDArray[np.uint8]:

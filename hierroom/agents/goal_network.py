@@ -1,4 +1,4 @@
-"""The learned meta-controller's network where goals are of things that are alike: one core that all colours share."""
+"""The learned meta-controller's network for EscapeRooms: one core that all colours share."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from hierroom.learners.networks.recurrent import ResetLSTM
 class GoalNetwork(nn.Module):
     r"""An actor-critic over goals that treats all colours alike.
 
-    Each episode draws the colours anew, so what is learned of one is true of all. Each of the P parts of a level, such
-    as six colours and the exit, has its own recurrent state under shared weights. It sees itself and the mean of all
-    (deep sets: Zaheer et al. 2017). With encoder E (one for colours, one for the exit) and features x:
+    Each episode draws new colours, so what is learned about one is true of all. Each of the P parts of a level, such as
+    six colours and the exit, has its own recurrent state and shares its weights. It sees itself and the mean of all
+    parts (deep sets: Zaheer et al. 2017). With encoder E (one for colours, one for the exit) and features x:
 
     .. math::
         e_p = E(x_p), \qquad h_p = \mathrm{LSTM}\big(e_p, \tfrac1P \sum_q e_q\big), \qquad
@@ -24,12 +24,12 @@ class GoalNetwork(nn.Module):
     Logits of a colour's key and door are linear in :math:`(h_p, \bar h)`, those of the exit and of 'no goal' in
     the exit's state, the value in :math:`\bar h`. Permuting colours permutes keys' and doors' logits in the same way.
 
-    Keeps the protocol `PolicyNetwork`; a state is [N, P * 2 H], the parts side by side.
+    It implements `PolicyNetwork`; a state [N, P * 2 H] has the parts' states one after the other.
 
     Args:
         space: features with one number for each of G goals, one feature after the other, and G + 1 actions.
         hidden_size: units H of encoders and core.
-        n_alike: number of colours; there is a goal of each kind for each, kind after kind, and one more: the exit.
+        n_alike: number of colours. The goals of one kind follow each other, one for each colour; the exit is last.
     """
 
     def __init__(self, space: AgentSpace, hidden_size: int, n_alike: int) -> None:
@@ -51,7 +51,7 @@ class GoalNetwork(nn.Module):
             nn.init.zeros_(head.bias)
 
     def initial_state(self, n: int) -> Tensor:
-        """Zeros [n, P * 2 H]."""
+        """Return zeros [n, P * 2 H]."""
         return self.core.weight.new_zeros(n, self._n_parts * 2 * self._hidden_size)
 
     def step(self, features: Tensor, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
@@ -61,7 +61,7 @@ class GoalNetwork(nn.Module):
         return *self._heads(hidden.reshape(n, self._n_parts, -1)), state.reshape(n, -1)
 
     def sequence(self, features: Tensor, state: Tensor, resets: Tensor) -> tuple[Tensor, Tensor]:
-        """T turns in a row; see `PolicyNetwork.sequence`."""
+        """Compute T turns in a row; see `PolicyNetwork.sequence`."""
         length, n = resets.shape
         n_parts = self._n_parts
         states, resets = state.reshape(n * n_parts, -1), resets.repeat_interleave(n_parts, dim=1)

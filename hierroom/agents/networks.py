@@ -1,4 +1,4 @@
-"""The controller's network: those that ship, how custom ones are found, and its trial before it is trained."""
+"""The controller's network: the built-in ones, loading custom ones, and a trial before training."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ _one_tries = Lock()
 
 
 def recurrent(space: AgentSpace, hidden_size: int, vectors: Vectors) -> nn.Module:
-    """Return the network that ships: compiled kernels train the one for categories alone."""
+    """Return the built-in network; compiled kernels can train it if the space has no arrays."""
     return (ArrayActorCritic if space.arrays else RecurrentActorCritic)(space, hidden_size, vectors)
 
 
 NETWORKS: Mapping[str, Callable[[AgentSpace, int, Vectors], nn.Module]] = {DEFAULT_NETWORK: recurrent}
-"""The networks that ship, by the name users type: each is made from a space, a hidden size and vectors."""
+"""Makers of the built-in networks, by the names that users type."""
 
 
 def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vectors) -> nn.Module:
-    """Return the network that a user means, tried once.
+    """Return the network that a user specified, after a trial of a custom one.
 
     Args:
         spec: a name in `NETWORKS`; the name of an entry point in the group ``hierroom.networks``; or
-            ``package.module:Class``, a `torch.nn.Module` that keeps the `PolicyNetwork` protocol.
-        vectors: fixed numbers for the values of features, for a network that ships (see `FeatureEncoder`); a user's
-            network is made from the space and the hidden size alone.
+            ``package.module:Class``, a `torch.nn.Module` that implements `PolicyNetwork`.
+        vectors: fixed vectors for values of features, for built-in networks (see `FeatureEncoder`). Custom networks get
+            only the space and the hidden size.
     """
     if not isinstance(spec, str):
         raise InputError(f"a network is named, like {', '.join(NETWORKS)} or package.module:Class, not {shown(spec)}")
@@ -57,10 +57,10 @@ def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vector
 
 
 def try_network(name: str, network: nn.Module, space: AgentSpace) -> None:
-    """Let two environments, and one alone, take three turns, and refuse what the learner could not train.
+    """Take three turns in two environments and in one, and refuse a network that the learner could not train.
 
-    Afterwards the network's weights, buffers and modes, and torch's random numbers, are as before; gradients are None.
-    A network may draw as it computes, by dropout, from torch's global generator: one is tried at a time.
+    Afterwards the network's weights, buffers and modes, and torch's random state, are restored; gradients are None.
+    Only one network is tried at a time, because layers such as dropout draw from torch's global generator.
     """
     if not any(parameter.requires_grad for parameter in network.parameters()):
         raise InputError(f"{name} has no weights to learn: no parameter requires a gradient")
@@ -68,11 +68,11 @@ def try_network(name: str, network: nn.Module, space: AgentSpace) -> None:
     modes = {module: module.training for module in network.modules()}
     with user_code(f"{name}, in its first turns,"), _one_tries, torch.random.fork_rng([]):
         before = deepcopy(network.state_dict())
-        buffers = {path: (buffer, buffer.clone()) for path, buffer in network.named_buffers()}  # in no state, some
+        buffers = {path: (buffer, buffer.clone()) for path, buffer in network.named_buffers()}  # state dicts lack some
         for n_envs in (2, 1):
             _take_turns(name, policy, space, n_envs)
         network.zero_grad()
-        network.eval()  # where a network draws at random, as by dropout, it does not then
+        network.eval()  # turns off random layers such as dropout
         _compare(name, policy, space)
         for module, mode in modes.items():
             module.training = mode
@@ -97,7 +97,7 @@ def _take_turns(name: str, network: PolicyNetwork, space: AgentSpace, n_envs: in
         start = tuple(state.shape)
         if len(start) != 2 or start[0] != n_envs:
             raise InputError(f"{name} gives {n_envs} environments an initial state of shape {start}, not rows")
-        logits, values, after = network.step(features[0].clone(), state.clone())  # it may write to what it is given
+        logits, values, after = network.step(features[0].clone(), state.clone())  # it may write to its inputs
     all_logits, all_values = network.sequence(features, state, torch.zeros(_N_TURNS, n_envs, dtype=torch.bool))
     trained = {"logits of sequence": all_logits, "values of sequence": all_values}
     outputs = {"an initial state": state, "logits of step": logits, "values of step": values, "state of step": after}
@@ -117,10 +117,10 @@ def _take_turns(name: str, network: PolicyNetwork, space: AgentSpace, n_envs: in
 
 
 def _compare(name: str, network: PolicyNetwork, space: AgentSpace) -> None:
-    """Refuse a network if its `sequence` and turn by turn its `step` differ, with an episode that ends."""
+    """Refuse a network if `sequence` and repeated `step` give different outputs, also when an episode begins."""
     features = _turns(space, 2)
     resets = torch.zeros(_N_TURNS, 2, dtype=torch.bool)
-    resets[-1, 0] = True  # in one environment an episode begins, in the other it goes on
+    resets[-1, 0] = True  # an episode begins in one environment only
     with torch.no_grad():
         start = state = network.initial_state(2)
         played = []

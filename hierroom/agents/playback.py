@@ -1,4 +1,4 @@
-"""Showing episodes that were played: as pictures, as text and in files."""
+"""Show recorded episodes as pictures, as text and in files."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from hierroom.support.files import to_json, usable_path, write_atomically
 
 FILE_FORMATS = (*FORMATS, ".txt", ".json")
 CARD_FRAMES = 10
-"""Pictures that show an episode's end, or the steps left out: a second at the usual speed."""
+"""Number of frames for an episode's end, or for a note of omitted steps: a second at the usual speed."""
 MOST_IN_GIF = 200
-"""Steps of an episode that a GIF shows: so many take about 400 kB; an MP4 is smaller and shows all."""
+"""Most steps of an episode in a GIF, about 400 kB; an MP4 is smaller and shows all steps."""
 N_LAST_ACTIONS = 12
 
 
 def without_colours(text: str) -> str:
-    """Return a text without the codes that colour it in a terminal, as for a file."""
+    """Return a text without terminal colour codes."""
     return re.sub(r"\x1b\[[0-9;]*m", "", text)
 
 
 def pictures(episode: Episode, tile_size: int | None = None, most: int | None = None) -> Iterator[NDArray[np.uint8]]:
-    """Draw an episode of L steps step by step: each picture names the step, its action and the subgoal.
+    """Draw an episode of L steps step by step; each picture names the step, its action and the subgoal.
 
-    Next to a level with rules stands their graph: see `rules_picture`.
+    If the level has rules, their graph is drawn next to it: see `rules_picture`.
 
     Args:
         episode: the episode.
         tile_size: side length of a cell in pixels; None: large enough for the text.
-        most: of a longer episode only the first and the last steps are drawn, in all about so many, and a picture
-            between them says which are left out; None: all.
+        most: about how many steps of a longer episode to draw, from its start and its end. A picture between them says
+            which are left out. None: all.
 
     Yields:
         [H, W, 3] uint8, L + 1 of them if none is left out.
@@ -75,9 +75,9 @@ def _title(episode: Episode, step: int, limit: int) -> str:
 
 
 def description(episode: Episode) -> str:
-    """Describe an episode: the level, each subgoal with its steps and outcome, and where it ended without an escape.
+    """Describe an episode: the level, each subgoal with its steps and outcome, and its last state if it failed.
 
-    The text is coloured for a terminal; `without_colours` takes that away.
+    The text has terminal colour codes; `without_colours` removes them.
     """
     lines = [episode.title, "", episode.replayer.text(episode.start), ""]
     rows = [("step", "steps", "subgoal", "outcome", "achieved")]
@@ -105,7 +105,7 @@ def description(episode: Episode) -> str:
 
 
 def require_file(path: Path) -> None:
-    """Check that `save_episodes` can write a file, before anything is played."""
+    """Check that `save_episodes` can write a file; call this before playing."""
     if path.suffix.lower() not in FILE_FORMATS:
         raise InputError(f"episodes are written as {', '.join(FILE_FORMATS)}, not as {path.name or path}")
     if not usable_path(path).parent.is_dir():
@@ -114,9 +114,9 @@ def require_file(path: Path) -> None:
 
 
 def save_episodes(episodes: Sequence[Episode], path: Path) -> None:
-    """Write episodes, at least one, into a file: an animation (.gif, .mp4), text (.txt) or data (.json).
+    """Write one or more episodes into a file: an animation (.gif, .mp4), text (.txt) or data (.json).
 
-    A GIF leaves steps of long episodes out, as `pictures` does, and says so.
+    A GIF leaves out steps of long episodes and says which: see `pictures`.
     """
     require_file(path)
     kind = path.suffix.lower()
@@ -132,7 +132,7 @@ def save_episodes(episodes: Sequence[Episode], path: Path) -> None:
 def film(
     episodes: Sequence[Episode], tile_size: int | None = None, most: int | None = None
 ) -> Iterator[NDArray[np.uint8]]:
-    """Yield the `pictures` of several episodes, one after the other; the end of each is shown for a second."""
+    """Yield the `pictures` of several episodes one after the other; hold the end of each for a second."""
     for episode in episodes:
         frame = None
         for frame in pictures(episode, tile_size, most):

@@ -1,4 +1,4 @@
-"""Playing without learning: the players, and the one loop that plays episodes to be counted."""
+"""Play without learning: the players, and the loop that plays a given number of episodes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hierroom.turns.turns import Turns
 
 
 class Player(Protocol):
-    """Plays in environments: an agent, a pair of agents, or anything else that can take their steps."""
+    """Plays in environments; any object that takes their steps is a player."""
 
     def step(self, turns: Turns) -> Step:
         """Take the turns that are due, and one primitive step in every environment."""
@@ -25,19 +25,19 @@ class Player(Protocol):
 
 
 class Actor(Protocol):
-    """An agent that plays: it acts, and takes note of the turns that a step ended."""
+    """An agent that acts, and records the turns that a step ended."""
 
     def act(self, observation: Any) -> NDArray[np.integer]:
         """Return actions [M] in the environments of an observation."""
         ...
 
     def record(self, step: Step, turns: Turns) -> None:
-        """Take note of the turns that a primitive step ended."""
+        """Record the turns that a primitive step ended."""
         ...
 
 
 class Pair:
-    """A meta-controller and a controller that play together, by the names of `records.AGENTS`, in this order."""
+    """A meta-controller and a controller that play together, by the names in `records.AGENTS` and in that order."""
 
     def __init__(self, agents: Mapping[str, Actor]) -> None:
         self.agents = agents
@@ -45,8 +45,8 @@ class Pair:
     def choose(self, turns: Turns, *names: str) -> None:
         """Let agents, all by default, choose their actions.
 
-        The meta-controller is asked only where its turn is due, so no more than once an option; the controller is
-        asked, and its recurrent state moves, at every call.
+        The meta-controller chooses only where its turn is due, at most once per option. The controller chooses, and
+        its recurrent state changes, at every call.
         """
         for name in names or self.agents:
             due = turns.due(name)
@@ -63,12 +63,12 @@ class Pair:
         return step
 
     def subset(self, envs: NDArray[np.integer]) -> Pair | None:
-        """Return the same pair in some environments [M], acting there as if it still played in all; None if it cannot.
+        """Return the pair for some environments [M], where it acts as if it still played in all; None if it cannot.
 
-        It can if the meta-controller ships and learns nothing, and the controller is frozen; what others do may depend
-        on which environments they are asked about.
+        This needs a built-in meta-controller that does not learn and a frozen controller. Other agents may act
+        differently in fewer environments.
         """
-        # It brings torch along, which commands that explain themselves do without.
+        # Imported here because it loads torch, which ``--help`` does not need.
         from hierroom.agents.ppo_agent import FrozenAgent
 
         meta, controller = self.agents.get(META), self.agents.get(CONTROLLER)
@@ -79,24 +79,24 @@ class Pair:
 
 
 class RandomPlayer:
-    """Every action of the controller with the same chance."""
+    """Controller actions drawn uniformly at random, without goals."""
 
     def __init__(self, random: np.random.Generator) -> None:
         self._random = random
 
     def step(self, turns: Turns) -> Step:
-        """One primitive step in every environment, without goals."""
+        """Take a random action in every environment."""
         return turns.step(self._random.integers(turns.world.n_actions, size=len(turns)))
 
 
 class OraclePlayer:
-    """A shortest way to the exit."""
+    """A shortest path to the target, without goals."""
 
     def __init__(self) -> None:
         self._plans: dict[int, deque[int]] = {}
 
     def step(self, turns: Turns) -> Step:
-        """One primitive step in every environment, without goals."""
+        """Take the next action of a shortest path in every environment."""
         for env in range(len(turns)):
             if not self._plans.get(env):
                 self._plans[env] = deque(turns.world.shortest_actions(env).tolist())
@@ -107,7 +107,7 @@ class OraclePlayer:
 
 
 def make_player(name: str, seed: int) -> Player:
-    """Return a player that needs no training, ``"random"`` or ``"oracle"``; the seed fixes its actions."""
+    """Return a player that needs no training, ``"random"`` or ``"oracle"``; the seed determines its actions."""
     if name == "random":
         return RandomPlayer(np.random.default_rng(seed))
     if name == "oracle":
@@ -116,22 +116,22 @@ def make_player(name: str, seed: int) -> Player:
 
 
 SHARE_KEPT = 0.5
-"""Leave environments out of play when no more than this share of them is still counted: leaving out takes time."""
+"""Leave environments out only when at most this share of them still counts, because leaving out takes time."""
 
 
 class Play:
-    """Lets a player play the first episodes of each of N new environments; `quotas` fixes their number.
+    """Lets a player play the first episodes of each of N new environments; `quotas` gives their numbers.
 
-    Counting the first episodes to end instead would count short ones too often. Environments that have played their
-    quota are left out later, where the player can do without them. That changes nothing in the others, except rounding
-    where torch computes the network.
+    Counting whichever episodes end first would count short ones too often. Environments that have played their quota
+    are left out later, if the player allows it. The others play the same, except for rounding where torch computes the
+    network.
 
-    It yields each primitive `Step`, of M environments: all N at first, fewer once some have played all their episodes.
+    It yields each primitive `Step` of M environments: all N at first, fewer once some have played their quota.
 
     Attributes:
         turns: the M environments that were stepped.
-        envs: [M] int, which of the N environments they are.
-        counted: [C] int, the places, of M, where episodes count.
+        envs: [M] int, their indices among the N.
+        counted: [C] int, the positions among the M where episodes still count.
         played: [N] int, counted episodes that each environment had ended before the step.
     """
 
@@ -143,7 +143,6 @@ class Play:
         self.envs, self.counted = np.arange(len(turns)), np.flatnonzero(self._quota)
 
     def __iter__(self) -> Iterator[Step]:
-        """Play until every environment has played its episodes."""
         while len(self.counted):
             self._leave_out()
             step = self._player.step(self.turns)
@@ -165,7 +164,7 @@ class Play:
 
 
 def quotas(episodes: int, num_envs: int) -> NDArray[np.int64]:
-    """Return the numbers of episodes of the environments [N]: equally many, or the first ones one more."""
+    """Split episodes among environments: return equal numbers [N], with one more for the first ones if needed."""
     if episodes < 1:
         raise InputError(f"play at least one episode, not {episodes}")
     return episodes // num_envs + (np.arange(num_envs) < episodes % num_envs)

@@ -1,4 +1,4 @@
-"""The agent that learns: recurrent PPO on its own turns, for the controller and the meta-controller alike."""
+"""The learning agent: recurrent PPO on its own turns, as controller or meta-controller."""
 
 from __future__ import annotations
 
@@ -29,14 +29,15 @@ class PPOAgent:
 
     .. math::  F_t = \sum_{i=0}^{k-1} f_{t+i}
 
-    and what follows is discounted by :math:`\gamma^k`. The recurrent state moves at the agent's own turns only: to a
-    meta-controller "this key was tried in vain" is a few turns ago and not hundreds of steps.
+    and later rewards are discounted by :math:`\gamma^k`. The recurrent state changes only at the agent's own turns. So
+    for a meta-controller "this key was tried in vain" is a few turns ago, not hundreds of steps.
 
     Args:
-        features: what its network reads of an observation.
-        learner: of its policy, in as many environments as there are.
-    network: the name of its network, by which a warm start checks that weights fit.
-        warm_up: chooses its actions until it ends; None: the agent learns from the first turn on.
+        features: the features that its network reads.
+        learner: the learner of its policy, with the same number of environments.
+        network: the name of its network; a warm start checks with it that weights fit.
+        warm_up: chooses actions until it ends; None: the agent learns from the first turn on.
+        curiosity: adds its rewards to the controller's; None: no such rewards.
     """
 
     def __init__(
@@ -73,7 +74,7 @@ class PPOAgent:
         return self.learner.act(observation.envs, self.features.encode(observation), observation.masks)
 
     def record(self, step: Step, turns: Turns) -> None:
-        """Take note of the turns that a primitive step ended."""
+        """Record the turns that a primitive step ended."""
         if self._warm_up is not None and not self.is_learning:
             self._warm_up.add(step)
             return
@@ -81,14 +82,14 @@ class PPOAgent:
         envs, rewards, elapsed, terminated, truncated = step.ended_turns(agent)
         if self.curiosity is not None:
             rewards = rewards + self.curiosity.rewards(turns.final_observation(agent, step, envs))
-        ours = np.flatnonzero(self.learner.has_begun[envs])  # a turn that began in the warm-up is none of the learner's
+        ours = np.flatnonzero(self.learner.has_begun[envs])  # turns begun in the warm-up are not the learner's
         envs, truncated = envs[ours], truncated[ours]
         last = self.features.encode(turns.final_observation(agent, step, envs[truncated])) if truncated.any() else None
         ended = step.episode_ended[envs]
         self.learner.finish(envs, rewards[ours], elapsed[ours], terminated[ours], truncated, ended, last)
 
     def update(self, observation: Observation, progress: float) -> None:
-        """Learn from the turns taken; the observation is of its next turn, and progress of training from 0 to 1."""
+        """Learn from the turns taken, given the observation of the next turn and the progress of training, 0 to 1."""
         self.learner.bootstrap(observation.envs, self.features.encode(observation))
         self._updated = self.learner.update(progress)
         if self.curiosity is not None:
@@ -96,25 +97,22 @@ class PPOAgent:
 
     @property
     def statistics(self) -> dict[str, float]:
-        """Numbers for the metrics: those of the last update, and whether it learns where it warms up first."""
+        """Numbers for the metrics: those of the last update, and with a warm-up whether it has ended."""
         learning = {} if self._warm_up is None else {"is_learning": float(self._warm_up.has_ended)}
         return {**learning, **self._updated}
 
     def frozen(self, num_envs: int, *, seed: int, is_greedy: bool = False) -> FrozenAgent:
-        """Return the trained agent for other environments, where it learns no more.
-
-        If ``is_greedy``, it takes its most probable action instead of drawing one.
-        """
+        """Return the trained agent for other environments, where it does not learn: see `FrozenAgent`."""
         return FrozenAgent(self.features, self.learner.policy(num_envs, seed=seed), is_greedy=is_greedy)
 
     @property
     def weights(self) -> dict[str, Any]:
-        """The part of its `state_dict` that `take_weights` takes."""
+        """The part of its `state_dict` that `take_weights` uses."""
         network = dict(self.learner.network.state_dict())
         return {"description": self._description, "learner": {"backend": {"network": network}}}
 
     def take_weights(self, state: dict[str, Any]) -> None:
-        """Take the weights of another agent's `state_dict` and nothing else."""
+        """Load only the weights from another agent's `state_dict`."""
         for name in ("description", "learner"):
             ANY_MAPPING.check(state.get(name), name)
         for what, ours in self._description.items():
@@ -137,7 +135,7 @@ class PPOAgent:
         """Return the complete state, as tensors and plain types."""
         known = {name: float(value) for name, value in self._updated.items() if not isnan(value)}
         state: dict[str, Any] = {"description": self._description, "learner": self.learner.state_dict()}
-        state["statistics"] = known  # rows are written between two updates of a meta-controller, too
+        state["statistics"] = known  # rows are also written between two updates of a meta-controller
         if self._warm_up is not None:
             state["warm_up"] = self._warm_up.state_dict()
         if self.curiosity is not None:
@@ -145,7 +143,7 @@ class PPOAgent:
         return state
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
-        """Go back to what `state_dict` gave."""
+        """Restore what `state_dict` returned."""
         parts = {"learner": self.learner, "warm_up": self._warm_up, "curiosity": self.curiosity}
         restored = {name: part for name, part in parts.items() if part is not None}
         description = Table({what: Exactly(ours) for what, ours in self._description.items()})
@@ -160,10 +158,10 @@ class PPOAgent:
 
 
 class FrozenAgent:
-    """Acts by a policy and learns nothing.
+    """Acts with a policy and does not learn.
 
-    If ``is_greedy``, it takes its most probable action instead of drawing one: a policy that escapes whenever it draws
-    can then turn on the spot for ever.
+    If ``is_greedy``, it takes its most probable action instead of sampling. A policy that always escapes when it
+    samples may then turn on the spot for ever.
     """
 
     def __init__(self, features: Features, policy: Policy, *, is_greedy: bool = False) -> None:
@@ -181,14 +179,14 @@ class FrozenAgent:
         return self._act(observation.envs, self.features.encode(observation), observation.masks)
 
     def record(self, step: Step, turns: Turns) -> None:
-        """Forget the episodes that a primitive step ended."""
+        """Reset the recurrent states where a primitive step ended an episode."""
         if turns.n_ended:
             self.forget(np.flatnonzero(step.episode_ended))
 
     def forget(self, envs: NDArray[np.integer]) -> None:
-        """Forget the episodes of some environments [M]."""
+        """Reset the recurrent states of environments [M]."""
         self._policy.reset(envs)
 
     def subset(self, envs: NDArray[np.integer]) -> FrozenAgent:
-        """Return the same agent in some of its environments [M], which replaces it; see `Policy.part`."""
+        """Return the agent for some of its environments [M], to use instead of this one; see `Policy.part`."""
         return FrozenAgent(self.features, self._policy.part(envs), is_greedy=self._is_greedy)

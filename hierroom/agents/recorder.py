@@ -1,4 +1,4 @@
-"""Recording the episodes that a player plays."""
+"""Record the episodes that a player plays."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hierroom.turns.records import CONTROLLER, Step
 from hierroom.turns.turns import Turns
 
 _PARTS = {"actions": "i4", "rewards": "f8", "extrinsic": "f8", "goals": "i1", "achieved": "i1", "outcomes": "i1"}
-"""Values recorded of each step, by their names in `Episode`."""
+"""Values recorded at each step, with their dtypes, by their names in `Episode`."""
 
 
 def record(
@@ -28,9 +28,9 @@ def record(
 ) -> Iterator[Episode]:
     """Let a player play the first episodes of each environment (see `Play`), and yield them in a fixed order.
 
-    The order is that of the environments, first everyone's first episode, then everyone's second. It does not depend on
-    how long episodes last, so the first K of them are as good a sample as all. With ``observations`` episodes have
-    what the controller observed.
+    The order is the first episode of every environment, then the second of every environment, and so on. It does not
+    depend on episode lengths, so the first K episodes are as good a sample as all. With ``observations`` episodes
+    include the controller's observations.
     """
     facts, finished, n_yielded, n = EpisodeFacts(len(turns)), {}, 0, len(turns)
     tape, play = _Tape(turns, _Observed(turns) if observations else None), Play(turns, player, episodes, progress)
@@ -44,7 +44,7 @@ def record(
 
 
 class _Observed:
-    """Observations of the controller in the episodes under way, without the goal, which is not chosen yet."""
+    """The controller's observations in current episodes, without the goal, which is not chosen yet."""
 
     def __init__(self, turns: Turns) -> None:
         self._so_far: list[list[tuple[dict[str, NDArray], int]]] = [[] for _ in range(len(turns))]
@@ -53,13 +53,13 @@ class _Observed:
         self.see(turns, every, every)
 
     def see(self, turns: Turns, rows: NDArray[np.integer], envs: NDArray[np.integer]) -> None:
-        """Record the observations at places [M] of these turns, which are the environments ``envs`` [M]."""
+        """Record the observations in rows [M] of these turns, which belong to environments ``envs`` [M]."""
         shown = turns.observe(CONTROLLER, turns.due(CONTROLLER)).as_dict()
         for row, env in zip(rows.tolist(), envs.tolist(), strict=True):
             self._so_far[env].append((shown, row))
 
     def ended(self, env: int, last: dict[str, NDArray], row: int, goals: NDArray[np.integer]) -> dict[str, NDArray]:
-        """Return the observations of an episode by name, in pursuit of goals [L], the last one in a row of arrays."""
+        """Return an episode's observations by name, with goals [L]; the last observation is one row of ``last``."""
         moments, self._so_far[env] = [*self._so_far[env], (last, row)], []
         observations = {name: np.stack([shown[name][at] for shown, at in moments]) for name in last}
         observations["goal"][:-1] = self._vectors[goals]
@@ -67,7 +67,7 @@ class _Observed:
 
 
 class _Tape:
-    """The steps of the episodes under way, from the start of N fresh environments."""
+    """The steps of the current episodes, from the start of N new environments."""
 
     def __init__(self, turns: Turns, observed: _Observed | None) -> None:
         self._observed = observed
@@ -75,7 +75,7 @@ class _Tape:
         self._starts = [turns.world.get_state(env) for env in range(len(turns))]
 
     def add(self, step: Step, play: Play, ended: EndedEpisodes) -> list[Episode]:
-        """Note a step and return the episodes that it ended."""
+        """Record a step and return the episodes that it ended."""
         envs, at, world = play.envs, step.lengths - 1, play.turns.world
         if at.max() >= len(self._parts["actions"]):
             self._parts = {name: np.concatenate([part, np.zeros_like(part)]) for name, part in self._parts.items()}

@@ -1,4 +1,4 @@
-"""Any meta-controller as an agent: those that ship, and custom ones, which may learn."""
+"""Any meta-controller as an agent: a built-in or a custom one, which may learn."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ class ScriptedAgent:
     """A `MetaController` as an agent. In training its method ``learn``, if it has one, gets every step."""
 
     ready = False
-    """It learns by itself, if at all: there is never an `update` to wait for."""
+    """Always False: it never needs an `update`, because it learns by itself, if at all."""
 
     def __init__(self, meta: MetaController, *, is_training: bool = False) -> None:
         self.meta: Any = meta
         self._learn = getattr(meta, "learn", None) if is_training else None
 
     def act(self, observation: Observation) -> NDArray[np.integer]:
-        """Return goal ids [M], or 13 or -1 for no goal, in the environments of a `Situation`."""
+        """Return goal ids [M] in the environments of a `Situation`; G or -1 is no goal."""
         assert isinstance(observation, Situation)  # scripted agents are meta-controllers
         return choose_goals(self.meta, observation)
 
     def record(self, step: Step, turns: Turns) -> None:
-        """Let it watch a primitive step, and in training learn from the options that it ended."""
+        """Show a primitive step to the meta-controller, which in training may learn from it."""
         show_step(self.meta, turns)
         if self._learn is not None:
             with running(self.meta):
                 self._learn(step)
 
     def update(self, observation: Observation, progress: float) -> None:
-        """Nothing: see `ready`."""
+        """Do nothing: see `ready`."""
 
     @property
     def statistics(self) -> dict[str, float]:
@@ -48,7 +48,7 @@ class ScriptedAgent:
             return {name: float(number) for name, number in getattr(self.meta, "statistics", {}).items()}
 
     def frozen(self, num_envs: int, *, seed: int) -> ScriptedAgent:
-        """Return it for other environments: what ``for_play`` gives if it has that, else a copy; it learns no more."""
+        """Return it for other environments, without learning: the result of its ``for_play``, else a copy."""
         if hasattr(self.meta, "for_play"):
             with running(self.meta):
                 meta = self.meta.for_play(num_envs, seed=seed)
@@ -63,7 +63,7 @@ class ScriptedAgent:
             return self.meta.state_dict() if hasattr(self.meta, "state_dict") else {}
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
-        """Go back to what `state_dict` gave."""
+        """Restore what `state_dict` returned, if it can."""
         if not hasattr(self.meta, "load_state_dict"):
             return
         with user_code(f"the meta-controller {type(self.meta).__name__}", "cannot load its state"):
@@ -71,7 +71,7 @@ class ScriptedAgent:
 
 
 def unsaved_memory(meta: MetaController) -> str | None:
-    """Return in words what a meta-controller may remember that no checkpoint will hold; None if there is nothing."""
+    """Describe the memory of a meta-controller that checkpoints do not save; None if there is none."""
     if isinstance(meta, (LevelMeta, *META_CONTROLLERS.values())):
         return None
     if hasattr(meta, "state_dict") and hasattr(meta, "load_state_dict"):

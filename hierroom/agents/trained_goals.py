@@ -1,4 +1,4 @@
-"""A meta-controller that PPO has trained, in other environments and with other controllers."""
+"""A trained meta-controller for use in other environments and with other controllers."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from hierroom.turns.situation import Situation
 
 
 class TrainedGoals:
-    """Chooses goals as the meta-controller that was trained, and learns no more: a `MetaController`.
+    """A `MetaController` that chooses goals with a trained policy and does not learn.
 
-    With the seeds of the environments, ``seed`` fixes what it draws.
+    Its ``seed`` and the seeds of the environments determine its random choices.
     """
 
     def __init__(self, trained: PPOAgent, num_envs: int, seed: int) -> None:
@@ -31,21 +31,21 @@ class TrainedGoals:
     def choose(
         self, observations: Mapping[str, NDArray], legal: NDArray[np.bool_], situation: Situation
     ) -> NDArray[np.integer]:
-        """Return a goal for each of M environments, drawn as in training.
+        """Sample a goal for each of M environments, as in training.
 
-        This one's seed and an environment's seed, episode and turn fix what is drawn, in whatever batch.
+        It depends on this object's seed and on the environment's seed, episode and turn, not on the batch.
         """
         uniforms = (situation.uniforms[:, 0] + self._shift) % 1.0
         features = self._trained.features.encode(situation)
         return self._policy.act(situation.envs, features, situation.masks, uniforms)
 
     def reset(self, envs: NDArray[np.integer]) -> None:
-        """Forget the last episode of some environments [M]."""
+        """Reset the recurrent states of environments [M]."""
         if envs.max(initial=0) >= self._num_envs:
             made_for = f"this meta-controller was made for {self._num_envs} environments"
             raise InputError(f"{made_for}, not for environment {envs.max()}; use meta_controller(num_envs=...)")
         self._policy.reset(envs)
 
     def for_play(self, num_envs: int, *, seed: int) -> TrainedGoals:
-        """Return one for other environments."""
+        """Return the same meta-controller for other environments."""
         return TrainedGoals(self._trained, num_envs, seed)

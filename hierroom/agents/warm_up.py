@@ -1,4 +1,4 @@
-"""Warm-up: a meta-controller chooses goals at random until its controller can reach any."""
+"""Warm-up: a meta-controller chooses goals at random until its controller reaches the target in some episodes."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from hierroom.turns.records import Step
 from hierroom.turns.situation import Situation
 
 WINDOW = 100
-"""Episodes that decide by their success whether the warm-up ends."""
+"""Number of last episodes over which success is measured to end the warm-up."""
 
 
 class WarmUp:
-    """Chooses legal goals at random, those seen this episode before others, until enough episodes reach the exit.
+    """Chooses legal goals at random, preferring those seen this episode, until enough episodes reach the target.
 
-    At first the controller reaches nothing, so what follows a goal says nothing about the goal. Learning begins when
-    the share ``start_success`` of `WINDOW` episodes has reached the exit; then ``has_ended``.
+    At first the controller reaches no goal, so an option's reward says nothing about its goal. The warm-up ends
+    (``has_ended``) when a share ``start_success`` of the last `WINDOW` episodes has reached the target.
     """
 
     def __init__(self, start_success: float) -> None:
@@ -29,7 +29,7 @@ class WarmUp:
         self._successes: deque[bool] = deque(maxlen=WINDOW)
 
     def choose(self, situation: Situation) -> NDArray[np.integer]:
-        """Return goal ids [M], or 13 or -1 for no goal."""
+        """Return goal ids [M]; G or -1 is no goal."""
         likely = situation.masks.copy()
         likely[:, :-1] &= situation.seen
         is_any = likely.any(axis=1, keepdims=True)
@@ -46,6 +46,6 @@ class WarmUp:
         return {"has_ended": self.has_ended, "successes": list(self._successes)}
 
     def load_state_dict(self, state: dict) -> None:
-        """Go back to what `state_dict` gave."""
+        """Restore what `state_dict` returned."""
         Table({"has_ended": Flag(), "successes": Items(Flag(), 0, WINDOW)}).check(state, "warm_up")
         self.has_ended, self._successes = state["has_ended"], deque(state["successes"], WINDOW)

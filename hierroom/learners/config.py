@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from hierroom.support.errors import InputError, require_number, use_python_numbers
 
 MOST = {"sequence_length": 2**20, "minibatches": 2**20, "epochs": 2**20, "hidden_size": 2**16}
-"""The largest whole numbers: beyond any use, and small enough for 64-bit arithmetic."""
+"""Upper bounds of whole numbers: beyond any practical use, but safe in 64-bit arithmetic."""
 
 
 @dataclass(frozen=True)
@@ -16,7 +16,7 @@ class PPOConfig:
     """Hyperparameters of recurrent PPO; `hierroom.learners.ppo` explains where each one is used.
 
     Args:
-        sequence_length: T, consecutive turns of one agent in one environment that form a training sequence, at least 1.
+        sequence_length: T, consecutive turns of one agent in one environment in a training sequence, at least 1.
         sequences_per_update: M, full sequences for an update, at least ``minibatches``; None: one per environment.
         minibatches: minibatches of whole sequences in each epoch, at least 1.
         epochs: passes over the data of an update, at least 1.
@@ -32,7 +32,7 @@ class PPOConfig:
         gae_lambda: lambda of generalised advantage estimation, applied per turn, 0 to 1.
         normalize_advantages: whether to normalise the advantages of each minibatch to mean 0 and deviation 1.
         min_advantage_std: lower bound of that deviation before normalising, above 0, so that noise is not amplified.
-            Without it flat PPO, rewarded at the exit, had not learned graph a after 3M steps (one seed; with it 100%).
+            Without it flat PPO had not learned graph a from the exit reward after 3M steps (one seed; with it 100%).
         hidden_size: units of the encoder and of the recurrent core, at least 1.
     """
 

@@ -7,7 +7,7 @@ differs as follows:
   section 2.3 allows this where both rewards are episodic and have the same discount; MiniGrid baselines do the same
   (Raileanu & Rocktaeschel, RIDE, 2020). Their two value heads serve an intrinsic return that continues across episodes.
 - Their whitening (section 2.4: subtract the mean, divide by the standard deviation, clip to 5) applies to the one-hot
-vector of each categorical feature. So rare values, such as a key in view, stand out. The observations before the
+  vector of each categorical feature. So rare values, such as a key in view, stand out. The observations before the
   predictor's first update replace those of their random agent: they count for the whitening but give no reward.
 - The running standard deviation of returns that divides intrinsic rewards (section 2.4) is updated at every step
   instead of once per rollout, because the learner needs the rewards at every step. There is also no reward while the
@@ -51,7 +51,7 @@ class RandomNetworkDistillation:
         num_envs: int,
         *,
         gamma: float,  # discount of the returns, below 1
-        seed: int,  # of the weights and minibatches
+        seed: int,  # seed of the weights and minibatches
         hidden_size: int = 64,
         device: str = "cpu",
     ) -> None:
@@ -67,7 +67,7 @@ class RandomNetworkDistillation:
             self.target = _Embedding(sum(cardinalities), hidden_size, n_layers=1).requires_grad_(False).to(device)
             self.predictor = _Embedding(sum(cardinalities), hidden_size, n_layers=3).to(device)
         self._adam = torch.optim.Adam(self.predictor.parameters(), lr=LEARNING_RATE)
-        self._counts = np.ones(sum(cardinalities))  # [R] of each value of each feature, from 1 so that none is zero
+        self._counts = np.ones(sum(cardinalities))  # [R] counts of each value, from 1 to avoid zeros
         self._has_learned = False
         self._returns = np.zeros(num_envs)
         self._growing = self._growing_at_first = round(GROWTH / (1 - gamma))  # steps before the returns are counted
@@ -199,8 +199,8 @@ def whitening(counts: NDArray[np.float64], sizes: NDArray[np.integer]) -> tuple[
     r"""Return scale and shift [R] that whiten one-hot features: entry x of value i becomes ``scale[i] * x + shift[i]``.
 
     Let p be the frequency of the value within its feature and :math:`\sigma^2 = p (1 - p)`. A zero becomes :math:`-p /
-    \sigma` and a one :math:`(1 - p) / \sigma`, both clipped to 5; the only value of a feature becomes 0. ``counts`` [R]
-    are the observations of each value, all positive, and ``sizes`` [K] the features' numbers of values.
+    \sigma` and a one :math:`(1 - p) / \sigma`, both clipped to 5. A feature with only one value becomes 0. ``counts``
+    [R] are the positive numbers of observations of each value, and ``sizes`` [K] the features' numbers of values.
     """
     share = counts / np.repeat(np.add.reduceat(counts, np.cumsum([0, *sizes[:-1]])), sizes)
     deviation = np.sqrt(share * (1 - share))

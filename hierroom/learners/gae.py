@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 
 def generalized_advantages(
-    rewards: NDArray[np.floating],  # [T, M] of each turn, summed or discounted over its primitive steps
+    rewards: NDArray[np.floating],  # [T, M] reward of each turn, summed or discounted over its primitive steps
     values: NDArray[np.floating],  # [T, M] V of the observation on which the turn acted
     next_values: NDArray[np.floating],  # [T, M] V' of the observation after the turn, the final one where truncated
     elapsed: NDArray[np.integer],  # [T, M] k, primitive steps of the turn, at least 1

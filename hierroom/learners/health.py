@@ -1,4 +1,4 @@
-"""Checks that a learner can go on learning from its numbers."""
+"""Checks for numbers that are not finite or too large to learn from."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from hierroom.learners.torch_backend import STATISTICS
 from hierroom.support.errors import DivergenceError, InputError
 
 LIMIT = 1e15
-"""From this size on a number counts as diverged: its square, which the losses take, soon leaves float32."""
+"""Numbers of at least this size count as diverged, because their squares in the losses soon overflow float32."""
 N_TRIED = 16
 """Number of sequences on which to try new weights."""
 Named = tuple[str, NDArray[np.floating] | Tensor]
-"""The name of numbers, and the array or tensor of any shape that holds them, on any device."""
+"""A name for messages, and an array or tensor of any shape on any device."""
 
 
 def check_health(numbers: Iterable[Named], advice: str) -> None:
-    """Raise a `DivergenceError`, with advice, that names the first number that is not finite and below `LIMIT`."""
+    """Raise a `DivergenceError` with advice if any number is not finite or not below `LIMIT`."""
     for name, values in numbers:
-        # In NumPy: between two updates PyTorch takes ten times as long to find its code again.
+        # In NumPy, because between two updates PyTorch takes ten times as long to load its code again.
         flat = (_as_array(values) if isinstance(values, Tensor) else values).reshape(-1)
         with np.errstate(over="ignore", invalid="ignore"):
-            # The sum of squares is twice as fast as a look at each number.
+            # The sum of squares is twice as fast as checking each number.
             if flat.dtype.kind != "f" or np.dot(flat, flat) < LIMIT**2:
                 continue
             is_wrong = ~(np.abs(flat) < LIMIT)
@@ -60,7 +60,7 @@ def check_batch(batch: Batch) -> None:
 
 def check_update(
     means: NDArray[np.floating],  # [6] the mean of each of `STATISTICS` over the minibatches
-    weights: Iterable[Named],  # the new ones
+    weights: Iterable[Named],  # the new weights
     stepper: Stepper,
     batch: Batch,
     learning_rate: float,
@@ -71,6 +71,6 @@ def check_update(
         wrong = [f"{name} {mean:g}" for name, mean in zip(STATISTICS, means, strict=True) if not np.isfinite(mean)]
         raise DivergenceError(f"{', '.join(wrong)}; {advice}")
     check_health(((f"weights {name}", values) for name, values in weights), advice)
-    # Finite weights can have infinite outputs; a turn of a few sequences shows it.
+    # Finite weights can have infinite outputs, so compute one turn of a few sequences.
     outputs = stepper.evaluate(batch.features[-1, :N_TRIED], batch.initial_states[:N_TRIED])
     check_health(zip(("logits", "values", "recurrent states"), outputs, strict=True), advice)

@@ -1,4 +1,4 @@
-"""Checks of a learner's state before the learner goes back to it."""
+"""Checks of a learner's state before it is restored."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _MOST = 2**31
 
 
 def weights_schema(network: nn.Module) -> Table:
-    """Return the schema of a state with weights for a network, whatever else it holds."""
+    """Return the schema of a learner's state that checks only the weights of a network."""
     return Table({"backend": Table({"network": _network_schema(network)}, is_open=True)}, is_open=True)
 
 
@@ -26,11 +26,11 @@ def _network_schema(network: nn.Module) -> Table:
 
 def check_learner_state(
     state: Any,
-    own: Mapping[str, Any],  # the learner's present state, which has the same shapes
+    own: Mapping[str, Any],  # the learner's current state, which has the same shapes
     network: nn.Module,
     space: AgentSpace,
 ) -> None:
-    """Check the types, shapes and ranges of a state, and that its turns can have been taken."""
+    """Check the types, shapes and ranges of a state, and that its turns are consistent."""
     arrays = own["rollout"]["arrays"]
     length, capacity = arrays["actions"].shape
     columns = Items(Whole(0, capacity - 1), 0, capacity)
@@ -62,7 +62,7 @@ def _check_columns(rollout: Mapping[str, Any]) -> None:
     columns, turns, is_open, awaiting = (arrays[name] for name in ("columns", "turns", "is_open", "awaiting"))
     masks, actions = arrays["masks"], arrays["actions"]
     writes, waits = columns >= 0, awaiting >= 0
-    n_begun = np.zeros(actions.shape[1], np.int64)  # turns that a column holds, an open one included
+    n_begun = np.zeros(actions.shape[1], np.int64)  # turns in each column, including an open one
     n_begun[rollout["full"]] = len(actions)
     n_begun[columns[writes]] = (turns + is_open)[writes]
     is_turn = np.arange(len(actions))[:, None] < n_begun

@@ -45,7 +45,7 @@ class Stepper(Protocol):
 class Policy:
     """Acts in N environments with its own recurrent states and random numbers; it stores no turns.
 
-    Each call uses the current weights of the learner that made it. ``decision`` is that of the last call, None before.
+    Each call uses the current weights of the learner that made it. ``decision`` is the last call's, None at first.
     """
 
     def __init__(self, stepper: Stepper, space: AgentSpace, num_envs: int, seed: int) -> None:
@@ -79,10 +79,7 @@ class Policy:
         self._states[envs] = self._stepper.initial_states(len(envs))
 
     def next(self, begins: NDArray[np.bool_]) -> Policy:
-        """Return the same policy with its own recurrent states, initial ones where ``begins`` [N].
-
-        The two share a generator: what one draws the other does not draw again.
-        """
+        """Return a copy with its own recurrent states, initial where ``begins`` [N], and the same random generator."""
         policy = copy(self)
         policy._states = self._states.copy()
         if begins.any():
@@ -95,9 +92,9 @@ class Policy:
         return len(self._states)
 
     def part(self, envs: NDArray[np.integer]) -> Policy:
-        """Return the same policy in some environments [M], with the random numbers that the whole would draw for them.
+        """Return a policy for some environments [M] that acts there like the whole, with the same random numbers.
 
-        Each call of `act` must name all environments. The two share a generator, so do not use this one afterwards.
+        Each call of `act` must name all environments. Both share a generator, so do not use the whole afterwards.
         """
         part = copy(self)
         n_drawn = len(self._states) + self._n_left_out

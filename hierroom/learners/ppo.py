@@ -9,12 +9,12 @@ Learning (2021).
 2.  GAE estimates advantages (Schulman et al. 2016), once per update; the value target is the advantage plus the old
     value. `gae.generalized_advantages`.
 3.  A turn of k primitive steps is discounted by ``gamma ** k`` (options: Sutton, Precup & Singh 1999).
-4.  A truncated return, unlike a terminated one, bootstraps from V of its final observation (Pardo et al. 2018), found
-    from the recurrent state after the turn. A full sequence that continues bootstraps from V of the next observation,
-    which the next turn provides or, before an update, `Learner.bootstrap`.
+4.  A truncated return, unlike a terminated one, bootstraps from V of its final observation (Pardo et al. 2018), which
+    is computed from the recurrent state after the turn. A full sequence that continues bootstraps from V of the next
+    observation; the next turn provides it, or before an update `Learner.bootstrap`.
 5.  An achieved subgoal ends the return and its advantage estimate but not the episode, so the recurrent state remains.
-6.  A sequence has T consecutive turns of one agent in one environment, whatever other agents did in between. Nothing is
-    padded.
+6.  A sequence has T consecutive turns of one agent in one environment; turns of other agents in between do not matter.
+    Nothing is padded.
 7.  A sequence is replayed from the recurrent state stored at its first turn, with resets where episodes begin. Before
     the first gradient step this gives exactly the probabilities with which the actions were sampled (37 details, LSTM
     2-5; Kapturowski et al. 2019 on stored states), except in point 8. For later minibatches that state is stale.
@@ -23,11 +23,11 @@ Learning (2021).
     policy. Other agents began some sequences before the last update. A batch with such sequences gets new
     log-probabilities, values and recurrent states before advantages are estimated. Ratios then begin at 1, up to
     rounding. The clipped term is multiplied by min(1, p / q), with p the probability of the action when the update
-    starts and q when it was sampled. (The decoupled objective of Hilton, Cobbe & Schulman 2022 has p / q; truncated as
-    in V-trace, Espeholt et al. 2018). Older weights remain in the states before the first and after the last turn of
-    such a sequence, and in the bootstrap values there and of truncated turns. `Learner._renewed`.
+    starts and q when it was sampled. (The decoupled objective of Hilton, Cobbe & Schulman 2022 has p / q; truncation is
+    as in V-trace, Espeholt et al. 2018.) The states before the first and after the last turn of such a sequence remain
+    from older weights, as do the bootstrap values there and of truncated turns. `Learner._renewed`.
 9.  Minibatches consist of whole sequences, in a new random order every epoch (37 details, LSTM 4).
-10. The softmax and its entropy are those of the legal actions (Huang & Ontanon 2020).
+10. The softmax and its entropy are taken over the legal actions (Huang & Ontanon 2020).
 11. Advantages are normalised per minibatch (37 details, 7) by the population standard deviation, which has a lower
     bound so that noise is not amplified (`PPOConfig.min_advantage_std`).
 12. The value loss is half the mean squared error and is not clipped (Andrychowicz, 3.4, advises against clipping it).
@@ -37,7 +37,7 @@ Learning (2021).
     learning rate (37 details, 4).
 15. The norm of the gradient of all parameters together is clipped to 0.5 (37 details, 11).
 16. Policy and value function share the encoder and the recurrent core (37 details, 13).
-17. Actions invert the distribution function at uniforms from the learner's generator; weights and shuffles have other
+17. Actions are sampled by inverse transform with uniforms from the learner's generator; weights and shuffles have other
     generators. No global random state is read or written.
 """
 
@@ -83,9 +83,9 @@ class Learner:
         num_envs: int,
         config: PPOConfig,
         *,
-        seed: int,  # of the weights, actions and shuffles
+        seed: int,  # seed of the weights, actions and shuffles
         device: str = "cpu",  # torch device
-        threads: int = 1,  # of the compiled kernels; the result does not depend on it
+        threads: int = 1,  # threads of the compiled kernels; they do not change the result
         network: Callable[[AgentSpace, int], nn.Module] | None = None,  # builds a `PolicyNetwork` of a hidden size
     ) -> None:
         self.space = space
@@ -106,7 +106,7 @@ class Learner:
             raise InputError(f"{type(self.network).__name__} lacks initial_state, step or sequence: see PolicyNetwork")
         check_start(self.network)
         self._device = torch.device(device)
-        # The exact type: a subclass may compute something else. Kernels run as plain Python would be far too slow.
+        # Check the exact type, because a subclass may compute something else. Interpreted kernels would be too slow.
         is_interpreted = getattr(numba_config, "DISABLE_JIT", False)
         if type(self.network) is RecurrentActorCritic and self._device.type == "cpu" and not is_interpreted:
             self._backend = FusedBackend(self.network, config, threads)
@@ -114,7 +114,7 @@ class Learner:
             self._backend = TorchBackend(self.network, config, device)
         self._states = self._backend.initial_states(num_envs)  # [N, S]
         self._starts_episode = np.ones(num_envs, bool)
-        # One short of an update, a single `finish` can still fill the sequences of all environments.
+        # With one full sequence too few for an update, a single `finish` can still fill one for each environment.
         capacity = self.sequences_per_update + num_envs
         sizes = space.n_features, space.n_actions, self._states.shape[1]
         self._rollout = Rollout(num_envs, config.sequence_length, capacity, *sizes)
@@ -137,9 +137,9 @@ class Learner:
     def act(
         self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]
     ) -> NDArray[np.int64]:
-        """Begin a turn: sample legal actions [M], store the turns and move the recurrent states.
+        """Begin a turn: sample legal actions [M], store the turns and update the recurrent states.
 
-        The environments [M] are distinct and have no open turn; there may be none. Features are [M, K], each below its
+        The environments [M] must be distinct, without open turns; M may be 0. Features are [M, K], each below its
         cardinality, and masks [M, A], with at least one legal action per environment.
         """
         self.space.check_features(envs, features)
@@ -151,7 +151,7 @@ class Learner:
         resets = self._starts_episode[envs]
         states = self._states[envs]
         if resets.any():
-            states[resets] = self._backend.initial_states(1)  # a user's own network may learn it
+            states[resets] = self._backend.initial_states(1)  # a custom network may learn it
         logits, values, self._states[envs] = self._backend.step(features, states)
         actions, log_probs = sample_actions(logits, masks, self._action_random.random(len(envs)))
         turn = {"resets": resets, "features": features, "masks": masks, "actions": actions, "log_probs": log_probs}
@@ -169,7 +169,7 @@ class Learner:
         episode_ended: NDArray[np.bool_],  # [M] whether the next turn starts from the initial recurrent state
         last_features: NDArray[np.uint8] | None = None,  # [C, K] the final observations of C turns
     ) -> None:
-        """End open turns; ``last_features`` bootstrap the returns of the C that are truncated and not terminated."""
+        """End open turns; ``last_features`` bootstrap the C returns that are truncated and not terminated."""
         if not self._rollout.is_open[envs].all():
             raise RuntimeError("finish() was called for an environment in which no turn has begun")
         if (episode_ended & ~(terminated | truncated)).any():
@@ -184,7 +184,7 @@ class Learner:
         self._starts_episode[envs[episode_ended]] = True
 
     def bootstrap(self, envs: NDArray[np.integer], features: NDArray[np.uint8]) -> None:
-        """Store values of current observations [M, K] for full sequences that continue; `act` does so for its turns."""
+        """Store values of current observations [M, K] for full sequences that await them, as `act` does too."""
         lacking = np.flatnonzero(self._rollout.awaiting[envs] >= 0)
         envs, features = envs[lacking], features[lacking]
         if len(envs):
@@ -225,7 +225,7 @@ class Learner:
         }
 
     def _renewed(self, batch: Batch) -> tuple[Batch, NDArray[np.float32]]:
-        """Return the batch as the current weights see it, and its turns' weights [T, M] in the loss: point 8 above."""
+        """Return the batch recomputed with current weights, and the turns' loss weights [T, M]: see point 8 above."""
         weights = np.ones_like(batch.log_probs)
         if not batch.spans_update.any():
             return batch, weights

@@ -1,7 +1,7 @@
 """Storage of turns until an update: a pool of columns ``[T, C]``, each a sequence of one environment's turns.
 
-A full column waits for the update. The environment's next turn opens another one; its initial state is the recurrent
-state at that moment.
+A full column waits for the update. The environment's next turn opens another column, with the recurrent state at that
+moment as its initial state.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Batch:
     masks: NDArray[np.bool_]  # [T, M, A] the legal actions
     resets: NDArray[np.bool_]  # [T, M] whether the turn begins an episode
     actions: NDArray[np.int64]  # [T, M]
-    log_probs: NDArray[np.float32]  # [T, M] of the actions, when they were taken
+    log_probs: NDArray[np.float32]  # [T, M] log-probabilities of the actions when they were taken
     values: NDArray[np.float32]  # [T, M]
     rewards: NDArray[np.float32]  # [T, M]
     elapsed: NDArray[np.int64]  # [T, M] number of primitive steps of the turn
@@ -129,7 +129,7 @@ class Rollout:
         self.turns[full] = 0
 
     def take(self) -> Batch:
-        """Copy all full sequences for an update, those that have waited longest first, and free their columns."""
+        """Copy all full sequences for an update, oldest first, and free their columns."""
         taken, self._full = self._full, []
         self._free.extend(taken)
         slots = vars(self.slots).items()

@@ -1,4 +1,4 @@
-"""Sampling actions from masked logits with uniforms that the caller provides."""
+"""Sample actions from masked logits with uniforms that the caller provides."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def sample_actions(
             if masks[env, action]:
                 total += math.exp(logits[env, action] - highest)
         left = uniforms[env] * total
-        # Rounding can leave a small remainder after the last legal action, which is then the one chosen.
+        # Rounding can leave a small remainder after the last legal action; then choose that action.
         chosen = -1
         for action in range(n_actions):
             if masks[env, action]:
@@ -46,7 +46,7 @@ def sample_actions(
 def log_probabilities(
     logits: NDArray[np.floating], masks: NDArray[np.bool_], actions: NDArray[np.integer]
 ) -> NDArray[np.floating]:
-    """Return the log-probabilities [N] of actions [N] in the softmax over the legal ones; minus infinity if illegal."""
+    """Return log-probabilities [N] of actions [N] in the softmax over legal actions; minus infinity if illegal."""
     legal = np.where(masks, logits, -np.inf)
     highest = legal.max(axis=-1)
     totals = np.log(np.exp(legal - highest[:, None]).sum(axis=-1))
@@ -54,5 +54,5 @@ def log_probabilities(
 
 
 def greedy_actions(logits: NDArray[np.floating], masks: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return the most probable legal action [N] of each environment, the first of equals."""
+    """Return the most probable legal action [N] of each environment, the first one in a tie."""
     return np.where(masks, logits, -np.inf).argmax(axis=-1)

@@ -37,19 +37,19 @@ class TorchBackend:
     def initial_states(self, n: int) -> NDArray[np.float32]:
         """Return the recurrent states [n, S] at the start of an episode."""
         with torch.no_grad(), self._user_code():
-            # A copy: one row that is expanded to n, or the weights themselves, are not to be written to.
+            # Copy, because the result is written to, and may be one expanded row or the weights themselves.
             return self._network.initial_state(n).cpu().numpy().copy()
 
     def step(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
         """Compute one turn: logits [M, A], values [M] and new states [M, S] from features [M, K] and states [M, S]."""
         with torch.no_grad(), self._user_code():
-            # Copies: a user's own network may write to what it is given, and the arrays are kept for the update.
+            # Copy, because a custom network may write to its inputs, and the arrays are kept for the update.
             outputs = self._network.step(self._tensor(features.copy()), self._tensor(states.copy()))
         logits, values, new_states = (output.cpu().numpy() for output in outputs)
         return logits, values, new_states
 
     def evaluate(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
-        """Compute a turn that is not learned from, with the network in its evaluation mode."""
+        """Compute a turn that is not learned from, with the network in evaluation mode."""
         modes = [(module, module.training) for module in self._module.modules()]
         self._module.eval()
         is_plain = not torch.is_autocast_enabled("cpu")
@@ -61,13 +61,13 @@ class TorchBackend:
                 module.training = is_training
 
     def stepper(self) -> TorchBackend:
-        """Return a backend for the turns of one policy: the current weights in a copy of the network.
+        """Return a backend for one policy: a copy of the network that shares the weights.
 
-        So modes and notes outside of the weights belong to the policy, and several threads can act with the same
-        weights. A network that cannot be copied is shared.
+        Modes and other attributes of the copy belong to the policy, so several threads can act with the same weights. A
+        network that cannot be copied is shared.
         """
         one, weights = copy(self), {id(weight): weight for weight in self._module.parameters()}
-        with suppress(Exception):  # whatever a user's own network may hold
+        with suppress(Exception):  # a custom network may hold anything
             one._module = deepcopy(self._module, weights)
             one._network = cast(PolicyNetwork, one._module)
         return one
@@ -77,10 +77,10 @@ class TorchBackend:
         batch: Batch,  # M sequences of T turns
         advantages: NDArray[np.float32],  # [T, M] not normalised
         importance_weights: NDArray[np.float32],  # [T, M] factors of the normalised advantages
-        minibatches: Iterable[NDArray[np.integer]],  # for each one the indices of its sequences, 0 to M - 1
+        minibatches: Iterable[NDArray[np.integer]],  # indices of each minibatch's sequences, 0 to M - 1
         learning_rate: float,  # Adam's step size
     ) -> NDArray[np.float64]:
-        """Take one gradient step per minibatch; return [6] the mean of each of `STATISTICS`."""
+        """Take one gradient step per minibatch; return the means [6] of `STATISTICS`."""
         for group in self._adam.param_groups:
             group["lr"] = learning_rate
         tensors = {name: self._tensor(array) for name, array in vars(batch).items()}
@@ -147,7 +147,7 @@ def ppo_loss(
     values: Tensor,  # [T, M] V
     masks: Tensor,  # [T, M, A] the legal actions
     actions: Tensor,  # [T, M]
-    log_probs: Tensor,  # [T, M] of the actions when they were taken; r is the ratio of probabilities
+    log_probs: Tensor,  # [T, M] of the actions when they were taken; r is the ratio of new to old probability
     advantages: Tensor,  # [T, M] A, already normalised
     targets: Tensor,  # [T, M] the value targets G
     config: PPOConfig,  # the clip range :math:`\epsilon` and the weights

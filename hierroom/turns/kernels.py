@@ -1,7 +1,7 @@
-"""The turns of the two agents as compiled kernels on records of `records.LEDGER` and `records.STEP`.
+"""Compiled kernels of the two agents' turns, on records of `records.LEDGER` and `records.STEP`.
 
-The constants that they share with the rest of the package stand here, so that the module needs nothing but the
-compiler. With ``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
+Constants shared with the rest of the package are defined here, so that this module imports only the compiler. With
+``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
 """
 
 import numpy as np
@@ -10,15 +10,15 @@ from hierroom.support.compile.kernel import njit
 
 NO_GOAL = -1
 NO_OUTCOME, REACHED, TIMED_OUT, OTHER = range(4)
-"""Ends of an option: there was none; its goal was reached; its horizon ran out; the episode ended."""
+"""How the last option ended: no option yet, goal reached, horizon ran out, or episode ended."""
 OWN_REWARD, EXTRINSIC, BONUS, INTRINSIC, NOVELTY = range(-1, 4)
 KERNEL_REWARDS = {"extrinsic": EXTRINSIC, "bonus": BONUS, "intrinsic": INTRINSIC, "novelty": NOVELTY}
-"""Rewards that the kernel writes: none, for custom rewards, or one of those that ship."""
+"""Built-in rewards, which the kernel computes; for a custom one (`OWN_REWARD`) it writes 0."""
 
 
 @njit(cache=True, nogil=True)
 def record_turns(outcomes, actions, ledgers, steps, starts, rules):
-    """Take the controller's turn in every environment, and end the options that it ends.
+    """Take the controller's turn in every environment, and end the options that are over.
 
     Args:
         outcomes: [N] records with the fields of `world.OUTCOME_FIELDS`.
@@ -26,10 +26,10 @@ def record_turns(outcomes, actions, ledgers, steps, starts, rules):
         ledgers: [N] records of `records.LEDGER`, updated in place.
         steps: [N] records of `records.STEP`, written.
         starts: [1] the record of `records.LEDGER` at the start of an episode.
-        rules: [1] record of `records.RULES`, one argument because each takes time.
+        rules: [1] record of `records.RULES`; one record, because each further argument takes time.
 
     Returns:
-        in how many environments the episode ended, and in how many the meta-controller has a turn.
+        The numbers of environments in which the episode ended, and in which the meta-controller has a turn.
     """
     rule, n_ended, n_turns = rules[0], 0, 0
     return_ends_with_option, horizon, n_actions = rule.return_ends_with_option, rule.horizon, rule.n_actions
@@ -48,7 +48,7 @@ def record_turns(outcomes, actions, ledgers, steps, starts, rules):
         ended = terminated or truncated
         is_new = outcome.n_first > 0 or outcome.is_discovery
         reached = is_new if goal == NO_GOAL else achieved >> goal & 1 == 1
-        event = NO_GOAL  # of several goals the one that was pursued, else the first
+        event = NO_GOAL  # the pursued goal if it was reached, else the first achieved one
         if goal != NO_GOAL and reached:
             event = goal
         elif achieved:
@@ -103,12 +103,12 @@ def record_turns(outcomes, actions, ledgers, steps, starts, rules):
 
 @njit(cache=True, nogil=True)
 def take_goals(masks, ledgers, actions):
-    """Take the meta-controller's turn wherever it has one; elsewhere it can only wait.
+    """Take the meta-controller's turn wherever it has one.
 
     Args:
         masks: [N, G + 1] bool, the legal actions, 'no goal' the last.
         ledgers: [N] records of `records.LEDGER`, updated in place.
-        actions: [N] int64 goal ids, or no goal (G or -1); what is not legal counts as no goal, and is counted.
+        actions: [N] int64 goal ids, or no goal (G or -1); illegal ones act as no goal and are counted.
     """
     no_goal_action = masks.shape[1] - 1
     for n in range(masks.shape[0]):
@@ -130,10 +130,10 @@ def write_results(steps, ledgers, begins_anew, rewards, flags, numbers):
     Args:
         steps: [N] records of `records.STEP`.
         ledgers: [N] records of `records.LEDGER`, after the step.
-        begins_anew: whether infos are of the next episode where one ended.
+        begins_anew: whether infos describe the next episode where one ended.
         rewards: [N] float64.
-        flags: [9, N] bool: terminated, truncated, success, and for each of six infos that every environment has it.
-        numbers: [5, N] int64: goal events, elapsed steps, illegal actions, lengths, shortest lengths.
+        flags: [9, N] bool: terminated, truncated, success, and the masks of six infos, which are all True.
+        numbers: [5, N] int64: goal events, elapsed steps (0 or 1), illegal actions, lengths, shortest lengths.
     """
     for n in range(steps.shape[0]):
         step, ledger = steps[n], ledgers[n]

@@ -1,7 +1,7 @@
-"""The ledger of the two agents' turns: who acts next in each environment, and in pursuit of what.
+"""The ledger of the two agents' turns: who acts next in each environment, and which goal is pursued.
 
 ``meta_0`` acts at reset and whenever its option ends: its goal is reached, its horizon has run out or the episode has
-ended. ``controller_0`` acts at every other moment, one primitive step a turn.
+ended. ``controller_0`` acts at all other times; its turn is one primitive step.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from hierroom.turns.records import LEDGER, RULES, STEP, ledger_at_reset
 class Ledger:
     """The state of the turns in N environments.
 
-    An option ends where its goal is reached, where its horizon has run out, and where the episode ends. 'No goal' asks
-    for something new: it is reached where a goal is achieved, or comes into view, for the first time this episode.
+    An option ends when its goal is reached, its horizon runs out or the episode ends. 'No goal' asks for something new:
+    it is reached when a goal is achieved, or comes into view, for the first time in the episode.
 
     Args:
-        written: [N] records of `records.LEDGER`, which kernels write; users see ``records``, which is read-only, and
-            its fields, which are the attributes.
-        start: [1] the record of an environment whose episode begins.
+        written: [N] records of `records.LEDGER` that kernels write. Users see a read-only view, ``records``, and its
+            fields as attributes.
+        start: [1] the record at the start of an episode.
     """
 
     if TYPE_CHECKING:
@@ -38,13 +38,13 @@ class Ledger:
     def __init__(self, written: np.ndarray, start: np.ndarray) -> None:
         self._written, self._fields = written, {name: written[name] for name in LEDGER.names or ()}
         self._start = start
-        self._n_turns: int | None = None  # of the meta-controller; None: not counted
+        self._n_turns: int | None = None  # turns the meta-controller has now; None: not counted
         self.records = read_only(written)
         for name in LEDGER.names or ():
             setattr(self, name, self.records[name])
 
     def __reduce__(self) -> tuple[type[Ledger], tuple[np.ndarray, np.ndarray]]:
-        """Copy it with the fields of its own records as arrays."""
+        """Copy only the records; the copy makes its own views of them."""
         return Ledger, (self._written, self._start)
 
     @classmethod
@@ -59,20 +59,20 @@ class Ledger:
         self._written.put(envs, self._start)  # an assignment would copy field by field
 
     def write_fields(self, values: Mapping[str, Any], envs: NDArray[np.integer] | slice = slice(None)) -> None:
-        """Write values by name, one for each environment or one for all of them, for some environments."""
+        """Write fields of some environments by name, with one value for each environment or one for all."""
         self._n_turns = None
         for name, value in values.items():
             self._fields[name][envs] = value
 
     def begin_options(self, envs: NDArray[np.integer], goals: NDArray[np.integer]) -> None:
-        """Take the meta-controller's turn in environments [M]: pursue these goals [M], -1 for none."""
+        """Take the meta-controller's turn in environments [M] with goals [M]; -1 is no goal."""
         self._n_turns = None
         self._fields["goals"][envs] = goals
         self._fields["meta_turns"][envs] += 1
         self._fields["is_meta_turn"][envs] = False
 
     def count_illegal_goals(self, envs: NDArray[np.integer], are_illegal: NDArray[np.bool_]) -> None:
-        """Count the choices [M] of meta-controllers in environments [M] that are illegal."""
+        """Count the illegal choices, marked in [M], of meta-controllers in environments [M]."""
         self._fields["illegal_goals"][envs] += are_illegal
 
     def is_any_turn(self) -> bool:

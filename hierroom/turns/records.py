@@ -1,6 +1,6 @@
-"""The records of the turns: where they stand in each environment, and what one primitive step did.
+"""Records of the turns: their state in each environment, and the results of one primitive step.
 
-Compiled kernels read and write them; the classes give their fields as arrays by name.
+Compiled kernels read and write the records; the classes give their fields as arrays.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ _MOST = 2**62
 
 
 LEDGER = record_type(
-    ("is_meta_turn", "?"),  # the meta-controller is to act next
+    ("is_meta_turn", "?"),  # the meta-controller acts next
     ("goals", "i8"),  # the goal pursued, or -1
     ("last_goals", "i8"),  # the goal pursued before, or -1
     ("last_outcomes", "i8"),  # how that option ended: NO_OUTCOME, REACHED, TIMED_OUT or OTHER
-    ("first_events", "i8"),  # the goal achieved first in the option under way, or -1
+    ("first_events", "i8"),  # the goal achieved first in the current option, or -1
     ("meta_turns", "i8"),  # turns that the meta-controller took this episode
     ("option_steps", "i8"),  # primitive steps since the meta-controller's last turn
     ("option_rewards", "f8"),  # extrinsic reward since then
-    ("previous_actions", "i8"),  # the controller's last action; the number of actions before the first, or if illegal
+    ("previous_actions", "i8"),  # the controller's last action; the number of actions if there is none or if illegal
     ("illegal_goals", "i8"),  # illegal actions of the meta-controller this episode
     ("illegal_actions", "i8"),  # illegal actions of the controller this episode
     ("shortest", "i8"),  # the shortest possible length of the episode, or -1 if it is not measured
@@ -38,13 +38,13 @@ LEDGER = record_type(
 """State of the turns in one environment."""
 
 RULES = record_type(
-    ("return_ends_with_option", "?"),  # no reward after an option depends on what the controller did in it
+    ("return_ends_with_option", "?"),  # the controller's return ends with its option
     ("horizon", "i8"),  # steps after which an option ends without its goal
     ("n_actions", "i8"),  # the controller's number of actions
-    ("reward", "i8"),  # one of `kernels.KERNEL_REWARDS`, or ``OWN_REWARD``, which writes 0
+    ("reward", "i8"),  # one of `kernels.KERNEL_REWARDS`, or ``OWN_REWARD`` to write 0
     ("bonus", "f8"),  # the size of the novelty bonus
-    ("autoreset", "?"),  # the next episode begins where one ended; else the meta-controller has no turn there
-    ("target", "i8"),  # the goal whose achievement makes an episode a success where it terminates
+    ("autoreset", "?"),  # the next episode begins where one ended; if False, the meta-controller has no turn there
+    ("target", "i8"),  # the target goal: an episode that terminates by achieving it is a success
 )
 """Rules of the turns, the same in all environments."""
 
@@ -94,7 +94,7 @@ def ledger_schema(num_envs: int, n_goals: int, n_actions: int) -> Table:
 
 
 def ledger_at_reset(n_actions: int) -> np.ndarray:
-    """Return the ledger, [1] records, of an environment whose episode begins."""
+    """Return the ledger record [1] of an environment at the start of an episode."""
     start = np.zeros(1, LEDGER)
     start["is_meta_turn"], start["last_outcomes"], start["previous_actions"] = True, NO_OUTCOME, n_actions
     for name in ("goals", "last_goals", "first_events"):
@@ -109,38 +109,38 @@ class Step:
     Args:
         records: [N] records of `STEP`.
         n_goals: number of goals G.
-        before: the state that the step began in, where the controller's reward needs one and the world has it.
-        after: the state that it led to, before any environment was reset; None where ``before`` is.
-        lacks_visits: whether it is for a reward that did not ask for what ``is_novel`` needs.
+        before: the state before the step, if the controller's reward needs states and the world has them.
+        after: the state after the step and before any reset; None if ``before`` is None.
+        lacks_visits: whether ``is_novel`` raises an error, for a reward that did not ask for the memory ``visited``.
 
     Attributes:
-        actions: [N] int, the controller's actions; the number of actions where it was none of them.
+        actions: [N] int, the controller's actions; the number of actions in place of one that does not exist.
         goals: [N] int, the goals pursued, or -1.
-        events: [N] int, the goal achieved, or -1; of several the one pursued, else the one of lowest number.
+        events: [N] int, the goal achieved, or -1; of several, the pursued one, else the one with the lowest id.
         achieved: [N, G] bool, all goals achieved.
-        n_first: [N] int, how many of them for the first time this episode.
-        is_first: [N] bool, whether any was.
-        is_discovery: [N] bool, something that matters came into view for the first time this episode.
-        is_novel: [N] bool, the agent was not here before since it last achieved something new. False where the world
-            does not remember what was ``visited``; an error to a reward that does not ask for that.
+        n_first: [N] int, how many of them were achieved for the first time this episode.
+        is_first: [N] bool, whether ``n_first`` is above 0.
+        is_discovery: [N] bool, something relevant came into view for the first time this episode.
+        is_novel: [N] bool, the agent was not here before since its last new achievement. False if the world does not
+            remember ``visited``; an error for a reward that does not ask for that memory.
         rewards: [N] float64, the controller's rewards.
         extrinsic: [N] float64, the environment's own rewards.
         reached: [N] bool, the goal was reached.
         timed_out: [N] bool, the option's horizon ran out before its goal was reached or the episode ended.
-        option_ended: [N] bool, the option ended for whatever reason: the meta-controller's turn ends here.
-        outcomes: [N] int, where an option ended how it did: ``REACHED``, ``TIMED_OUT`` or ``OTHER``.
-        meta_rewards: [N] float64, where the option ended the extrinsic reward summed over it, else 0.
+        option_ended: [N] bool, the option ended for any reason, and with it the meta-controller's turn.
+        outcomes: [N] int, how an option ended, where one did: ``REACHED``, ``TIMED_OUT`` or ``OTHER``.
+        meta_rewards: [N] float64, the extrinsic reward summed over the option where it ended, else 0.
         meta_elapsed: [N] int, primitive steps since the meta-controller's last turn, this one included.
-        achieved_instead: [N] int, where an option ended without its goal the goal achieved first in it, or -1.
-        terminated: [N] bool, the world ended the episode: the target was reached, or it is out of reach for good.
-        truncated: [N] bool, the time limit was reached.
+        achieved_instead: [N] int, the first goal achieved in an option that ended without its own goal, else -1.
+        terminated: [N] bool, the world ended the episode: the target was reached or can no longer be reached.
+        truncated: [N] bool, the episode was cut off, usually by the step limit.
         success: [N] bool, the target was reached.
         episode_ended: [N] bool, the episode terminated or was truncated.
-        return_terminated: [N] bool, the controller's return ends here and nothing is to come.
-        return_truncated: [N] bool, the controller's return is cut here, but more would have come.
+        return_terminated: [N] bool, the controller's return ends here, with no later rewards.
+        return_truncated: [N] bool, the controller's return is cut off here although it would continue.
         lengths: [N] int, steps of the episode so far.
-        shortest: [N] int, the shortest possible length of the episode, or -1 where that is not measured.
-        illegal_actions: [N] int, actions of the controller this episode that its environment does not have.
+        shortest: [N] int, the shortest possible length of the episode, or -1 if it is not measured.
+        illegal_actions: [N] int, controller actions so far this episode that do not exist.
     """
 
     __slots__ = ("_lacks_visits", "after", "before", "n_goals", "records")
@@ -152,7 +152,7 @@ class Step:
         self._lacks_visits = lacks_visits
 
     def __getattr__(self, name: str) -> Any:
-        """Return a field by its name; it is looked up when it is asked for, because most are not."""
+        """Return a field by its name; fields are looked up only when read, because most never are."""
         if name in _STEP_NAMES:
             if name == "is_novel" and self._lacks_visits:
                 raise InputError(
@@ -178,11 +178,11 @@ class Step:
         return np.where(self.reached, REACHED, np.where(self.timed_out, TIMED_OUT, OTHER))
 
     def ended_turns(self, agent: str) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:
-        """Return the turns of an agent that the step ended: the controller's everywhere, the meta-controller's options.
+        """Return an agent's turns that the step ended: every controller turn, or the meta-controller's ended options.
 
         Returns:
             Arrays [M]: the environments, the rewards of the turns (float64), their primitive steps, whether the agent's
-            return ends here, and whether it is cut here although more would have come.
+            return ends here, and whether it is cut off here although it would continue.
         """
         if agent == CONTROLLER:
             envs, records = np.arange(len(self.records)), self.records
@@ -194,12 +194,12 @@ class Step:
         return envs, records["meta_rewards"], records["meta_elapsed"], terminated, truncated
 
     def without_visits(self) -> Step:
-        """Return the step for a reward that did not ask for what ``is_novel`` needs."""
+        """Return the step for a reward that may not read ``is_novel``."""
         return Step(self.records, self.n_goals, self.before, self.after, lacks_visits=True)
 
 
 def clear_steps(records: np.ndarray, envs: NDArray[np.integer], n_actions: int, shortest: NDArray[np.integer]) -> None:
-    """Note that nothing was done in environments [M], with shortest lengths [M]."""
+    """Clear the step records of environments [M], and write their shortest lengths [M]."""
     nothing = np.zeros((), STEP)
     nothing["actions"], nothing["goals"], nothing["events"], nothing["achieved_instead"] = n_actions, *[NO_GOAL] * 3
     records.put(envs, nothing)  # an assignment would copy field by field

@@ -1,4 +1,4 @@
-"""Rewards of the controller: the protocol, those that ship, and how custom ones are found."""
+"""Rewards of the controller: the protocol, the built-in ones, and loading custom ones."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ ENTRY_POINT_GROUP = "hierroom.rewards"
 
 
 class Reward(Protocol):
-    """Rewards the controller. Any class with `rewards` will do; its other attributes are optional.
+    """Rewards the controller. Any class with a method `rewards` is a reward; other attributes are optional.
 
-    A reward remembers nothing from step to step: what it needs is in the step, so that the same step is worth the same
-    in training, in evaluation and in any environment.
+    A reward keeps no memory between steps, because the step has all it needs. So a step has the same reward in
+    training, in evaluation and in any environment.
 
     Attributes:
-        ends_with_option: whether the controller's return ends where its option ends, as no later reward depends on it;
-            False unless given.
-        memories: what the world must remember of each episode for it; none unless given.
-        needs_states: whether the step holds the states before and after it, which are copied at every step for this;
-            True unless given.
+        ends_with_option: whether the controller's return ends with its option, because no later reward depends on it;
+            default False.
+        memories: what the world must remember of each episode for the reward; default none.
+        needs_states: whether the reward reads the states before and after a step, which are then copied at every step;
+            default True.
     """
 
     def rewards(self, step: Step) -> NDArray[np.floating]:
         """Return the rewards for a step of N environments.
 
         Args:
-            step: what it did: the goals pursued, what was achieved, what ended, and the states before and after; its
-                own ``rewards`` are zero yet.
+            step: the goals pursued, what was achieved, what ended, and the states before and after; its ``rewards``
+                are still zero.
 
         Returns:
             [N] finite numbers.
@@ -45,7 +45,7 @@ class Reward(Protocol):
 
 
 class Extrinsic:
-    """1 at the exit."""
+    """The environment's own reward, such as 1 at the exit."""
 
     needs_states = False
 
@@ -55,7 +55,7 @@ class Extrinsic:
 
 
 class Bonus:
-    """1 for each key, door and the exit, once an episode."""
+    """1 for each goal, such as a key, a door or the exit, when first achieved in an episode."""
 
     needs_states = False
 
@@ -65,7 +65,7 @@ class Bonus:
 
 
 class Intrinsic:
-    """1 where the given goal is reached (`ledger.Ledger`)."""
+    """1 when the given goal is reached (see `ledger.Ledger`)."""
 
     ends_with_option = True
     needs_states = False
@@ -76,7 +76,7 @@ class Intrinsic:
 
 
 class Novelty:
-    """1 at the exit, and a bonus for each state (cell, keys found, doors open) new in the episode."""
+    """The environment's own reward, and a bonus for each state (cell, keys found, doors open) new in the episode."""
 
     memories = ("visited",)
     needs_states = False
@@ -90,7 +90,7 @@ class Novelty:
 
 
 RewardSpec = str | Reward | Callable[[Step], Any]
-"""The controller's reward, as `make_reward` takes it."""
+"""Forms in which `make_reward` accepts the controller's reward."""
 
 
 REWARDS: Mapping[RewardName, Callable[[float], Reward]] = {
@@ -99,16 +99,16 @@ REWARDS: Mapping[RewardName, Callable[[float], Reward]] = {
     "intrinsic": lambda _: Intrinsic(),
     "novelty": Novelty,
 }
-"""The rewards that ship, by the name users type, each made with the size of the novelty bonus."""
+"""Makers of the built-in rewards by the names that users type; each takes the size of the novelty bonus."""
 
 
 @dataclass(frozen=True)
 class ControllerReward:
-    """A reward and what environments must know of it: its attributes are those of `Reward`.
+    """A reward with all attributes of `Reward`.
 
     Args:
-        name: for error messages.
-        rewards: the method or function that computes them.
+        name: name for error messages.
+        rewards: the method or function that computes the rewards.
     """
 
     name: str
@@ -134,11 +134,11 @@ class ControllerReward:
 
 
 def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> ControllerReward:
-    """Return the reward that a user means.
+    """Return the reward that a user specified.
 
     Args:
         spec: a name in `REWARDS` or of an entry point ``hierroom.rewards``; ``package.module:Class`` or
-            ``package.module:function``, in the current folder too; a reward or its class; or a function like
+            ``package.module:function``, also in the current folder; a reward or its class; or a function like
             `Reward.rewards`.
         novelty_bonus: the size of the bonus of ``novelty``.
     """
@@ -160,7 +160,7 @@ def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> Contr
         if not callable(reward):
             raise InputError(f"a reward is a function of a step or has a method rewards(step); {name} is neither")
         rewards = reward
-    with user_code(name):  # to look at an attribute may run code
+    with user_code(name):  # reading an attribute may run user code
         memories = getattr(reward, "memories", ())
         usual = {"ends_with_option": False, "needs_states": True}
         flags = {flag: getattr(reward, flag, value) for flag, value in usual.items()}

@@ -1,4 +1,4 @@
-"""The situation that a meta-controller chooses goals in."""
+"""The situation in which a meta-controller chooses goals."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from hierroom.support.errors import InputError
 
 @dataclass(frozen=True)
 class Situation(Observation):
-    """The `Observation` of M environments with their exact state in the view, for meta-controllers.
+    """A meta-controller's `Observation` of M environments, with their exact state in the view.
 
-    ``goals`` are those of its last options that ended; ``masks`` [M, G + 1] the legal choices, 'no goal' the last.
+    ``goals`` are the goals of its last ended options; ``masks`` [M, G + 1] are its legal choices, 'no goal' last.
 
     Args:
         meta_turns: [M] int, turns it has taken this episode.
         uniforms: [M, G + 1] float in [0, 1), random numbers for this turn, one for each goal and one for no goal. They
-            are fixed by seed, environment, episode and turn: a choice made with them is the same in whatever batch.
+            depend only on seed, environment, episode and turn, so a choice made with them is the same in any batch.
     """
 
     meta_turns: NDArray[np.integer]
     uniforms: NDArray[np.float64]
 
     def as_dict(self) -> dict[str, NDArray]:
-        """As `Observation.as_dict`, and ``outcome`` [M] int64: how the last option ended."""
+        """Return `Observation.as_dict` and ``outcome`` [M] int64, how the last option ended."""
         return {**super().as_dict(), "outcome": self.outcomes.astype(np.int64)}
 
     @property
     def legal(self) -> NDArray[np.bool_]:
-        """Goals that may be chosen, [M, G] bool; a row may be empty."""
+        """Goals that may be chosen, [M, G] bool; a row may be all False."""
         return self.masks[:, :-1]
 
     def level(self, m: int) -> Any:
@@ -42,9 +42,9 @@ class Situation(Observation):
         return self.view.level(m, self.legal[m])
 
     def validate_goals(self, actions: ArrayLike) -> tuple[NDArray[np.integer], NDArray[np.bool_]]:
-        """Return the goals [M] of actions [M], -1 for no goal and illegal ones, and flags of the legal ones.
+        """Return the goals [M] of actions [M], and whether each action is legal [M].
 
-        Actions are goal ids, or no goal (G or -1).
+        Actions are goal ids, or no goal (G or -1). The goal of an illegal action is -1.
         """
         given, no_goal_action = np.asarray(actions), self.goal_set.no_goal_action
         if given.shape != self.envs.shape or given.dtype.kind not in "iu":
@@ -53,7 +53,7 @@ class Situation(Observation):
                 f"that asks), not an array of {given.dtype} and shape {given.shape}"
             )
         in_range = (given >= NO_GOAL) & (given <= no_goal_action)
-        choices = np.where(in_range, given, no_goal_action).astype(np.int64)  # an unsigned number has no place for -1
+        choices = np.where(in_range, given, no_goal_action).astype(np.int64)  # unsigned types cannot hold -1
         choices[choices == NO_GOAL] = no_goal_action
         is_legal = in_range & self.masks[np.arange(len(self)), choices]
         return np.where(is_legal & (choices < no_goal_action), choices, NO_GOAL), is_legal

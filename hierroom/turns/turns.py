@@ -1,4 +1,4 @@
-"""Two agents taking turns in N environments: the world, the ledger of the turns, and what either agent observes.
+"""Two agents taking turns in N environments: the world, the ledger of the turns, and the agents' observations.
 
 The AEC, parallel and Gymnasium environments and the trainer are views of this one class, so they cannot disagree.
 """
@@ -34,18 +34,18 @@ class Turns:
     Args:
         config: what the environments are made of.
         num_envs: N.
-        seed: of their first episodes; None: `reset` must be called with one first.
+        seed: seed of the first episodes. None: call `reset` with a seed before the first step.
         autoreset: whether the next episode begins in the step that ends the last one.
-        measure_shortest: whether each episode's shortest length is found (in EscapeRooms in about 10 microseconds).
+        measure_shortest: whether to compute each episode's shortest length (about 10 microseconds in EscapeRooms).
         threads: most threads to step the world with.
-        memories: what the world remembers of each episode besides what the reward needs.
+        memories: what the world remembers of each episode, in addition to what the reward needs.
 
     Attributes:
         world: the `World`.
-        ledger: who acts next in each environment, and what else is known of the turns.
+        ledger: the state of the turns, a `Ledger`.
         reward: the controller's `ControllerReward`.
-        last_records: [N] records of what the last step did, read-only, or None before the first one since a reset.
-        n_ended: in how many environments it ended the episode.
+        last_records: [N] read-only records of the last step, or None before the first step after a reset.
+        n_ended: number of environments in which the last step ended the episode.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class Turns:
         self.ledger = Ledger.at_reset(num_envs, world.n_actions)
         self.n_ended = 0
         self._steps = ArrayPool(self._empty_steps)
-        self._written: np.ndarray | None = None  # what `last_records` shows
+        self._written: np.ndarray | None = None  # the writable array of `last_records`
         self.last_records: np.ndarray | None = None
         self._last_step: Step | None = None
         self._n_goals = len(world.goals)
@@ -101,7 +101,7 @@ class Turns:
 
     @property
     def last_step(self) -> Step | None:
-        """Return the last step, or None before the first one since a reset."""
+        """Return the last step, or None before the first step after a reset."""
         if self._last_step is None and self.last_records is not None:
             self._last_step = Step(self.last_records, self._n_goals)
         return self._last_step
@@ -112,11 +112,11 @@ class Turns:
         return self.ledger.goals
 
     def reset(self, seed: Seeds = None, envs: NDArray[np.integer] | None = None) -> None:
-        """Begin an episode in some environments: the first one of a seed, or without a seed each one's next.
+        """Begin the first episode of a seed, or without a seed the next one, in some environments.
 
         Args:
-            seed: one for all of them, or one or None for each of them.
-            envs: [M] which; None: all.
+            seed: one for all of them, or a sequence with a seed or None for each.
+            envs: [M] their indices; None: all.
         """
         chosen = self._everywhere if envs is None else chosen_envs(envs, len(self))
         self.world.reset(seed, chosen)
@@ -136,7 +136,7 @@ class Turns:
     def observe(self, agent: str, envs: NDArray[np.integer]) -> Observation:
         """Return an agent's observations in environments [M], for the meta-controller a `Situation`.
 
-        Where they are all there are, the next step overwrites the controller's arrays.
+        If these are all environments, the next step overwrites the controller's arrays.
         """
         if agent == META:
             return self.situation(envs)
@@ -147,7 +147,7 @@ class Turns:
     def act(self, agent: str, observation: Observation, actions: ArrayLike) -> None:
         """Take an agent's turn, given its observation of M environments and its actions [M] int (see `choose`).
 
-        The meta-controller's goals count from now on, the controller's actions at `advance`.
+        The meta-controller's goals take effect immediately, the controller's actions at `advance`.
         """
         if isinstance(observation, Situation):
             self.choose(observation, actions)
@@ -155,14 +155,14 @@ class Turns:
             self._actions[observation.envs] = whole_numbers(actions, len(observation))
 
     def advance(self) -> Step:
-        """Take the primitive step that the agents' actions ask for."""
+        """Take one primitive step with the actions given to `act`."""
         return self.step(self._actions)
 
     def situation(self, envs: NDArray[np.integer]) -> Situation:
         """Return all facts for meta-controllers of environments [M]. All arrays are copies; masks are read-only.
 
-        Where it is the meta-controller's turn, ``masks`` has the goals that the goal mask allows; elsewhere it can only
-        wait. `choose` checks the goals by them.
+        Where the meta-controller has a turn, ``masks`` marks the goals that the goal mask allows; elsewhere only 'no
+        goal' is legal. `choose` checks goals against ``masks``.
         """
         ledger, view, goals = self.ledger, self.world.exact_view(envs), self.world.goals
         meta_turns = ledger.meta_turns[envs]
@@ -174,7 +174,7 @@ class Turns:
     def choose(self, situation: Situation, actions: ArrayLike) -> None:
         """Take the meta-controller's turn where it has one, in M environments.
 
-        Actions are goal ids [M], or no goal (G or -1); one that is not legal counts as no goal, and is counted.
+        Actions are goal ids [M], or no goal (G or -1); illegal ones act as no goal and are counted.
         """
         envs = situation.envs
         goals, is_legal = situation.validate_goals(actions)
@@ -187,13 +187,13 @@ class Turns:
         self.ledger.take_goals(self.meta_masks(), actions)
 
     def meta_masks(self) -> NDArray[np.bool_]:
-        """Return the meta-controller's legal actions everywhere, [N, G + 1]; where it has no turn it can only wait."""
+        """Return the meta-controller's legal choices [N, G + 1]; where it has no turn, only 'no goal' is legal."""
         return self.world.legal_goals(self.config.goal_mask, self.ledger.is_meta_turn)
 
     def step(self, actions: ArrayLike) -> Step:
-        """Take the controller's turn everywhere; where the meta-controller has not chosen there is no goal.
+        """Take the controller's turn everywhere; where the meta-controller has not chosen, no goal is pursued.
 
-        Actions are whole numbers [N]; one that does not apply only costs the step.
+        Actions are whole numbers [N]; an action that does not apply only costs the step.
         """
         self.step_records(actions)
         step = self.last_step
@@ -207,11 +207,11 @@ class Turns:
         return self.take_step(whole_numbers(actions, len(self._everywhere)))
 
     def take_step(self, actions: NDArray[np.int64]) -> np.ndarray:
-        """Take the controller's turn as `step` does, after a reset, with valid actions; return `last_records`."""
+        """Do what `step_records` does, but trust that the world was reset and that actions are [N] int64."""
         world = self.world
         before = freeze(world.get_state()) if self._keeps_states else None
         outcomes = world.step(actions)
-        self._written = self.last_records = self._last_step = None  # so that their arrays are free again
+        self._written = self.last_records = self._last_step = None  # frees their arrays for the next step
         records, shown = self._steps.take()[0]
         self.n_ended = self.ledger.record(outcomes, actions, records, self._rules)
         self._written, self.last_records = records, shown
@@ -225,7 +225,7 @@ class Turns:
         return shown
 
     def reset_ended(self, envs: NDArray[np.integer]) -> None:
-        """Begin the next episode in environments [M] that had ended before the last step, and clear its records."""
+        """Begin the next episode in environments [M] that had ended before the last step; clear the step's records."""
         assert self._written is not None
         self.reset(None, envs)
         clear_steps(self._written, envs, self.world.n_actions, self.ledger.shortest[envs])
@@ -233,7 +233,7 @@ class Turns:
     def final_observation(self, agent: str, step: Step, envs: NDArray[np.integer]) -> Observation:
         """Return an agent's observations of environments [M] right after a step, before a reset or the next goal.
 
-        Where the step ended an option it is what either agent observes last in it, with the goal of that option.
+        Where the step ended an option, this is the option's last observation and has its goal.
         """
         goals = self.world.goals
         if agent == META:
@@ -248,7 +248,7 @@ class Turns:
     def observation_space(self, agent: str) -> spaces.Dict:
         """Return a new space of an agent's observations of one environment, as `Observation.as_dict` gives them.
 
-        Spaces draw samples from generators of their own, so no two environments or agents share one.
+        Each space samples from its own random generator, so no two environments or agents share one.
         """
         world, goals = deepcopy(self.world.observation_spaces), self.world.goals
         if agent == META:
@@ -257,7 +257,7 @@ class Turns:
         return spaces.Dict(observation_spaces(world, goals, self.world.n_actions))
 
     def action_space(self, agent: str) -> spaces.Discrete:
-        """Return the actions of an agent."""
+        """Return a new space of an agent's actions."""
         return spaces.Discrete(self.world.goals.n_choices if agent == META else self.world.n_actions)
 
     def get_state(self, envs: NDArray[np.integer] | None = None) -> dict[str, np.ndarray]:
@@ -267,7 +267,7 @@ class Turns:
         return {**{name: records[name].copy() for name in records.dtype.names or ()}, **self.world.get_arrays(chosen)}
 
     def set_state(self, state: Mapping[str, np.ndarray]) -> None:
-        """Go back to a state from `get_state`, of as many environments of the same kind."""
+        """Restore a state from `get_state` of as many environments of the same kind."""
         names = self.ledger.records.dtype.names or ()
         ledger = {name: state[name] for name in names if name in state}
         world = {name: array for name, array in state.items() if name not in names}
@@ -281,11 +281,11 @@ class Turns:
 
     @property
     def can_split(self) -> bool:
-        """Return whether no environment depends on others, by stages of a curriculum or a user's reward."""
+        """Return whether environments are independent: not linked by curriculum stages or a custom reward."""
         return self.world.can_split and self._kernel_reward != OWN_REWARD
 
     def subset(self, envs: NDArray[np.integer]) -> Turns:
-        """Return a copy of some of these environments [M], where `can_split`; they go on as they would among all."""
+        """Return a copy of some of these environments [M], if `can_split`; they continue as in the full batch."""
         subset = Turns(self.config, len(envs), autoreset=self._autoreset, measure_shortest=self._measure_shortest)
         subset.set_state(self.get_state(envs))
         return subset

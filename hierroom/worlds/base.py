@@ -1,4 +1,4 @@
-"""Defaults of a world: what the `World` protocol asks and a simple world need not say itself."""
+"""Default implementations of the `World` protocol, for simple worlds."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ _MOST = 2**62
 
 
 class BaseWorld(ABC):
-    """N environments that are stepped one after the other or together, by a subclass.
+    """N environments; a subclass steps them together or one after the other.
 
-    A subclass has the attributes ``goals``, ``n_actions``, ``features`` and ``observation_spaces``, begins episodes in
-    `begin`, shows them in `shown`, and steps: it finds out what was achieved and calls `record`. All else can stay.
+    A subclass defines ``goals``, ``n_actions``, ``features`` and ``observation_spaces``, and the methods `begin`,
+    `shown` and `step`. Its `step` finds out what was achieved and calls `record`. All else has a default.
 
-    Attributes (read-only; a name with ``_`` before it is the array itself):
-        seeds, indices, numbers: [N] int, which with the split fix each environment's episode: see `random`.
-        counts: [N, G] int, how often each goal was achieved in the episode under way.
-        markings: [N, F] int, what the rules say there is by now, of each fact.
-        lengths: [N] int, steps of the episode under way.
+    Attributes (read-only; a leading ``_`` names the writable array):
+        seeds, indices, numbers: [N] int; with the split they determine each environment's episode: see `random`.
+        counts: [N, G] int, how often each goal was achieved in the current episode.
+        markings: [N, F] int, the current count of each fact of the rules.
+        lengths: [N] int, steps of the current episode.
     """
 
     goals: GoalSet
@@ -51,7 +51,7 @@ class BaseWorld(ABC):
     rules: Any = None
     replayer: Any = None
     is_repeatable: Any = True
-    """Flags [G], or one for all goals: whether an achieved goal may be chosen again, where no rules are known."""
+    """Whether an achieved goal may be chosen again where no rules are known: flags [G], or one for all goals."""
     keys_to_action: Mapping[str, int] = {}
     stage_titles: Sequence[str] = ()
     notes: Sequence[str] = ()
@@ -87,7 +87,7 @@ class BaseWorld(ABC):
         return len(self.everywhere)
 
     def allocate(self) -> None:
-        """Make the arrays that change in an episode; a subclass that overrides all methods with them makes its own."""
+        """Allocate the arrays that change in an episode; to override it, override all methods that use them."""
         num_envs = len(self)
         self._seeds, self._numbers, self._lengths = (np.zeros(num_envs, np.int64) for _ in range(3))
         self._indices = self.config.env_index + np.arange(num_envs)
@@ -97,27 +97,27 @@ class BaseWorld(ABC):
         self._markings = np.tile(self._start, (num_envs, 1))
         self._has_ended = np.zeros(num_envs, bool)
         self._ended: tuple[NDArray[np.integer], Any] = self.everywhere[:0], None
-        """Episodes that the last step ended, and what they showed at their end."""
+        """Environments of the last step that ended episodes, and their view at the end."""
 
     @abstractmethod
     def begin(self, envs: NDArray[np.integer]) -> None:
-        """Begin episodes in environments [M]; their ``seeds``, ``indices`` and ``numbers`` say which."""
+        """Begin episodes in environments [M]; ``seeds``, ``indices`` and ``numbers`` determine them."""
 
     @abstractmethod
     def shown(self, envs: NDArray[np.integer]) -> dict[str, NDArray]:
-        """Return what environments [M] show now, by name, [M, ...] each, in fresh arrays."""
+        """Return the current observation entries of environments [M] by name, as new arrays [M, ...]."""
 
     @abstractmethod
     def step(self, actions: NDArray[np.int64]) -> np.ndarray:
-        """Act once in every environment, `record` what that did, and return the outcomes."""
+        """Act once in every environment, `record` the results, and return the outcomes."""
 
     def get_state(self, envs: Any = slice(None)) -> Any:
-        """Return the state of one environment, which the replayer plays on from and draws."""
+        """Return one environment's state, for its replayer; not available by default."""
         raise InputError(f"{self.variants[0]} has no states to copy or to draw")
 
     @property
     def complexity(self) -> Any:
-        """Measure how hard the environments are to explore, by their rules; None without rules."""
+        """Measure how hard the rules are to explore; None without rules."""
         if self.rules is None:
             return None
         from hierroom.complexity.report import analyze
@@ -125,17 +125,17 @@ class BaseWorld(ABC):
         return analyze(self.rules)
 
     def random(self, episode: Sequence[int], purpose: int, turn: int, n: int) -> NDArray[np.floating]:
-        """Return n numbers in [0, 1) fixed by an episode (seed, environment and number), purpose and turn."""
+        """Return n numbers in [0, 1) determined by episode (seed, environment, number), purpose and turn."""
         entropy = [*episode, SPLITS[self.config.levels], purpose, turn]
         return (np.random.SeedSequence(entropy).generate_state(n, np.uint64) >> np.uint64(11)) * 2.0**-53
 
     def remember(self, memories: Iterable[str]) -> None:
-        """Refuse to remember anything: features and rewards that ask for that are of EscapeRooms."""
+        """Refuse all memories; only features and rewards of EscapeRooms ask for any."""
         if names := ", ".join(memories):
             raise InputError(f"{self.variants[0]} does not remember what a feature or a reward asks for: {names}")
 
     def reset(self, seed: Seeds = None, envs: Any = slice(None)) -> None:
-        """Begin an episode: with a seed (0 to 2**63 - 1) an environment's first one, without one its next."""
+        """Begin the first episode of a seed (0 to 2**63 - 1), or without a seed each environment's next one."""
         chosen = chosen_envs(envs, len(self))
         write_seeds({"seed": self._seeds, "episode": self._numbers}, seed, chosen)
         self._outcomes[chosen] = 0
@@ -155,15 +155,15 @@ class BaseWorld(ABC):
         terminated: NDArray[np.bool_],
         truncated: NDArray[np.bool_] | bool = False,
     ) -> np.ndarray:
-        """Write what a step did into the outcomes, and begin the next episode where one ended, if that is asked for.
+        """Write the results of a step into the outcomes; with autoreset begin the next episode where one ended.
 
-        Where an episode had ended before, and no other has begun, nothing counts.
+        Results do not count where the episode had already ended.
 
         Args:
-            times: [N, G] how often it achieved each goal; the target ends an episode.
+            times: [N, G] how often the step achieved each goal; the target ends an episode.
             rewards: [N] the extrinsic rewards.
-            terminated: [N] where it ended the episode.
-            truncated: [N] where something else than the limit of steps cut it off.
+            terminated: [N] where the step ended the episode.
+            truncated: [N] where something other than the step limit cut the episode off.
         """
         shape, outcomes = self._counts.shape, self._outcomes
         given = np.empty(shape, np.int64), np.empty(shape[0]), np.empty(shape[0], bool), np.empty(shape[0], bool)
@@ -189,7 +189,7 @@ class BaseWorld(ABC):
         return self.observe(envs)
 
     def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> Any:
-        """Return the view of environments [M] after the last step; of those that ``ended`` [M], before the reset."""
+        """Return the view of environments [M] after the last step, and before the reset where they ``ended`` [M]."""
         now = self.observe(envs)
         if not (self.autoreset and ended.any()):
             return now
@@ -197,9 +197,9 @@ class BaseWorld(ABC):
         return now.merged(last, ended, np.searchsorted(last_envs, envs[ended]))
 
     def legal_goals(self, mask: str, are_turns: NDArray[np.bool_], view: Any = None) -> NDArray[np.bool_]:
-        """Return the meta-controllers' legal actions [M, G + 1], of a view or of all; off turn they can only wait.
+        """Return the meta-controllers' legal choices [M, G + 1] for a view, or for all environments.
 
-        On a turn 'no goal' is legal only where nothing else is.
+        'No goal' is legal only where no goal is, so it is the only legal choice off turn.
         """
         if mask not in GOAL_MASKS:
             raise InputError(f"goal_mask of {self.variants[0]} is one of {', '.join(GOAL_MASKS)}, not {mask}")
@@ -223,11 +223,11 @@ class BaseWorld(ABC):
         return StateScreen(self.get_state, self.replayer, render_mode)
 
     def clocks(self) -> NDArray[np.integer]:
-        """Return [N] the steps of the episodes under way."""
+        """Return the steps [N] of the current episodes."""
         return self.lengths
 
     def stagger_clocks(self) -> None:
-        """Spread the steps of the episodes under way evenly, so that they are not all truncated together."""
+        """Spread the steps of the current episodes evenly, so that they are not all truncated together."""
         self._lengths[:] = np.arange(len(self)) * self.max_steps // len(self)
 
     def shortest_lengths(self, envs: NDArray[np.integer]) -> NDArray[np.integer]:
@@ -243,7 +243,7 @@ class BaseWorld(ABC):
         return [self.variants[0]] * len(envs)
 
     def milestones_of(self, envs: NDArray[np.integer], goals: NDArray[np.integer]) -> NDArray[np.integer]:
-        """Return goals [M] as they are: each is a milestone."""
+        """Return goals [M] unchanged: each is a milestone."""
         return goals
 
     def possible_milestones(self, variants: Sequence[str]) -> list[int]:
@@ -259,7 +259,7 @@ class BaseWorld(ABC):
         return {name: getattr(self, f"_{name}")[envs] for name in _ARRAYS}
 
     def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Refuse arrays that `get_arrays` of as many environments cannot have given; a subclass checks its own."""
+        """Refuse arrays that `get_arrays` of as many environments cannot return; a subclass checks its own."""
         n, limits = len(self), None if self.dependencies is None else self.dependencies.rules.limits
         schema = {name: Array(np.int64, (n,), 0, _MOST) for name in ("indices", "numbers")}
         schema |= {"seeds": Array(np.int64, (n,), 0), "lengths": Array(np.int64, (n,), 0, self.max_steps)}
@@ -268,7 +268,7 @@ class BaseWorld(ABC):
         Table(schema, is_open=True).check(arrays, "world")
 
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go back to what `get_arrays` gave, after `check_arrays`."""
+        """Restore arrays that `get_arrays` returned and `check_arrays` has checked."""
         for name in _ARRAYS:
             getattr(self, f"_{name}")[:] = arrays[name]
         self._outcomes[:] = 0
@@ -281,7 +281,7 @@ class BaseWorld(ABC):
         return self.batch_observations(flat=True).flat_space
 
     def global_state(self, goal: int) -> NDArray[np.float32]:
-        """Return what is known of the only environment's state: what it shows, and the goal, as one row of numbers."""
+        """Return the only environment's observation and goal as one row of numbers."""
         if not self.has_begun:
             raise InputError("reset the environment before its state is asked for")
         writer = self.batch_observations(flat=True)

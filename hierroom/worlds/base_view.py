@@ -1,4 +1,4 @@
-"""The view of M environments of a simple world, and one of them in words."""
+"""The view of M environments of a simple world, and the description of one of them in words."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hierroom.worlds.world import Feature
 
 @dataclass(frozen=True)
 class GoalInWords:
-    """A goal for a meta-controller that reads words.
+    """A goal, described for a meta-controller that reads text.
 
     Args:
         id: its number.
@@ -42,7 +42,7 @@ class GoalInWords:
 
 @dataclass(frozen=True)
 class Situated:
-    """One environment in words: its ``goals``, the ``steps`` of the episode, and ``facts``, its rules' marking."""
+    """One environment in words: its ``goals``, the ``steps`` of the episode, and the counts of the rules' ``facts``."""
 
     goals: tuple[GoalInWords, ...]
     steps: int
@@ -64,10 +64,10 @@ class BaseView:
     """The view of M environments, in read-only arrays of its own.
 
     Args:
-        world: the `BaseWorld` that they belong to.
-        entries: what they show, by name, [M, ...] each.
+        world: their `BaseWorld`.
+        entries: their observation entries by name, [M, ...] each.
         counts: [M, G] how often each goal was achieved in the episode.
-        markings: [M, F] how many there are of each fact of the rules.
+        markings: [M, F] the count of each fact of the rules.
         steps: [M] steps of the episode.
         episodes: [M, 3] seed, number of the environment and number of the episode.
     """
@@ -91,7 +91,7 @@ class BaseView:
         return {name: array.copy() for name, array in self.entries.items()}
 
     def merged(self, other: BaseView, where: NDArray[np.bool_], rows: NDArray[np.integer]) -> BaseView:
-        """Return this view, with rows of another moment's in its place ``where`` [M]."""
+        """Return this view with ``rows`` of another view in the places ``where`` [M]."""
 
         def mixed(ours: NDArray, theirs: NDArray) -> NDArray:
             ours = ours.copy()
@@ -103,7 +103,7 @@ class BaseView:
         return BaseView(self.world, entries, *(mixed(getattr(self, name), getattr(other, name)) for name in names))
 
     def uniforms(self, turns: NDArray[np.integer], n: int) -> NDArray[np.float64]:
-        """Return [M, n] random numbers in [0, 1), fixed by seed, environment, episode and turn [M]."""
+        """Return [M, n] random numbers in [0, 1), determined by seed, environment, episode and turn [M]."""
         drawn = np.empty((len(self), n))
         for row, episode, turn in zip(drawn, self.episodes.tolist(), turns.tolist(), strict=True):
             row[:] = self.world.random(episode, 1, turn, n)
@@ -124,18 +124,18 @@ class BaseView:
 
     @cached_property
     def reachable(self) -> NDArray[np.bool_]:
-        """Goals with a rule that applies and changes something, [M, G]; without rules those left to achieve."""
+        """Goals with a rule that applies and changes something, [M, G]; without rules, the goals left to achieve."""
         rules = self.world.dependencies
         return self.existing if rules is None else rules.reachable(self.markings)
 
     @property
     def seen(self) -> NDArray[np.bool_]:
-        """Goals likely to be reached, [M, G]: those within reach."""
+        """The same goals as `reachable`, [M, G]."""
         return self.reachable
 
     @cached_property
     def depth_first_ranks(self) -> NDArray[np.integer]:
-        """1 for the next goal on a random depth-first way to the target, else 0: [M, G]."""
+        """1 for the next goal on a random depth-first path to the target, else 0: [M, G]."""
         ranks = np.zeros(self.counts.shape, np.int64)
         rules: Dependencies | None = self.world.dependencies
         if rules is None:
@@ -148,5 +148,5 @@ class BaseView:
 
 
 def goal_status(n_goals: int) -> Feature:
-    """Return the feature that says of each goal whether it is within reach (1) and was achieved (2), or both (3)."""
+    """Return a feature with one number for each goal: 1 if it is reachable, plus 2 if it was achieved."""
     return Feature((4,) * n_goals, lambda o: o.view.reachable + 2 * (o.view.counts > 0), is_by_goal=True)

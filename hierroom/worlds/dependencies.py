@@ -27,18 +27,15 @@ class Dependencies:
         self._goal_of_rule = [goals.names.index(name) for name in rules.names]
         self._search = DepthFirst(rules)
         self.n_random = self._search.n_random
-        """The number of random numbers that `next_goal` takes."""
+        """Number of random numbers that `next_goal` takes."""
 
     @classmethod
     def of(cls, rules: Any, goals: GoalSet) -> Dependencies | None:
-        """Return those of a world; None where it has no `Rules`."""
+        """Return the dependencies of a world, or None if it has no `Rules`."""
         return cls(rules, goals) if isinstance(rules, Rules) else None
 
     def apply(self, markings: NDArray[np.integer], times: NDArray[np.integer]) -> None:
-        """Change markings [N, F] by goals that were achieved so many times [N, G].
-
-        What was seen to happen counts, whatever the rules say that it needs.
-        """
+        """Update markings [N, F] by goals achieved ``times`` [N, G]; a goal counts even if its rule does not apply."""
         for env, goal in np.argwhere(times).tolist():
             rule = self._rule_of_goal[goal]
             for _ in range(int(times[env, goal])):
@@ -53,7 +50,7 @@ class Dependencies:
         return (applies & changes)[:, self._rule_of_goal]
 
     def next_goal(self, marking: NDArray[np.integer], random: NDArray[np.floating]) -> int | None:
-        """Return the goal that comes next on a random depth-first way to the target: see `DepthFirst`."""
+        """Return the next goal on a random depth-first path to the target: see `DepthFirst`."""
         rule = self._search.next_rule(marking, random)
         return None if rule is None else self._goal_of_rule[rule]
 

@@ -17,11 +17,11 @@ RewardName = Literal["extrinsic", "bonus", "intrinsic", "novelty"]
 GoalMaskName = Literal["reachable", "existing", "seen", "none"]
 LevelsName = Literal["training", "evaluation"]
 SPLITS: Mapping[str | None, int] = {name: n for n, name in enumerate((None, *get_args(LevelsName)))}
-"""The parts of all levels that may be drawn, as worlds number them; training and evaluation share none."""
+"""Numbers of the sets of levels to draw from; training and evaluation levels have no layout in common."""
 
 NOVELTY_BONUS = 0.03
-"""Size of the bonus for a novel state unless another is given. Leaving at once is certain to be worth more than the
-states that are left up to (1 - gamma) / gamma, 0.053 at the default discount."""
+"""Default bonus for a novel state. Up to (1 - gamma) / gamma, 0.053 at the default discount, leaving immediately is
+certain to be worth more than visiting the remaining states first."""
 _LARGEST_BONUS = 10**6
 FRAMES_PER_SECOND = 10
 GRAPHS = tyro.constructors.PrimitiveConstructorSpec(
@@ -31,7 +31,7 @@ GRAPHS = tyro.constructors.PrimitiveConstructorSpec(
     is_instance=lambda _: True,
     str_from_instance=lambda specs: list(spec_names(specs)) or ["none"],  # for help texts only
 )
-"""Graphs on the command line: texts, which `hierroom.complexity.GraphSet` reads."""
+"""Graphs on the command line: texts that `hierroom.complexity.GraphSet` reads."""
 LAYOUTS = tyro.constructors.PrimitiveConstructorSpec(
     nargs="*",
     metavar="FILE [FILE ...]",
@@ -54,9 +54,9 @@ def _named(metavar: str) -> tyro.constructors.PrimitiveConstructorSpec:
 
 DEFAULT_MAX_STEPS = 1000
 OF_DRAWN = ("graph", "exclude", "curriculum_stages", "size")
-"""Entries of levels that are drawn, which a layout replaces."""
+"""Entries for drawn levels; a layout replaces them."""
 OF_ESCAPE_ROOMS = (*OF_DRAWN, "drop_key", "layout")
-"""Entries that only an EscapeRoom has; the others are of every world."""
+"""Entries that apply to EscapeRooms only; the others apply to every world."""
 
 
 @dataclass(frozen=True)
@@ -66,32 +66,32 @@ class EnvConfig:
     Args:
         graph: one goal graph or several; each episode samples one. Letters from a to g, names such as
             keys-0-1-exit-2 (the room of each key, and of the exit), or paths to .toml files. rooms:N means every graph
-            of N rooms; hitting_time:LOW..HIGH and expected_steps:LOW..HIGH mean all in between.
-        exclude: goal graphs to leave out, in the same forms and whatever the numbers of their rooms.
-        curriculum_stages: stages of equal width in difficulty, the easiest graphs first. Training moves on after
-            escapes in 80% of at least 200 episodes, as many of each environment, and back below 20%. 1: no stages.
+            of N rooms; hitting_time:LOW..HIGH and expected_steps:LOW..HIGH mean all graphs in this range.
+        exclude: goal graphs to leave out, in the same forms; they may have any number of rooms.
+        curriculum_stages: stages of equal width in difficulty, the easiest graphs first. Training advances after
+            escapes in 80% of at least 200 episodes (equally many per environment), and goes back below 20%. 1: no
+            stages.
         size: cells of the grid's side, 11 to 63, outer walls included.
         max_steps: primitive steps after which an episode is truncated. None: 1000, or the task's own limit.
         drop_key: give the controller a sixth action that drops a key.
         reward: the controller's reward: extrinsic (the environment's own: 1 at the target, such as the exit), bonus (1
-            for each goal at its first time, such as each key and door), intrinsic (1 when its goal is reached) or
-            novelty (extrinsic, and the novelty bonus). Or your own: an entry point, package.module:Class or
+            when a goal, such as a key or door, is first achieved in an episode), intrinsic (1 when its goal is reached)
+            or novelty (extrinsic plus novelty_bonus). Or your own: an entry point, package.module:Class or
             package.module:function. None: the method's reward in training, else intrinsic.
-        novelty_bonus: the reward novelty gives this for each state entered for the first time in an episode.
+        novelty_bonus: what the reward novelty adds for each state entered for the first time in an episode.
         subgoal_horizon: primitive steps after which an option ends without its goal; None: never.
         goal_mask: goals that the meta-controller may choose: reachable (by the goal graph or rules), existing (left to
             achieve), seen (in EscapeRooms; or no goal: find something new) or none (all goals, even absent ones).
         task: another world than EscapeRooms, so that graph, exclude, curriculum_stages, size and drop_key do not apply:
-            package.module:name of a `hierroom.Task`, an entry point, or a world that ships, such as workshop:8. A
-            workshop's name fixes its tech tree: workshop:8 is workshop:8:0, and workshop:8:3 is the tree of seed 3. The
-            run's seed draws the rest.
+            package.module:name of a `hierroom.Task`, an entry point, or a built-in world, such as workshop:8. A
+            workshop's name determines its tech tree: workshop:8 is workshop:8:0, and workshop:8:3 is the tree of seed
+            3. The run's seed determines the rest.
         layout: your own levels instead of graph, exclude, curriculum_stages and size: the path of a text map (in Python
             also its text), or several; each episode draws one. In a map # is wall, space or . is floor, @ the start,
             drawn as > v < ^ with a direction, and E the exit. R G B P Y W are locked doors (red, green, blue, purple,
             yellow, grey), r g b p y w their keys. Keys and doors must form a tree.
-        env_index: index of the (first) environment; seed and index fix the episodes.
-        levels: training or evaluation levels, which share no layout. None: all levels; training and evaluation choose
-            for themselves.
+        env_index: index of the (first) environment; seed and index determine the episodes.
+        levels: training or evaluation levels, which share no layout. None: all levels. Training and evaluation set it.
 
     Examples:
         >>> config = hierroom.EnvConfig("g", size=11, reward="bonus")
@@ -161,7 +161,7 @@ class EnvConfig:
         object.__setattr__(self, "size", size)
 
     def changed(self, **entries: Any) -> EnvConfig:
-        """Return the config with some entries changed; a new layout replaces goal graphs, and new graphs the layout."""
+        """Return the config with some entries changed; a new layout replaces goal graphs and vice versa."""
         drawn = {entry.name: entry.default for entry in fields(EnvConfig) if entry.name in OF_DRAWN}
         if entries.get("layout"):
             entries = drawn | entries
@@ -171,9 +171,9 @@ class EnvConfig:
 
     @classmethod
     def of_arguments(cls, entries: Mapping[str, Any], besides: Sequence[str] = ()) -> EnvConfig:
-        """Return the config that keyword arguments describe; ``besides`` names other arguments, for error messages.
+        """Return the config that keyword arguments describe; a task given as ``graph`` becomes the task.
 
-        Where a task stands in the place of the graph it is the task.
+        ``besides`` names other allowed arguments, for error messages.
         """
         if is_task(entries.get("graph")):
             entries = {"task": entries["graph"], **{name: one for name, one in entries.items() if name != "graph"}}
@@ -196,12 +196,12 @@ class EnvConfig:
 
 
 def is_task(thing: object) -> bool:
-    """Return whether it is a task itself, from which worlds are made: see `make.WorldMaker`."""
+    """Return whether an object is a task (not a task's name): see `make.WorldMaker`."""
     return hasattr(thing, "make_world")
 
 
 def task_name(task: Any) -> str:
-    """Return the name of a task: as typed, or its own."""
+    """Return a task's name: the text that was typed, or the task's own name."""
     return task if isinstance(task, str) else task.name
 
 

@@ -1,4 +1,4 @@
-"""The world of a config: the EscapeRoom, or that of a task. Only the world that is asked for is imported."""
+"""Make the world of a config: the EscapeRoom or a task's world. Only the module of the requested world is imported."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from hierroom.worlds.world import Feature, World
 
 ENTRY_POINT_GROUP = "hierroom.tasks"
 SHIPPED: Mapping[str, str] = {"workshop": "hierroom.worlds.workshop.task:workshop_of"}
-"""Makers of the worlds that ship, by the word before the colon of their name.
+"""Makers of the built-in worlds, by the word before the colon of their name.
 
-``workshop:8`` is what the function ``hierroom.worlds.workshop.X:f`` in this table returns for the text ``8``.
+For ``workshop:8`` the function ``workshop_of`` is called with the text ``8``.
 """
 
 
 class WorldMaker(Protocol):
-    """Makes worlds of a task: what `EnvConfig.task` may be, or may name.
+    """A task, which makes its worlds; `EnvConfig.task` is one or names one.
 
     Attributes:
-        name: in titles, tables and errors.
+        name: the name in titles, tables and errors.
         goal_set: the goals.
         n_actions: the controller's number of actions.
-        features: what networks can read, by name, besides what every world has (`agents.features.offered`).
-        controller_features: names of those that the controller's network reads unless a config names others.
-        meta_features: names of those that a learned meta-controller's network reads.
-        max_steps: steps after which an episode is truncated unless a config says.
+        features: features that networks can read, by name, in addition to those of every world (`features.offered`).
+        controller_features: names of the features that the controller's network reads by default.
+        meta_features: names of the features that a learned meta-controller's network reads by default.
+        max_steps: default number of steps after which an episode is truncated.
     """
 
     name: str
@@ -45,12 +45,12 @@ class WorldMaker(Protocol):
     max_steps: int
 
     def make_world(self, config: EnvConfig, num_envs: int, **settings: Any) -> World:
-        """Return a world of N environments: ``settings`` are those of `make_world`, and all are given."""
+        """Return a world of N environments; ``settings`` are all the settings of the function `make_world`."""
         ...  # pyright: ignore[reportReturnType]
 
 
 def find_task(spec: Any) -> WorldMaker | None:
-    """Return the task that `EnvConfig.task` is or names; None where it is None: the EscapeRoom."""
+    """Return the task that `EnvConfig.task` is or names, or None (the EscapeRoom) if it is None."""
     if spec is None or is_task(spec):
         return spec
     word, _, rest = spec.partition(":")
@@ -65,14 +65,14 @@ def find_task(spec: Any) -> WorldMaker | None:
 
 
 def ships(spec: Any) -> bool:
-    """Return whether it is the name of a task that ships."""
+    """Return whether it is the name of a built-in task."""
     return isinstance(spec, str) and spec.partition(":")[0] in SHIPPED
 
 
 def name_in_module(task: WorldMaker) -> str:
     """Return ``package.module:name`` of a task, by which a run finds it again.
 
-    Of several modules that have it, the one that its functions come from is named, and a script only if no other has.
+    Among several modules, prefer one that its functions come from, and use a script (``__main__``) last.
     """
     found = [
         (module, name)
@@ -88,9 +88,9 @@ def name_in_module(task: WorldMaker) -> str:
 
 @dataclass(frozen=True, eq=False)
 class WorldSpec:
-    """The spec that agents are made for: the attributes of a `World` that are known before it is made.
+    """The attributes of a `World` that are known before it is made, and that agents need.
 
-    The features at the end are those that agents read where their config names none, as it always does in EscapeRooms.
+    The features at the end are those that agents read where their config names none. In EscapeRooms it always does.
     """
 
     config: EnvConfig
@@ -101,12 +101,12 @@ class WorldSpec:
     meta_features: tuple[str, ...] = ()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Copy and pickle the config alone: features are functions without a name."""
+        """Copy and pickle only the config, because features contain functions without a name."""
         return world_spec, (self.config,)
 
 
 def world_spec(config: EnvConfig) -> WorldSpec:
-    """Return the facts of a config's world that agents are made for."""
+    """Return the spec of a config's world."""
     if (task := find_task(config.task)) is not None:
         usual = task.controller_features, task.meta_features
         return WorldSpec(config, task.goal_set, task.n_actions, task.features, *usual)
@@ -127,9 +127,9 @@ def make_world(
     """Return the `World` of a config.
 
     Args:
-        seed: of the first episodes; None: call `World.reset` with one first.
+        seed: seed of the first episodes. None: call `World.reset` with a seed before the first step.
         autoreset: whether the next episode begins in the step that ends the last one.
-        memories: what the world must remember of each episode.
+        memories: names of what the world must remember of each episode.
     """
     settings: dict[str, Any] = {"seed": seed, "autoreset": autoreset, "threads": threads, "memories": memories}
     if (task := find_task(config.task)) is not None:

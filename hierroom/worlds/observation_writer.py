@@ -1,4 +1,4 @@
-"""Observations of a `BaseWorld` in the arrays that users get: of one environment, of all, and as rows of numbers."""
+"""Write observations of a `BaseWorld` into users' arrays: for one environment, for all, or as rows of numbers."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _ONLY = np.zeros(1, np.int64)
 
 
 def observe_alone(world: Any, goal: int) -> dict[str, Any]:
-    """Return the observation of a world of one environment, and the vector of a goal or -1, in new arrays."""
+    """Return the observation of a world of one environment, with the vector of a goal (-1: none), in new arrays."""
     shown = {name: array[0] for name, array in world.shown(_ONLY).items()}
     return {**shown, "goal": world.goals.vectors[goal].copy()}
 
 
 class ObservationWriter:
-    """Writes what all environments of a world show their controllers: see `BatchWriter`.
+    """Writes the controllers' observations of all environments of a world: see `BatchWriter`.
 
     A flat observation is one row of float32, in the order of `gymnasium.spaces.flatten`.
     """
@@ -34,7 +34,7 @@ class ObservationWriter:
             self.flat_space: spaces.Box = spaces.Box(low, high, dtype=np.float32)
 
     def empty(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
-        """Return new arrays for `write`, and the same arrays by name; no names where observations are flat."""
+        """Return new arrays for `write`, and the same arrays by name (an empty dict if flat)."""
         n, world = len(self._world), self._world
         if self._flat:
             return (np.empty((n, *self.flat_space.shape), np.float32),), {}
@@ -43,7 +43,7 @@ class ObservationWriter:
         return tuple(arrays.values()), arrays
 
     def write(self, goals: NDArray[np.integer], arrays: tuple[NDArray, ...]) -> None:
-        """Write what the environments show now, with goals [N], into arrays that `empty` gave."""
+        """Write the current observations, with goals [N], into arrays from `empty`."""
         world = self._world
         shown = {**world.shown(world.everywhere), "goal": world.goals.vectors[goals], "action_mask": self._mask}
         if self._flat:

@@ -1,4 +1,4 @@
-"""The kernel that writes what a step did in the environments of a simple world into its outcomes."""
+"""The kernel that writes the results of a step of a simple world into its outcomes."""
 
 import numpy as np
 
@@ -9,13 +9,13 @@ from hierroom.support.compile.kernel import njit
 def write_outcomes(
     times, rewards, terminated, truncated, counts, lengths, has_ended, outcomes, max_steps, target, autoreset
 ):
-    """Write the outcomes [N] and go on counting; where an episode had ended before, nothing counts.
+    """Write the outcomes [N] and update the counts; skip environments where the episode had already ended.
 
     Args:
-        times: [N, G] int64, how often the step achieved each goal; set to 0 where nothing counts.
+        times: [N, G] int64, how often the step achieved each goal; set to 0 in skipped environments.
         rewards: [N] float64.
         terminated: [N] bool, where the step ended the episode.
-        truncated: [N] bool, where something else than the limit of steps cut it off.
+        truncated: [N] bool, where something other than the step limit cut the episode off.
         counts: [N, G] int64, how often each goal was achieved in the episode, updated.
         lengths: [N] int64, steps of the episode, updated.
         has_ended: [N] bool, updated without ``autoreset``.
@@ -25,7 +25,7 @@ def write_outcomes(
         autoreset: whether the next episode begins where one ended.
 
     Returns:
-        the numbers of goals that were achieved and of episodes that ended.
+        The number of achieved goals and the number of ended episodes.
     """
     n_achieved, n_ended = 0, 0
     for n in range(outcomes.shape[0]):

@@ -1,4 +1,4 @@
-"""Random numbers of an episode: each is a function of seed, environment, episode and its own number."""
+"""Random numbers of an episode, each a function of seed, environment, episode and a counter."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ MIX_2 = np.uint64(0x94D049BB133111EB)
 
 @njit(cache=True)
 def mix(bits):
-    """Scramble 64 bits by the finalizer of SplitMix64 (Steele, Lea & Flood 2014), a bijection."""
+    """Scramble 64 bits with the finalizer of SplitMix64 (Steele, Lea & Flood 2014), a bijection."""
     bits = (bits ^ (bits >> np.uint64(30))) * MIX_1
     bits = (bits ^ (bits >> np.uint64(27))) * MIX_2
     return bits ^ (bits >> np.uint64(31))
@@ -43,7 +43,7 @@ def shuffle(level, items):
 
 @njit(cache=True, nogil=True)
 def turn_uniforms(levels, turns, uniforms):
-    """Write uniforms [N, K] in [0, 1) for a turn of each environment, determined by episode and turn number."""
+    """Write uniforms [N, K] in [0, 1) for each environment's turn, determined by episode and turn number."""
     for n in range(levels.shape[0]):
         key = mix(levels[n].key ^ mix(np.uint64(turns[n]) + GOLDEN))
         for k in range(uniforms.shape[1]):

@@ -1,4 +1,4 @@
-"""Indices of environments in a batch, and the seeds that their episodes begin with."""
+"""Select environments of a batch, and set the seeds of their episodes."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from hierroom.worlds.world import Seeds
 
 SOURCE_FIELDS = (
     ("seed", "u8"),
-    ("index", "i8"),  # number of the environment; the same index gives the same episodes in any batch
+    ("index", "i8"),  # index of the environment; the same index gives the same episodes in any batch
     ("episode", "i8"),
     ("key", "u8"),
     ("n_drawn", "u8"),
 )
-"""The source of an environment's random numbers in a compiled world: see `random_kernels`."""
+"""Fields that determine an environment's random numbers in a compiled world: see `random_kernels`."""
 Indices = NDArray[np.integer] | NDArray[np.bool_] | Sequence[int] | slice | int
-"""Selects some environments of a batch."""
+"""A selection of environments of a batch."""
 
 
 def is_list(seed: Seeds) -> TypeGuard[Sequence[int | None]]:
-    """Return whether it is one seed for each environment."""
+    """Return whether ``seed`` is a sequence, with one seed for each environment."""
     if isinstance(seed, np.ndarray):
         return seed.ndim > 0
     return isinstance(seed, Sequence) and not isinstance(seed, (str, bytes))
 
 
 def chosen_envs(envs: Indices, n: int) -> NDArray[np.integer]:
-    """Return the numbers [M] of the environments that indices select among n."""
+    """Return the indices [M] of the environments that ``envs`` selects among n."""
     try:
         return np.atleast_1d(np.arange(n)[envs])
     except IndexError as error:
@@ -40,9 +40,9 @@ def chosen_envs(envs: Indices, n: int) -> NDArray[np.integer]:
 
 
 def write_seeds(records: np.ndarray | Mapping[str, NDArray], seed: Seeds, chosen: NDArray[np.integer]) -> None:
-    """Write seeds (0 to 2**63 - 1) into the fields seed and episode, so that the next episode is a seed's first one.
+    """Write seeds (0 to 2**63 - 1) so that the next episode is the first one of the seed.
 
-    ``seed`` is one for all chosen environments [M], or a sequence with one, or None, for each; None changes nothing.
+    ``seed`` is for all chosen environments [M], or a sequence with one for each; None changes nothing.
     """
     seeds, groups = ([*seed], chosen) if is_list(seed) else ([seed], [chosen])
     if len(seeds) != len(groups):

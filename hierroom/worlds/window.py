@@ -1,4 +1,4 @@
-"""A window on the screen that shows pictures, and what shows a state in the render mode of an environment."""
+"""A window on the screen that shows pictures, and a display of states in an environment's render mode."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ class Window:
         self._clock = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave the window out: a copy opens another one with its first picture."""
+        """Leave the window out; a copy opens its own with its first picture."""
         return {**self.__dict__, "_screen": None, "_clock": None}
 
     def show(self, frame: NDArray[np.uint8]) -> None:
         """Show a picture [H, W, 3] uint8 and process the window's events."""
-        import pygame  # imported only when needed: it loads slowly, and servers have no screen
+        import pygame  # loads slowly, and servers have no screen
 
         height, width = frame.shape[:2]
-        # There is one screen for all windows of a process, and whoever closes it closes that of the others, too.
+        # pygame has one screen per process: closing it in one window closes it for all.
         screen = pygame.display.get_surface()
         if self._screen is None or self._screen is not screen or self._screen.get_size() != (width, height):
             try:
@@ -47,10 +47,10 @@ class Window:
         self._clock.tick(self.frames_per_second)
 
     def play(self, frames: Iterable[NDArray[np.uint8]]) -> Literal["ended", "skipped", "closed"]:
-        """Show pictures [H, W, 3] uint8 one after the other, and return why that ended.
+        """Show pictures [H, W, 3] uint8 one after the other, and return how the show ended.
 
-        Space pauses and goes on, the right arrow takes one step, up and down change the speed, n goes on to what comes
-        next, and q, escape or the window's close button end it.
+        Space pauses and resumes, the right arrow takes one step, and up and down change the speed. The key n skips the
+        rest of the pictures; q, escape or the window's close button closes.
         """
         is_paused = False
         for frame in frames:
@@ -89,10 +89,10 @@ class Window:
 
 
 class StateScreen:
-    """Shows states in one of `RENDER_MODES`, or nowhere for None: see `Screen`.
+    """Shows states in one of `RENDER_MODES`; None shows nothing: see `Screen`.
 
     Args:
-        state_of: from the number of an environment to its state.
+        state_of: function from the index of an environment to its state.
         replayer: draws states.
         render_mode: the mode.
     """
@@ -109,7 +109,7 @@ class StateScreen:
             self._window.show(self._picture(env, goal))
 
     def render(self, env: int, goal: int) -> str | NDArray[np.uint8] | None:
-        """Return text, a picture [H, W, 3] uint8 or None, as the mode asks."""
+        """Return text, a picture [H, W, 3] uint8 or None, depending on the mode."""
         if self.render_mode == "ansi":
             return self._replayer.text(self._state_of(env), goal)
         if self.render_mode == "rgb_array":

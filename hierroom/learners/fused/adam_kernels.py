@@ -13,8 +13,8 @@ BETA1, BETA2 = 0.9, 0.999
 """Decay rates of the two moments: the values of Kingma & Ba (2015) and of torch."""
 
 LEAST_MEAN = 1e-30
-"""First moments below this become zero. Those of table rows that no longer occur would decay to denormal numbers and
-stay there, as 0.9 times the smallest of these rounds to itself, and slow down every later step."""
+"""First moments below this become zero. Otherwise moments of unused table rows decay to denormal numbers, which slow
+down every later step. They would stay there, as 0.9 times the smallest denormal number rounds to itself."""
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -48,7 +48,7 @@ def adam_step(
         m &\leftarrow \beta_1 m + (1 - \beta_1) g, \qquad v \leftarrow \beta_2 v + (1 - \beta_2) g^2 \\
         \theta &\leftarrow \theta - \alpha\, \frac{m / (1 - \beta_1^t)}{\sqrt{v / (1 - \beta_2^t)} + \epsilon}
     """
-    to_float = parameters.dtype.type  # so that float32 parameters are updated in float32 arithmetic
+    to_float = parameters.dtype.type  # keeps float32 parameters in float32 arithmetic
     rate = to_float(learning_rate / (1 - BETA1**step))
     correction = to_float(1 / (1 - BETA2**step))
     keep1, keep2, shrink, floor = to_float(BETA1), to_float(BETA2), to_float(scale), to_float(epsilon)

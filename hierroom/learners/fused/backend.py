@@ -22,7 +22,7 @@ from hierroom.learners.networks.actor_critic import RecurrentActorCritic
 from hierroom.learners.rollout import Batch
 from hierroom.support.thread_pool import ThreadPool
 
-_SHARD = 16  # sequences: of 128 turns they fit the last-level cache, and fewer make the matrix products small
+_SHARD = 16  # sequences per shard: 16 of 128 turns fit the last-level cache; fewer make matrix products too small
 _MAX_WORKERS = 8
 
 
@@ -49,7 +49,7 @@ class FusedBackend:
         self._stepper = self.stepper()
 
     def __getstate__(self) -> dict:
-        """Return the state of a copy; its weights must be views of its own vector."""
+        """Return arguments and state to build a copy, because its weights must be views of its own vector."""
         return {"arguments": (self._network, self._config, self._threads), "state": self.state_dict()}
 
     def __setstate__(self, copied: dict) -> None:
@@ -105,7 +105,7 @@ class FusedBackend:
         return np.mean(measured, axis=0)
 
     def _gradient(self, minibatch: Minibatch, part: NDArray[np.integer]) -> tuple[NDArray[np.float64], float]:
-        """Write the gradient to the first row of the shares; return five of `STATISTICS` and the gradient's norm."""
+        """Write the gradient to the first row of the shares; return the first five `STATISTICS` and its norm."""
         shards = np.array_split(part, -(-len(part) // _SHARD))
         workers = self._workers[: len(shards)]
 

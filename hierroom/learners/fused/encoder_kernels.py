@@ -1,10 +1,10 @@
 """`FeatureEncoder` in compiled kernels: sums of table rows forward, scattered gradients backward.
 
-Most cells of a view rarely change. So an update sums the rows of each feature's most common value once, and a turn adds
-the difference of two rows for each feature with another value. The backward pass skips the most common values: a turn
-adds its gradient to one row of each feature, so that value's row gets the total minus the other rows' gradients.
+Most cells of a view rarely change. So an update sums the rows of each feature's most common value once. A turn then
+adds the difference of two rows for each feature with another value. The backward pass skips the most common values.
+Each turn adds its gradient to one row per feature, so the skipped row gets the total minus the other rows' gradients.
 
-Arrays of encoded features may be wider than H: the recurrent core finds the hidden state in the rest of the row.
+Arrays of encoded features may be wider than H: the rest of a row has the hidden state for the recurrent core.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def compare_rows(
     differences: NDArray[np.floating],  # [R + 1, H] written: each row minus its feature's common row; then zeros
     base: NDArray[np.floating],  # [H] written: the bias plus the common rows
 ) -> None:
-    """Write what `encode_rare` adds up."""
+    """Write the rows that `encode_rare` adds."""
     n_features, width = len(offsets), len(bias)
     for j in range(width):
         base[j] = bias[j]
@@ -192,8 +192,8 @@ def add_scaled_rows(
 ) -> None:
     """Add ``factors[i] * rows[sources[i]]`` to ``sums[targets[i]]`` for every i: a sparse matrix times ``rows``.
 
-    The non-zero entries of `FeatureEncoder.inputs` [R, D] give the table [R, H] from the weights [D, H], and, with the
-    first two arguments exchanged, the gradient of the weights from that of the table.
+    The non-zero entries of `FeatureEncoder.inputs` [R, D] give the table [R, H] from the weights [D, H]. With the first
+    two arguments exchanged, they give the gradient of the weights from that of the table.
     """
     for i in range(len(targets)):
         target, source, factor = targets[i], sources[i], factors[i]

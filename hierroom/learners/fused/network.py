@@ -19,7 +19,7 @@ from hierroom.learners.networks.actor_critic import RecurrentActorCritic
 class Parameters:
     """Views of one flat vector: the parameters of `RecurrentActorCritic` or their gradient, in the module's order."""
 
-    encoder_weight: NDArray[np.floating]  # [D, H]; D is R unless some features have fixed numbers
+    encoder_weight: NDArray[np.floating]  # [D, H]; D equals R if no feature has fixed numbers
     encoder_bias: NDArray[np.floating]  # [H]
     core_weight: NDArray[np.floating]  # [2 H, 4 H]
     core_bias: NDArray[np.floating]  # [4 H]
@@ -105,7 +105,7 @@ def backward(
     gradient: Parameters,  # added to
     d_table: NDArray[np.floating],  # [R, H] added to
 ) -> None:
-    """Add the gradients of core and encoder, given ``tape.d_hidden``; `complete_table` completes the table's."""
+    """Add the gradients of core and encoder, given ``tape.d_hidden``; `complete_table` must follow."""
     written = tape.gates, tape.cells, tape.squashed, tape.d_hidden, tape.d_driven
     lstm_backward(tape.driven, resets, weights.core_weight, *written, gradient.core_weight, gradient.core_bias)
     d_encoded = tape.d_driven.reshape(tape.encoded.shape)

@@ -1,7 +1,7 @@
 """Matrix products inside compiled functions: `tile_kernels` where they work on this machine, else ``np.dot``.
 
-Another version of llvmlite or another processor may refuse the tiles, which are written in LLVM's own language. So they
-are tried at import, before anything is compiled that calls them.
+The tiles are written in LLVM's language, which other versions of llvmlite or other processors may refuse. So they are
+tried at import, before any code that calls them is compiled.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from hierroom.support.compile.kernel import njit
 class Products(NamedTuple):
     """Kernels for contiguous floats a [M, K] or [K, M], b [K, N] and c [M, N]."""
 
-    pack: Callable  # returns a matrix [K, N] as `add_product` takes it
+    pack: Callable  # returns a matrix [K, N] in the form for `add_product`
     add_product: Callable  # (a, pack(b), c) adds ``a @ b`` to c
     add_transposed_product: Callable  # (a, b, c) adds ``a.T @ b`` to c
 
     def work(self) -> bool:
-        """Return whether the products come out right, for sizes with whole tiles and with remainders."""
+        """Return whether the products are correct, for sizes with whole tiles and with remainders."""
         random = np.random.default_rng(0)
         a, b = random.random((6, 70), np.float32), random.random((70, 150), np.float32)
         expected = 1 + a @ b
@@ -62,7 +62,7 @@ def _working_products() -> Products:
         if tiles.work():
             return tiles
         reason = "their results are wrong"
-    except Exception as error:  # whatever llvmlite, Numba or LLVM may have against them
+    except Exception as error:  # llvmlite, Numba or LLVM may raise anything
         reason = " ".join([type(error).__name__, *str(error).split("\n")[:1]])
     warnings.warn(
         f"the learner's own matrix products do not work here and np.dot takes their place, which is slower ({reason})",

@@ -1,6 +1,6 @@
 """`ResetLSTM` in compiled kernels: forward and backward through time, with resets inside a sequence.
 
-Inputs and hidden states lie side by side in one array ``driven`` [T, M, X + H], so that a step is one matrix product.
+Inputs and hidden states share the rows of one array ``driven`` [T, M, X + H], so that a step is one matrix product.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _15, _105, _420, _945 = np.float32(15), np.float32(105), np.float32(420), np.flo
 
 @njit(inline="always", error_model="numpy")
 def _tanh(x):
-    """Compute tanh to 2e-9 (apart from rounding) from products and one division, so that loops over it vectorise.
+    """Compute tanh to 2e-9 (apart from rounding) with products and one division, so that loops vectorise.
 
     Five terms of Lambert's continued fraction give tanh(x / 4) = a / b, and tanh 2y = 2 a b / (a^2 + b^2) is applied
     twice. Beyond 12, 1 - tanh is below 1e-10.
@@ -75,8 +75,8 @@ def lstm_forward(
 def _cells_forward(gates, before, after, squashed, hidden):
     """Turn products [M, 4, H] into gates and update the cell states [M, H].
 
-    Every index is a loop variable that counts from 0: the check that an index such as ``size + j`` is not negative
-    would prevent vectorisation. Slicing the rows first takes half as long again.
+    Every index is a loop variable that counts from 0, because checking that an index such as ``size + j`` is not
+    negative would prevent vectorisation. Slicing the rows first takes 50% longer.
     """
     n_rows, size = hidden.shape
     for m in range(n_rows):
@@ -126,7 +126,7 @@ def lstm_backward(
             _add(gates[t, m], d_bias)
         d_driven[t] = 0
         add_product(gates[t], panels, d_driven[t])
-        # Several steps at a time: enough for an efficient product, and still in the cache.
+        # Sum several steps at a time: enough for an efficient product, few enough to be in the cache.
         if t == 0 or (stop - t) * n_rows >= _DEPTH:
             n_samples = (stop - t) * n_rows
             left, right = driven[t:stop].reshape(n_samples, width), gates[t:stop].reshape(n_samples, 4 * size)
@@ -142,7 +142,7 @@ def _add(terms, total):
 
 @njit(nogil=True, fastmath=True, error_model="numpy")
 def _cell_backward(gates, before, squashed, d_hidden, d_cell):
-    """Turn a row's gates [4 H] into the products' gradient, and d_cell [H] into that of the previous cell state."""
+    """Overwrite a row's gates [4 H] by the products' gradient, and d_cell [H] by the previous cell state's."""
     size = len(d_hidden)
     input_gate, forget_gate = gates[:size], gates[size : 2 * size]
     candidate, output_gate = gates[2 * size : 3 * size], gates[3 * size :]

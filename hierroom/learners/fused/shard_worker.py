@@ -1,4 +1,4 @@
-"""A worker of the compiled learner: it runs shards of a minibatch forward and backward and sums their gradients."""
+"""A worker of the compiled learner, which runs shards of a minibatch and sums their gradients."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hierroom.learners.rollout import Batch
 
 @dataclass(frozen=True)
 class Minibatch:
-    """The data that all shards of a minibatch share; see `encoder_kernels` for the arguments of its functions."""
+    """The data that all shards of a minibatch share; `encoder_kernels` explains its arrays."""
 
     weights: Parameters
     differences: NDArray[np.float32]  # [R + 1, H] from `compare_rows`
@@ -27,13 +27,13 @@ class Minibatch:
     rows: NDArray[np.unsignedinteger]  # [T, M, K or more] from `rare_rows`
     counts: NDArray[np.int64]  # [T, M] from `rare_rows`
     batch: Batch  # M sequences of T turns, including those of other minibatches
-    scores: NDArray[np.float32]  # [T, M] advantages, normalised by those of this minibatch, times importance weights
+    scores: NDArray[np.float32]  # [T, M] advantages, normalised over this minibatch, times importance weights
     targets: NDArray[np.float32]  # [T, M] value targets
     turn_weight: float  # weight of one turn in the loss
 
 
 class ShardWorker:
-    """Sums the gradients of shards, one after the other, and owns the memory that this needs."""
+    """Sums the gradients of shards one after the other, in its own memory."""
 
     def __init__(
         self,
@@ -46,7 +46,7 @@ class ShardWorker:
         self._gradient = Parameters.views(share, network)
         self._numbers = fixed_numbers(network)
         self._d_table = self._gradient.encoder_weight
-        if self._numbers is not None:  # the table is computed from the weights, so their gradient follows from its own
+        if self._numbers is not None:  # the gradient of the weights is computed from the table's
             self._d_table = np.zeros((len(network.encoder.table()), config.hidden_size), np.float32)
         self._sums = np.zeros(5)
         self.memory = TapeMemory(self._gradient)

@@ -1,4 +1,4 @@
-"""Forward passes of one turn in compiled kernels, with the memory of one who acts."""
+"""Forward passes of one turn in compiled kernels, with their own memory."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _MIN_ENVS_PER_THREAD = 256  # for fewer environments, waking another thread take
 class FusedStepper:
     """Computes turns with the current weights of a network.
 
-    Each learner and each policy has one of its own, as the memory is overwritten by every turn: several threads may act
-    with the same weights at the same time.
+    Each learner and each policy has its own stepper, because every turn overwrites the memory. So several threads may
+    act with the same weights at the same time.
 
     Args:
         network: gives the shapes and the initial states.
-        weights: its parameters, shared.
-        numbers: those of its encoder, from `shard_worker.fixed_numbers`.
-        threads: most threads to compute with.
+        weights: the network's parameters, shared.
+        numbers: fixed numbers of its encoder, from `shard_worker.fixed_numbers`.
+        threads: most threads of ``pool`` to compute with.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class FusedStepper:
             logits[envs], values[envs] = tape.logits, tape.values
             new_states[envs, :hidden_size], new_states[envs, hidden_size:] = tape.hidden[0], tape.cells[1]
 
-        # The result of an environment does not depend on which others it is computed with (up to rounding by BLAS).
+        # An environment's result does not depend on the others in its part (up to rounding by BLAS).
         n_parts = max(1, min(len(self._memories), num_envs // _MIN_ENVS_PER_THREAD))
         bounds = [num_envs * i // n_parts for i in range(n_parts + 1)]
         parts = zip(self._memories[:n_parts], (slice(*bound) for bound in pairwise(bounds)), strict=True)

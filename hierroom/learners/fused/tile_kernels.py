@@ -1,9 +1,9 @@
 """Matrix products for small and medium sizes in tiles, without a BLAS library and its threads.
 
 Inside a compiled function ``np.dot`` calls SciPy's BLAS, which starts its own threads; with a second busy process they
-made a training step ten times slower. The kernels here accumulate one tile of the result in vector registers: more than
-twice as fast as plain loops, and no slower than BLAS on one thread. Each entry sums its terms in order, so results do
-not depend on the tile.
+made a training step ten times slower. The kernels here accumulate one tile of the result in vector registers. This is
+more than twice as fast as plain loops, and no slower than BLAS on one thread. Each entry sums its terms in order, so
+results do not depend on the tile.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 
 from hierroom.support.compile.kernel import njit
 
-_ROWS = 4  # of a tile
-# Columns of a tile and width of a panel: as many as leave half of the vector registers for the factors. On AVX-512 a
-# tile of 4 x 64 takes two thirds of the time of 8 x 16, as does 4 x 16 on AVX2.
+_ROWS = 4  # rows of a tile
+# Columns of a tile and width of a panel, chosen to leave half of the vector registers for the factors. On AVX-512 a
+# tile of 4 x 64 takes two thirds of the time of 8 x 16; so does 4 x 16 on AVX2.
 _LANES = 64 if "+avx512f" in get_host_cpu_features() else 16
-_DEPTH = 64  # terms that `add_transposed_product` sums at a time, so that both factors stay in the L1 cache
+_DEPTH = 64  # terms that `add_transposed_product` sums at a time; both factors then stay in the L1 cache
 
 
 def _tile_intrinsic(n_rows: int) -> Callable[..., None]:

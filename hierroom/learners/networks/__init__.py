@@ -1,1 +1,1 @@
-"""The network protocol of the learner, and the recurrent actor-critic that ships with hierroom."""
+"""The network protocol of the learner, and the built-in recurrent actor-critic."""

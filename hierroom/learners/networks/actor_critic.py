@@ -22,8 +22,8 @@ class AgentSpace:
     """The observations and actions of an agent."""
 
     cardinalities: tuple[int, ...]  # number of values of each of the K features of an observation, 1 to 256 each
-    n_actions: int  # A, legal or not, at least 1
-    arrays: tuple[tuple[int, ByteArray], ...] = ()  # the first columns of bytes of arrays, and these
+    n_actions: int  # A, the number of all actions, at least 1
+    arrays: tuple[tuple[int, ByteArray], ...] = ()  # each array of bytes, after its first column
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "cardinalities", tuple(int(c) for c in self.cardinalities))
@@ -67,8 +67,8 @@ class PolicyNetwork(Protocol):
     """The methods that a `torch.nn.Module` needs so that the `Learner` can train it; it needs no base class.
 
     ``Network(space, hidden_size)`` builds the network. It gets no masks: the learner removes illegal actions from the
-    logits afterwards. Initial weights depend on the run's seed. What a network draws later, as dropout does, comes from
-    torch's global generator, which all threads share: seed that yourself, and train one such network at a time.
+    logits afterwards. Initial weights depend on the run's seed. Later random numbers, such as those of dropout, come
+    from torch's global generator, which all threads share. Seed it yourself, and train one such network at a time.
     """
 
     def initial_state(self, n: int) -> Tensor:
@@ -88,7 +88,7 @@ class PolicyNetwork(Protocol):
 
 
 class OneTurn(nn.Module):
-    """A network that takes one turn when it is called: a `PolicyNetwork` as a plain module, ready for `torch.export`.
+    """A `PolicyNetwork` as a plain module for `torch.export`; each call computes one turn.
 
     A call takes the features [N, K] uint8 of an observation and the state [N, S] float32 before the turn. It returns
     the logits [N, A] float32 of all actions, legal or not, the values [N] float32 and the state [N, S] after the turn.
@@ -118,9 +118,9 @@ class OneTurn(nn.Module):
 class RecurrentActorCritic(nn.Module):
     """An encoder and an LSTM core of H hidden units each, and linear policy and value heads that read the core.
 
-    The initialisation is that of "The 37 Implementation Details of PPO" (Huang et al. 2022): orthogonal weights with
-    gain sqrt 2 in the encoder, 0.01 in the policy head (so that the first policy is nearly uniform) and 1 in the value
-    head; biases are zero. `FeatureEncoder` explains ``feature_vectors``.
+    Weights are initialised as in "The 37 Implementation Details of PPO" (Huang et al. 2022): orthogonal, with gain
+    sqrt 2 in the encoder, 0.01 in the policy head (so that the first policy is nearly uniform) and 1 in the value head.
+    Biases are zero. `FeatureEncoder` explains ``feature_vectors``.
     """
 
     def __init__(self, space: AgentSpace, hidden_size: int, feature_vectors: Vectors = None) -> None:

@@ -19,11 +19,11 @@ _STRIDED = ((8, 4), (4, 2), (3, 1))
 _CLOSE = ((3, 2), (3, 2), (3, 1))
 _SMALL = ((2, 1), (2, 1), (2, 1))
 _BOUND = 1e6
-"""Numbers with larger bounds count as unbounded."""
+"""Arrays with bounds of at least this size count as unbounded."""
 
 
 class ArrayActorCritic(RecurrentActorCritic):
-    """`RecurrentActorCritic` with an encoder for each array of an observation next to that of the categories."""
+    """`RecurrentActorCritic` with an encoder for each array of an observation, and one for the categories."""
 
     def __init__(self, space: AgentSpace, hidden_size: int, feature_vectors: Vectors = None) -> None:
         super().__init__(AgentSpace((1,), space.n_actions), hidden_size)
@@ -31,9 +31,9 @@ class ArrayActorCritic(RecurrentActorCritic):
 
 
 class ArrayEncoder(nn.Module):
-    r"""ReLU of the sum of what stands for each part of an observation: :math:`\max(0, \sum_p E_p(x_p))`.
+    r"""ReLU of the sum of the encoded parts of an observation: :math:`\max(0, \sum_p E_p(x_p))`.
 
-    A linear layer on the parts side by side is such a sum. Categories have a `FeatureEncoder`; each array has its own:
+    A linear layer on concatenated parts is also such a sum. Categories have a `FeatureEncoder`; arrays have others:
 
     - pixels: three convolutions (those of Mnih et al. 2015, or smaller ones), of numbers scaled to 0 to 1;
     - symbols, small images of bytes: a learned row for each value of each channel, summed (as in BabyAI, Hui et al.
@@ -65,7 +65,7 @@ class ArrayEncoder(nn.Module):
         if self.categories is not None:
             total = total + self.categories.linear(flat[:, self.columns])
         for (start, stop), kind, encode in zip(self._places, self._types, self.arrays, strict=True):
-            row = flat[:, start:stop].clone(memory_format=torch.contiguous_format)  # numbers begin at whole addresses
+            row = flat[:, start:stop].clone(memory_format=torch.contiguous_format)  # aligns the numbers
             total = total + encode(row.view(kind))
         return torch.relu(total).reshape(*features.shape[:-1], -1)
 
@@ -95,8 +95,6 @@ class _Ids(nn.Module):
 
 
 class _Numbers(nn.Module):
-    """Two layers on scaled numbers."""
-
     def __init__(self, array: ByteArray, hidden_size: int) -> None:
         super().__init__()
         self._low, self._high = array.low, array.high
@@ -114,7 +112,7 @@ class _Numbers(nn.Module):
 
 
 class _Image(nn.Module):
-    """Convolutions, and a layer on all that they give."""
+    """Convolutions, and a linear layer on their outputs."""
 
     offsets: Tensor
 

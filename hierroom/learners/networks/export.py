@@ -1,4 +1,4 @@
-"""A network in a file for other programs: of `torch.export`, or ONNX."""
+"""Write a network to a file for other programs, by `torch.export` or as ONNX."""
 
 from __future__ import annotations
 
@@ -31,6 +31,6 @@ def export(network: OneTurn, space: AgentSpace, path: Path) -> None:
             torch.export.save(program, written)
         else:
             exported = torch.onnx.export(program, dynamo=True, verbose=False, **_NAMES)
-            assert exported is not None  # it is None where it writes a file by itself
+            assert exported is not None  # None only if it writes the file itself
             written.write(exported.model_proto.SerializeToString())
     write_atomically(path, written.getvalue())

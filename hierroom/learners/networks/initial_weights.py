@@ -1,4 +1,4 @@
-"""Initial weights that depend on a seed alone, whatever the other threads of the process draw or set."""
+"""Initial weights that depend only on a seed, not on what other threads draw or set."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ _DRAWS = {
     *(getattr(torch, name) for name in (*_NEW, "randn_like", "randperm")),
     *(getattr(torch.nn.init, name) for name in (*_OF_INIT, "xavier_normal_", "xavier_uniform_")),
 }
-"""The functions of torch that draw from a generator if they are given one."""
+"""The functions of torch that draw random numbers and take a generator."""
 _threads_change = Lock()
 
 
 @contextmanager
 def seeded_weights(seed: np.random.SeedSequence) -> Iterator[None]:
-    """Make new weights depend only on ``seed``, also in networks that know of no seed.
+    """Make new weights depend only on ``seed``, also in networks that take no seed.
 
-    In this thread, torch draws from a private generator what its global one would draw, were it seeded. The global one
-    is left alone, so other threads may draw from it. Only code that gives torch no choice, such as dropout, still draws
-    from it. Where torch's defaults are another device, no gradients or lower precision, weights are as without these.
+    In this thread, torch draws from a private generator the numbers that its global one would give after seeding. The
+    global one is unchanged, so other threads may use it. Functions that take no generator, such as dropout, still draw
+    from it. Weights do not depend on the user's default device, gradient mode or precision.
     """
     generator = torch.Generator().manual_seed(int(seed.generate_state(1)[0]))
     with _DrawsFrom(generator), torch.device("cpu"), plain_torch(), one_torch_thread():
@@ -60,14 +60,14 @@ def _is_on_cpu(*arguments: Any) -> bool:
 
 @contextmanager
 def plain_torch() -> Iterator[None]:
-    """Compute in this thread as torch does by default: with gradients and in full precision."""
+    """Use torch's defaults in this thread: with gradients and in full precision."""
     with torch.inference_mode(False), torch.enable_grad(), torch.autocast("cpu", enabled=False):
         yield
 
 
 @contextmanager
 def one_torch_thread() -> Iterator[None]:
-    """Let torch compute in one thread here: orthogonal weights round differently with two than with one."""
+    """Let torch compute in one thread, because orthogonal weights round differently with two."""
     before = torch.get_num_threads()
     _set_num_threads(1)
     try:
@@ -77,7 +77,7 @@ def one_torch_thread() -> Iterator[None]:
 
 
 def _set_num_threads(number: int) -> None:
-    """Set torch's number of threads for this thread alone: torch sets that of threads to come as well."""
+    """Set torch's number of threads for this thread alone, and undo torch's change for threads started later."""
     if torch.get_num_threads() == number:
         return
     with _threads_change, ThreadPoolExecutor(1) as ours, ThreadPoolExecutor(1) as later:

@@ -30,20 +30,20 @@ class ResetLSTM(nn.Module):
             nn.init.orthogonal_(self.weight[input_size:])
 
     def initial_state(self, n: int) -> Tensor:
-        """Return zeros [n, 2 H]: hidden and cell state side by side."""
+        """Return zeros [n, 2 H]: the hidden state, then the cell state."""
         return self.weight.new_zeros(n, 2 * self.hidden_size)
 
     def step(self, inputs: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
-        """Compute the output [N, H], the new hidden state, and the new state [N, 2 H] from inputs [N, X] and state."""
+        """Compute the output [N, H] (the hidden state) and the new state [N, 2 H] from inputs [N, X] and state."""
         hidden, cell = state.chunk(2, dim=-1)
         of_inputs, of_hidden = self.split_weight()
         hidden, cell = lstm_cell(torch.addmm(self.bias, hidden, of_hidden) + inputs @ of_inputs, cell)
         return hidden, torch.cat([hidden, cell], dim=-1)
 
     def sequence(self, inputs: Tensor, state: Tensor, resets: Tensor) -> Tensor:
-        """Compute outputs [T, M, H] from inputs [T, M, X] and a state [M, 2 H], made zero where ``resets`` [T, M]."""
+        """Compute outputs [T, M, H] from inputs [T, M, X] and a state [M, 2 H]; ``resets`` [T, M] set it to zero."""
         of_inputs, of_hidden = self.split_weight()
-        driven = inputs @ of_inputs  # [T, M, 4 H]: what does not depend on the previous step
+        driven = inputs @ of_inputs  # [T, M, 4 H]: terms that do not depend on the previous step
         keeps = (~resets).to(driven.dtype).unsqueeze(-1)  # [T, M, 1]
         hidden, cell = state.chunk(2, dim=-1)
         outputs = []

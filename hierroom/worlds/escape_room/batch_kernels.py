@@ -31,7 +31,7 @@ def look_levels(levels, grids, outcomes):
 
 @njit(cache=True, nogil=True)
 def step_levels(levels, grids, actions, outcomes):
-    """Step every environment with an episode under way; the flags of the others do not change."""
+    """Step every environment that has not ended; the flags of the others do not change."""
     for n in range(levels.shape[0]):
         if levels[n].has_ended:
             outcomes[n].achieved, outcomes[n].n_first, outcomes[n].reward = 0, 0, 0.0
@@ -58,7 +58,7 @@ def step_and_reset_levels(levels, grids, graphs, outcomes, finals, actions):
 def step_and_reset_levels_of_maps(levels, grids, maps, map_grids, outcomes, finals, actions):
     """Step as `step_and_reset_levels` does, with the next episode on one of the maps.
 
-    It is a kernel apart because each argument takes time: a fourth of a step of one environment.
+    It is a separate kernel because each argument takes time: a quarter of a step of one environment.
     """
     for n in range(levels.shape[0]):
         advance_and_look(levels[n], grids[n], actions[n], outcomes[n])

@@ -1,4 +1,4 @@
-"""Numbers that all of the world shares: tile codes, actions, sizes and directions."""
+"""Numbers that the whole world shares: tile codes, actions, sizes and directions."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ N_TILES = 22
 
 FORWARD, LEFT, RIGHT, PICKUP, OPEN, DROP = range(6)
 VIEW = 7
-MARGIN = 5  # width of the walls around the grid, as far as a view reaches beyond it, so that no look-up checks bounds
+MARGIN = 5  # width of the walls around the grid; views reach no further beyond it, so look-ups need no bounds checks
 MIN_SIZE, MAX_SIZE = 11, 63  # least and greatest side of a grid, outer walls included
 MIN_SIDE, MIN_CENTRE = 2, 3  # least depth of a branch room, and least width of the centre room, in cells
 

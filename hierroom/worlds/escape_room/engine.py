@@ -42,18 +42,18 @@ class Engine:
 
     Args:
         graphs: goal graphs; each episode samples one of them.
-        maps: levels that are always the same, in place of the graphs; each episode samples one of them.
+        maps: fixed levels to use instead of the graphs; each episode samples one of them.
         size: cells along a side of the grid, 11 to 63, outer walls included.
         max_steps: steps after which an episode is truncated.
         seed: 0 to 2**63 - 1; None generates no levels yet: call `reset` with a seed first.
-        memories: what levels remember of their episode, names in `layout.MEMORIES`.
-        levels: which levels are drawn, a name in `env_config.SPLITS`; None: all.
+        memories: names in `layout.MEMORIES` of what levels remember of their episode.
+        levels: name in `env_config.SPLITS` of the set of levels to draw from; None: all.
 
     Attributes:
         state: the state of the environments, read-only, updated in place by each step.
         outcomes: [N] records of `layout.OUTCOME`, read-only, overwritten by each step.
-        tiles: [N, 7, 7] the views in them, tile codes for `tiles.encode`.
-        finals: [N] records of `layout.LEVEL`, read-only, each level at the end of its last episode.
+        tiles: [N, 7, 7] the views in the outcomes, as tile codes for `tiles.encode`.
+        finals: [N] records of `layout.LEVEL`, read-only: each level at the end of its last episode.
     """
 
     def __init__(
@@ -88,14 +88,14 @@ class Engine:
             self.reset(seed)
 
     def _show(self) -> None:
-        """Let users see the arrays, but not write to them: kernels check no bounds."""
+        """Give users read-only views of the arrays, because kernels check no bounds."""
         self._step_all: Callable[[NDArray[np.int64]], None] | None = None  # made by the first step
         self.state = State(read_only(self._state.grids), read_only(self._state.levels), self._state.maps)
         self.outcomes, self.finals = read_only(self._outcomes), read_only(self._finals)
         self.tiles: NDArray[np.uint8] = self.outcomes["tiles"]
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out what `_show` makes, as a copy has arrays of its own to view."""
+        """Leave out what `_show` makes, because a copy must view its own arrays."""
         shown = ("state", "outcomes", "finals", "tiles", "_step_all")
         return {name: value for name, value in self.__dict__.items() if name not in shown}
 
@@ -107,9 +107,9 @@ class Engine:
         return len(self._outcomes)
 
     def reset(self, seed: Seeds = None, envs: Indices = slice(None)) -> None:
-        """Begin an episode in some environments: with a seed (0 to 2**63 - 1) its first one, without one the next.
+        """Begin the first episode of a seed (0 to 2**63 - 1), or without a seed the next one, in some environments.
 
-        ``seed`` is one for all of them, or a sequence with one, or None, for each.
+        ``seed`` is one for all of them, or a sequence with a seed or None for each.
         """
         chosen, levels = chosen_envs(envs, len(self)), self._state.levels
         write_seeds(levels, seed, chosen)
@@ -119,7 +119,7 @@ class Engine:
         begin(levels, self._state.grids, *self._sources, self._outcomes, chosen)
 
     def remember(self, memories: Iterable[str]) -> None:
-        """Let levels remember more of their episode, names in `layout.MEMORIES`, from the next `reset` on."""
+        """From the next `reset` on, let levels also remember these parts of their episode: see `layout.MEMORIES`."""
         for name in memories:
             if name not in MEMORIES:
                 raise InputError(f"levels can remember {', '.join(MEMORIES)}, not {name!r}")
@@ -136,22 +136,22 @@ class Engine:
         self._sources, self._step_all = (maps.levels, maps.grids) if self._has_maps else (records,), None
 
     def step(self, actions: ArrayLike) -> np.ndarray:
-        """Act once in every environment and return the outcomes; an integer [N] that is no action costs the step."""
+        """Take actions [N] and return the outcomes; an action that does not exist only costs the step."""
         return self.advance(whole_numbers(actions, len(self._outcomes)))
 
     def step_within_episode(self, actions: ArrayLike) -> np.ndarray:
-        """Act once in every environment with an episode under way and return the outcomes, without resets."""
+        """Act once in every environment that has not ended and return the outcomes, without resets."""
         return self.advance_within_episode(whole_numbers(actions, len(self)))
 
     def advance(self, actions: NDArray[np.int64]) -> np.ndarray:
-        """Step as `step` does, with actions that were checked."""
+        """Do what `step` does, with checked actions."""
         if self._step_all is None:
             self._step_all = self._bind()
         self._step_all(actions)
         return self._outcomes
 
     def _bind(self) -> Callable[[NDArray[np.int64]], None]:
-        """Return the kernel of a step with all arguments but the actions: to look them up takes time at every step."""
+        """Bind the arguments of a step's kernel except the actions, because finding them takes time at every step."""
         levels, grids, outcomes, finals = self._state.levels, self._state.grids, self._outcomes, self._finals
         step, sources = _compiled_step_of_maps() if self._has_maps else _compiled_step(), self._sources
         if self._shares.is_one:
@@ -163,12 +163,12 @@ class Engine:
         return each
 
     def advance_within_episode(self, actions: NDArray[np.int64]) -> np.ndarray:
-        """Step as `step_within_episode` does, with actions that were checked."""
+        """Do what `step_within_episode` does, with checked actions."""
         _compiled_step_within()(self._state.levels, self._state.grids, actions, self._outcomes)
         return self._outcomes
 
     def state_after(self, before: State, actions: NDArray[np.int64]) -> State:
-        """Return the state to which the last step led: where it ended an episode, take it again without a reset."""
+        """Return the state after the last step; where it ended an episode, repeat it without a reset."""
         state = self.get_state()
         ended = np.flatnonzero(self._outcomes["terminated"] | self._outcomes["truncated"])
         if len(ended):
@@ -183,7 +183,7 @@ class Engine:
         return self._state[chosen_envs(envs, len(self))]
 
     def check_state(self, state: State, envs: Indices = slice(None)) -> None:
-        """Check that `set_state` can take a state."""
+        """Check that a state is valid for `set_state`."""
         n_chosen = len(chosen_envs(envs, len(self)))
         check_state(state)
         if not state.maps.is_same(self._state.maps):
@@ -197,7 +197,7 @@ class Engine:
     def set_state(self, state: State, envs: Indices = slice(None)) -> None:
         """Set environments (by default all) to a state taken earlier from these or other environments of the same size.
 
-        The seed and index of the original environment are part of it, and determine the episodes that follow.
+        The state includes the original environment's seed and index, which determine the episodes that follow.
         """
         self.check_state(state, envs)
         self._put(state, chosen_envs(envs, len(self)))

@@ -1,4 +1,4 @@
-"""The features that an EscapeRoom offers: what a network can read of an observation, as small whole numbers."""
+"""The features of an EscapeRoom, which are small whole numbers that a network reads."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from hierroom.worlds.world import Feature
 
 N_CELLS = VIEW * VIEW
 CLASS_STARTS = np.array([1, 2, 3, 4, 8, 16])
-"""Distances along an axis at which the next of seven classes begins: 0, 1, 2, 3, 4 to 7, 8 to 15, 16 and more cells."""
+"""Distances at which classes 1 to 6 begin; the seven classes are 0, 1, 2, 3, 4 to 7, 8 to 15, and 16 or more cells."""
 UNKNOWN_DISTANCE = 2 * len(CLASS_STARTS) + 1
-"""The class of a distance that is not known; the others go from far behind or left to far ahead or right."""
+"""The class of an unknown distance; the other classes go from far behind or left to far ahead or right."""
 
 
 def _goal_categories() -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return for each goal id and, last, no goal: (object, colour) as categories, 0 for none, and the tile code."""
+    """Return (object, colour) as categories, 0 for none, and the tile code of each goal id, with no goal last."""
     categories = np.zeros((N_GOALS + 1, 2), np.uint8)
     tiles = np.full(N_GOALS + 1, N_TILES, np.uint8)
     colours = np.arange(N_COLOURS)
@@ -41,13 +41,13 @@ _GOAL_IDS = np.arange(N_GOALS)
 
 
 def _goal_cells(observation: Any) -> NDArray:
-    """Return the cell of the view with the goal, or 49 [M, 1]; colours differ, so there is one at most."""
+    """Return the cell of the view with the goal [M, 1], or 49; colours differ, so there is at most one."""
     is_goal = observation.view.tiles.reshape(-1, N_CELLS) == _GOAL_TILES[observation.goals][:, None]
     return np.where(is_goal.any(axis=1), is_goal.argmax(axis=1), N_CELLS)[:, None]
 
 
 def _goal_place(observation: Any) -> NDArray:
-    """Return the `_places` [M, 2] where the goal was seen last; a key in hand keeps its first place."""
+    """Return the `_places` [M, 2] of the goal, once seen; a key in hand keeps the place where it was picked up."""
     return _places_of_goals(observation.view.levels, observation.goals[:, None])
 
 
@@ -96,7 +96,7 @@ def _seen_at(levels, goals):
 def _places(levels, cells):
     """Return how far ahead of the agent and to its right each cell [M, C, 2] is: [M, 2 C].
 
-    Each is the class of the distance, -6 to 6, plus 6; `UNKNOWN_DISTANCE` where the cell's row is 0, as none's is.
+    Each is the class of the distance, -6 to 6, plus 6. A cell in row 0 means no cell and has `UNKNOWN_DISTANCE`.
     """
     places = np.full((cells.shape[0], 2 * cells.shape[1]), UNKNOWN_DISTANCE)
     for m in range(cells.shape[0]):
@@ -171,4 +171,4 @@ FEATURES: Mapping[str, Feature] = {
 - direction; keys: the keys held, by colour
 - goal-status: whether each goal was seen this episode, and whether the key is in hand or the door open
 
-A meta-controller's goal is the one it gave last."""
+For a meta-controller, the goal is its last one."""

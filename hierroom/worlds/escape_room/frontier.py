@@ -1,4 +1,4 @@
-"""Frontiers: floor that was in view this episode, next to a cell that was not (Yamauchi 1997)."""
+"""Frontiers: floor that was seen this episode and is next to an unseen cell (Yamauchi 1997)."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from hierroom.worlds.escape_room.rooms import room_at
 
 
 def nearest_frontiers(levels: np.ndarray, maps: Maps) -> NDArray[np.int64]:
-    """Find the frontier cells nearest to the agents by Manhattan distance; of equals the first by row and column.
+    """Find the frontier cells nearest to the agents by Manhattan distance; ties go to the first by row and column.
 
     Floor is every cell of a room and every open door.
 
     Returns:
-        [M, 2, 2] (row, col) of the nearest in the room where the agent stands, and of the nearest anywhere else, zeros
-        where there is none; an agent in a doorway stands in no room.
+        [M, 2, 2] (row, col) of the nearest cell in the agent's room, and of the nearest anywhere else; zeros if there
+        is none. An agent in a doorway is in no room.
     """
     return _compiled_search()(np.ascontiguousarray(levels), maps.rooms)
 

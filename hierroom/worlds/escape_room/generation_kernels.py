@@ -1,4 +1,4 @@
-"""Generates levels: rooms, doors, keys and the exit, by compiled scalar functions on one level."""
+"""Compiled kernels that generate one level: rooms, doors, keys and the exit."""
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from hierroom.worlds.random_kernels import random_below, shuffle, stream_key
 
 @njit(cache=True)
 def generate(level, grid, graphs):
-    """Begin the next episode on a new level, of those that the level's split allows."""
+    """Begin the next episode on a new random level that the split allows."""
     begin(level)
     graph = graphs[random_below(level, graphs.shape[0])]
     draw(level, grid, graph)
@@ -33,7 +33,7 @@ def generate(level, grid, graphs):
 
 @njit(cache=True)
 def is_held_out(grid):
-    """Return whether a layout is kept for evaluation, as an eighth of them by a hash (FNV-1a) of all tiles."""
+    """Return whether a layout is kept for evaluation; a hash of all tiles (FNV-1a) selects an eighth of them."""
     digest = np.uint64(0xCBF29CE484222325)
     for tile in grid.reshape(-1):
         digest = (digest ^ np.uint64(tile)) * np.uint64(0x100000001B3)
@@ -42,7 +42,7 @@ def is_held_out(grid):
 
 @njit(cache=True)
 def begin(level):
-    """Begin the random numbers of the next episode, and forget the last one."""
+    """Start the random numbers of the next episode, and clear the state of the last one."""
     level.episode += 1
     level.key = stream_key(level.seed, level.index, level.episode)
     level.n_drawn = np.uint64(0)
@@ -86,7 +86,7 @@ def draw(level, grid, graph):
     for branch in range(6):
         level.key_rooms[branch] = graph.key_rooms[branch]
     level.door_rooms[:] = 0
-    level.rectangles[:], level.doors_at[:], level.keys_at[:] = 0, 0, 0  # the last episode's rooms may have been more
+    level.rectangles[:], level.doors_at[:], level.keys_at[:] = 0, 0, 0  # the last episode may have had more rooms
 
     for colour in range(6):
         level.colours[colour] = colour
@@ -191,7 +191,7 @@ def carve(level, grid, branch, side, part, walls, corners):
 
 @njit(cache=True)
 def place(level, grid, rectangle, forbidden_row, forbidden_col, tile):
-    """Put a tile on a random empty cell of a rectangle except the forbidden cell; returns (row, col)."""
+    """Put a tile on a random empty cell of a rectangle except the forbidden cell; return (row, col)."""
     top, left, bottom, right = rectangle[0], rectangle[1], rectangle[2], rectangle[3]
     free = 0
     for row in range(top, bottom + 1):

@@ -3,17 +3,17 @@
 from hierroom.support.compile.kernel import njit
 
 FIRST_DOOR_GOAL, EXIT_GOAL, N_GOALS = 6, 12, 13
-"""As in `hierroom.goals`."""
+"""Numbers of `hierroom.goals`."""
 REACHABLE, EXISTING, SEEN, ALL = range(4)
 GOAL_MASKS = {"reachable": REACHABLE, "existing": EXISTING, "seen": SEEN, "none": ALL}
-"""Goals that can be achieved before anything else is; goals of the level that are not achieved yet; those of them that
-came into view this episode; every goal id, whether it exists or not. Under ``seen`` what matters may not have been seen
-yet, so 'no goal', which asks for something new, is legal as well."""
+"""Legal goals by name. reachable: can be achieved before any other; existing: in the level and not achieved yet; seen:
+existing, and seen this episode; none: all goal ids, even absent ones. Under ``seen``, 'no goal' (find something new) is
+always legal, because what matters may still be unseen."""
 
 
 @njit(cache=True)
 def write_goals(level, kind, goals):
-    """Write which goals [13] a meta-controller may choose in a level on its turn; returns whether there is one."""
+    """Write which goals [13] a meta-controller may choose in a level on its turn; return whether there is one."""
     if kind == ALL:
         goals[:N_GOALS] = True
         return True
@@ -49,9 +49,9 @@ def write_goals(level, kind, goals):
 
 @njit(cache=True, nogil=True)
 def write_masks(levels, are_turns, kind, masks):
-    """Write the legal actions [M, 14] of meta-controllers: off turn they can only wait.
+    """Write the legal choices [M, 14] of meta-controllers.
 
-    'No goal' is legal where no goal is, and under ``SEEN`` always: what matters may not have been seen yet.
+    'No goal' is legal where no goal is, such as off turn, and under ``SEEN`` always.
     """
     for m in range(levels.shape[0]):
         has_goal = False

@@ -13,19 +13,19 @@ from hierroom.support.errors import InputError
 from hierroom.support.schema import Array, Whole
 
 EPISODES_PER_STAGE = 200
-"""Least number of episodes of a stage by which the curriculum decides about the next one."""
+"""Least number of episodes of a stage on which the curriculum bases a decision."""
 
 
 class GraphSampler:
     """The goal graphs of N environments: one graph, or a set of them, together or stage by stage.
 
-    The curriculum decides by equally many episodes of each environment, the first that begin after its last decision.
-    It waits until all have ended, because escapes end first and would count too often.
+    The curriculum bases a decision on equally many episodes of each environment, the first after its last decision. It
+    waits until all of them have ended, because escapes end early and would count too often.
 
     Args:
-        graph: the graphs, as `find_graphs` takes them, less those of ``exclude``.
+        graph: the graphs, in the forms of `find_graphs`, without those of ``exclude``.
         n_stages: stages of the `Curriculum` into which the set is divided.
-        of_maps: the graphs of levels that are always the same, in their order, in place of all these.
+        of_maps: the graphs of fixed levels in order, to use instead of ``graph``.
 
     Attributes:
         everything: all graphs that may ever be sampled, the easiest first.
@@ -48,7 +48,7 @@ class GraphSampler:
         self._curriculum, self._of_maps = Curriculum(chosen, n_stages), of_maps
         self.everything: tuple[GoalGraph, ...] = sum(self._curriculum.stages, ())
         if of_maps:
-            ranks = {graph: n for n, graph in enumerate(self.everything)}  # equal graphs have other names in other maps
+            ranks = {graph: n for n, graph in enumerate(self.everything)}  # equal graphs of other maps have other names
             self.everything = tuple(sorted(of_maps, key=ranks.__getitem__))
         self._known = {(graph.key_rooms, graph.exit_room): graph for graph in self.everything}
         self._quota = -(-EPISODES_PER_STAGE // num_envs)  # episodes of each environment in a decision
@@ -67,7 +67,7 @@ class GraphSampler:
 
     @property
     def stage_titles(self) -> list[str]:
-        """A line for each stage of a curriculum: how many graphs, and from which to which."""
+        """A line for each stage of a curriculum, with its number of graphs and the first and last name."""
         stages = self._curriculum.stages if self.n_stages > 1 else ()
         return [
             f"stage {n} of {len(stages)}: {len(graphs)} graph{'s' * (len(graphs) > 1)}, "
@@ -102,11 +102,11 @@ class GraphSampler:
         before, n_successes = self._counts.tolist()
         stage = self._curriculum.advance(before, n_successes / self._n_ended.sum())
         self._counts[:] = stage, 0
-        self._n_ended[:] = -1  # also where this step began a new episode, whose graph is already sampled
+        self._n_ended[:] = -1  # also where this step began an episode, because its graph is already sampled
         return stage != before
 
     def reset(self, envs: NDArray[np.integer] | slice = slice(None)) -> None:
-        """Note that episodes of the current stage begin in some environments, by default in all."""
+        """Record that episodes of the current stage begin in some environments, by default in all."""
         self._n_ended[envs] = np.maximum(self._n_ended[envs], 0)
 
     def get_state(self, envs: NDArray[np.integer] | slice = slice(None)) -> dict[str, NDArray]:
@@ -114,7 +114,7 @@ class GraphSampler:
         return {"curriculum": self._counts.copy(), "n_ended": self._n_ended[envs].copy()}
 
     def check_state(self, state: Mapping[str, NDArray], levels: np.ndarray) -> None:
-        """Check what `get_state` gave, and the levels of the environments, before `set_state`."""
+        """Check a state from `get_state`, and the levels of the environments, before `set_state`."""
         Array(np.int64, (2,)).check(state["curriculum"], "curriculum")
         Array(np.int64, self._n_ended.shape).check(state["n_ended"], "n_ended")
         (stage, n_successes), n_ended = state["curriculum"].tolist(), state["n_ended"]

@@ -33,16 +33,16 @@ LEVEL = record_type(
     ("max_steps", "i4"),
     ("can_drop", "?"),
     ("remembers", "i4"),  # which of `MEMORIES` are kept, one bit each
-    ("split", "i4"),  # the number in `SPLITS` of the levels that may be drawn
+    ("split", "i4"),  # number in `SPLITS` of the set of levels to draw from
     # The level. Row and column indices include the margin of walls.
-    ("map", "i4"),  # 1, 2, ...: the level is that of `Maps`; 0: it is drawn
+    ("map", "i4"),  # number of the level in `Maps`, from 1; 0: it is drawn
     ("n_rooms", "i4"),
     ("exit_room", "i4"),
     ("key_rooms", "i4", N_COLOURS),
     ("colours", "i4", N_COLOURS),  # colour of branch room 1, 2, ...
     ("branches", "i4", N_COLOURS),  # inverse of colours: branch room - 1 of each colour
     ("door_rooms", "i4", N_COLOURS),  # room from which the door of branch room 1, 2, ... is opened
-    # Of a level that is drawn: top row, left col, bottom row, right col of rooms 0, 1, ...
+    # In a drawn level: top row, left col, bottom row, right col of rooms 0, 1, ...
     ("rectangles", "i4", (MAX_GRID_ROOMS, 4)),
     ("doors_at", "i4", (N_COLOURS, 2)),  # (row, col)
     ("keys_at", "i4", (N_COLOURS, 2)),  # (row, col) of its key, or of the key's cell before it was picked up
@@ -61,7 +61,7 @@ LEVEL = record_type(
     ("seen", "i4"),  # bit g: goal g was in view at some time in this episode
     # Per row, bit col (both without the margin): the agent was there since it last found a new key or opened a door.
     ("visited", "u8", MAX_SIZE),
-    ("explored", "u8", MAX_SIZE),  # the same, but: the cell was in view in this episode
+    ("explored", "u8", MAX_SIZE),  # the same for cells that were in view in this episode
     ("bag", "i4", N_COLOURS),  # branches (room - 1) of the keys held, in the order of pick-up
     ("bag_size", "i4"),
     ("carried", "i4"),  # branch (room - 1) of the key that drop would put down, or -1
@@ -76,17 +76,17 @@ OUTCOME = record_type(
 
 
 MEMORIES: Mapping[str, int] = {"visited": VISITED, "explored": EXPLORED, "doorways": DOORWAYS}
-"""Memories of a level of its episode, in the fields of `LEVEL` of the same names; kept only on request."""
+"""What a level can remember of its episode on request, in the fields of `LEVEL` with the same names."""
 
 
 @dataclass(frozen=True, eq=False)
 class Maps:
-    """The P levels that are always the same, as they begin; none where levels are drawn.
+    """The P fixed levels at the start of an episode; none if levels are drawn.
 
     Args:
         levels: [P] records of `LEVEL`; a direction of -1 is drawn for each episode.
         grids: [P, side, side] tile codes.
-        rooms: [P, side, side] int8, the room of each cell; -1 in walls, in doors and where nobody comes.
+        rooms: [P, side, side] int8, the room of each cell; -1 in walls, doors and unreachable cells.
     """
 
     levels: np.ndarray
@@ -94,10 +94,10 @@ class Maps:
     rooms: NDArray[np.int8]
 
     def __post_init__(self) -> None:
-        freeze(self)  # all states of a world share them
+        freeze(self)  # shared by all states of a world
 
     def __reduce__(self) -> tuple[type[Maps], tuple[np.ndarray, ...]]:
-        """Copy and pickle so that the copies are read-only, too: kernels are compiled for such arrays."""
+        """Make copies read-only too, because kernels are compiled for read-only arrays."""
         return Maps, (self.levels, self.grids, self.rooms)
 
     def __len__(self) -> int:
@@ -115,7 +115,7 @@ NO_MAPS = Maps(np.zeros(0, LEVEL), np.zeros((0, 1, 1), np.uint8), np.zeros((0, 1
 class State:
     """The exact state of N environments: grids of tile codes, size + 2 * MARGIN a side, and records of `LEVEL`.
 
-    ``maps`` are the levels that the world has; they never change.
+    ``maps`` are the fixed levels of the world.
     """
 
     grids: NDArray[np.uint8]
@@ -131,9 +131,9 @@ class State:
         return State(self.grids[chosen], self.levels.take(chosen), self.maps)  # an index would copy field by field
 
     def distances(self, goals: NDArray[np.integer]) -> NDArray[np.integer]:
-        """Return [N] the Manhattan distances to goals [N] from the agents, ignoring walls; 0 for -1, no goal.
+        """Return the Manhattan distances [N] from agents to goals [N], ignoring walls; 0 for no goal (-1).
 
-        A key's distance is that of its cell, or of its first cell once it is picked up.
+        The distance to a held key is that to the cell where it was picked up.
         """
         levels, envs = self.levels, np.arange(len(self))
         branches = levels["branches"][envs, goals % N_COLOURS]
@@ -154,7 +154,7 @@ class State:
 
 
 def empty_state(num_envs: int, size: int, maps: Maps = NO_MAPS) -> State:
-    """Return the state, all zeros, of environments before their first episode."""
+    """Return the all-zero state of environments before their first episode."""
     Whole(MIN_SIZE, MAX_SIZE).check(size, "size")
     Whole(1, 2**31 - 1).check(num_envs, "num_envs")
     side = size + 2 * MARGIN

@@ -26,7 +26,7 @@ class Goal:
         kind: ``"key"``, ``"door"`` or ``"exit"``.
         colour: the exit is green, like MiniGrid's goal.
         room: the branch room that the key or door opens, or that holds the exit; 0 if the goal does not exist.
-        position: (row, col), counted from the grid's upper left corner; of a key that is held the cell where it lay;
+        position: (row, col), counted from the grid's upper left corner; for a held key the cell where it was picked up;
             None if the goal does not exist.
         distance: Manhattan distance from the agent, ignoring walls; infinite if the goal does not exist.
         exists: whether the level has this goal.
@@ -119,13 +119,13 @@ class Level:
 
 
 def uncoloured(name: str) -> str:
-    """Return a goal in words without its colour: ``"key 1"`` of ``"red key 1"``."""
+    """Return a goal's name without its colour, such as ``"key 1"`` for ``"red key 1"``."""
     colour, _, rest = name.partition(" ")
     return rest if colour in COLOURS else name
 
 
 def goal_name(level: np.record, goal: int) -> str:
-    """Return a goal, or -1, in words: ``"red key 1"`` with its branch room if any, ``"exit"`` or ``"no goal"``."""
+    """Return the name of a goal or -1: ``"red key 1"`` with its branch room if any, ``"exit"`` or ``"no goal"``."""
     branch = N_COLOURS if goal in (EXIT_GOAL, NO_GOAL) else int(level.branches[goal % N_COLOURS])
     return _name(goal, branch + 1 if branch < level.n_rooms - 1 else 0)
 

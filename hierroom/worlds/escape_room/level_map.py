@@ -1,4 +1,4 @@
-"""Text maps of levels, to draw in an editor: walls, doors, keys, the exit and the start."""
+"""Text maps of levels, drawn in an editor: walls, doors, keys, the exit and the start."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from hierroom.worlds.escape_room.map_rooms import Cell, Drawn, MapRooms, read_ro
 
 WALL_CHARACTER, EXIT_CHARACTER, KEY_CHARACTERS, DOOR_CHARACTERS = "#", "E", "rgbpyw", "RGBPYW"
 START_CHARACTERS = ">v<^@"
-"""By direction, as in `constants`; the last one draws its direction for each episode."""
+"""Start by direction, in the order of `constants`; with the last one each episode draws a direction."""
 LEGEND = (
     f"{WALL_CHARACTER} wall; space or . floor; @ start (or > v < ^ with its direction); {EXIT_CHARACTER} exit; doors "
     f"{' '.join(DOOR_CHARACTERS)} ({', '.join(COLOURS)}) and their keys {' '.join(KEY_CHARACTERS)}"
@@ -38,17 +38,17 @@ _PAIRS: Mapping[str, str] = {
 """Cells of a map by the characters of `render.text`."""
 
 MapSpec = str | Path | Mapping[str, Any]
-"""The text of a map, the path of its file, or what `LevelMap.to_dict` gives."""
+"""The text of a map, the path of its file, or a dict from `LevelMap.to_dict`."""
 
 
 @dataclass(frozen=True)
 class LevelMap:
-    """A level that is always the same, drawn as text: see `LEGEND`.
+    """A fixed level, drawn as text: see `LEGEND`.
 
     Args:
-        name: in titles and tables.
-        rows: the rows of the map, one character a cell.
-        offset: (row, col) of its first cell in the text it was read from, for messages.
+        name: the name in titles and tables.
+        rows: the rows of the map, one character per cell.
+        offset: (row, col) of the first cell in the original text, for messages.
     """
 
     name: str
@@ -58,14 +58,14 @@ class LevelMap:
     def __post_init__(self) -> None:
         if is_graph_name(self.name):
             raise InputError(f"{self.name} is the name of a goal graph; give the layout another name")
-        _ = self.graph  # refuses what cannot be played
+        _ = self.graph  # refuses a map that cannot be played
 
     def __str__(self) -> str:
         return self.name
 
     @cached_property
     def drawn(self) -> Drawn:
-        """The places of everything in the map."""
+        """The cells of everything in the map."""
         self._check_form()
         places: dict[str, Cell] = {}
         for row, line in enumerate(self.rows):
@@ -101,7 +101,7 @@ class LevelMap:
 
     @cached_property
     def rooms(self) -> MapRooms:
-        """The rooms, and what must be achieved before what."""
+        """The rooms and their dependencies."""
         return read_rooms(self.drawn, self._refuse, self._where)
 
     @cached_property
@@ -111,7 +111,7 @@ class LevelMap:
 
     @property
     def direction(self) -> int:
-        """The direction at the start, or -1 where each episode draws one."""
+        """The direction at the start, or -1 if each episode draws one."""
         row, col = self.drawn.start
         found = START_CHARACTERS.index(self.rows[row][col])
         return -1 if START_CHARACTERS[found] == "@" else found
@@ -127,7 +127,7 @@ class LevelMap:
 
     @classmethod
     def of(cls, spec: MapSpec | LevelMap) -> LevelMap:
-        """Return the map of a text, a file or what `to_dict` gave."""
+        """Return the map in a text, a file or a dict from `to_dict`."""
         if isinstance(spec, LevelMap):
             return spec
         if isinstance(spec, Mapping):
@@ -156,7 +156,7 @@ class LevelMap:
         named = as_utf8(path)
         try:
             return cls(named.stem, rows, offset)
-        except InputError:  # of a map that cannot be played, or as another graph has the name, such as a
+        except InputError:  # the map cannot be played, or a goal graph has its name, such as a
             return cls(named.name, rows, offset)
 
     def _check_form(self) -> None:
@@ -187,7 +187,7 @@ class LevelMap:
 
 
 def as_maps(specs: Any) -> tuple[LevelMap, ...]:
-    """Return the maps of one spec or several, each of another name."""
+    """Return the maps of one or several specs, with distinct names."""
     several = specs if isinstance(specs, Sequence) and not isinstance(specs, str) else (specs,)
     maps = tuple(map(LevelMap.of, several))
     for number, one in enumerate(maps):
@@ -197,9 +197,9 @@ def as_maps(specs: Any) -> tuple[LevelMap, ...]:
 
 
 def _rows_of(text: str) -> tuple[tuple[str, ...], Cell]:
-    """Return the rows of a text, and where the first cell stands in it: in a map, or in what `render.text` prints.
+    """Return the rows of a map, or of the output of `render.text`, and the place of the first cell in the text.
 
-    What all lines are indented by, empty lines before and after, and spaces at the ends of lines are no part of a map.
+    Common indentation, empty lines before and after, and spaces at the ends of lines are not part of a map.
     """
     plain = _ANSI.sub("", text)
     is_printed = "█" in plain

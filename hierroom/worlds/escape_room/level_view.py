@@ -34,8 +34,8 @@ _BRANCHES = np.arange(N_COLOURS)
 class LevelView:
     """The view of M environments: ``tiles`` [M, 7, 7] in view and records of `layout.LEVEL`.
 
-    ``maps`` are the levels that are always the same. ``grids`` [M, side, side], tile codes of the whole levels, are for
-    meta-controllers only.
+    ``maps`` are the fixed levels. ``grids`` [M, side, side], the tile codes of the whole levels, are only for
+    meta-controllers.
     """
 
     tiles: NDArray[np.uint8]
@@ -64,7 +64,7 @@ class LevelView:
         }
 
     def uniforms(self, turns: NDArray[np.integer], n: int) -> NDArray[np.float64]:
-        """Return [M, n] random numbers in [0, 1), fixed by seed, environment, episode and turn [M]."""
+        """Return [M, n] random numbers in [0, 1), determined by seed, environment, episode and turn [M]."""
         uniforms = np.empty((len(self), n))
         _compiled_uniforms()(np.ascontiguousarray(self.levels), np.ascontiguousarray(turns, np.int64), uniforms)
         return uniforms
@@ -72,11 +72,11 @@ class LevelView:
     @property
     def state(self) -> State:
         """The exact state of the M environments."""
-        assert self.grids is not None  # only meta-controllers ask
+        assert self.grids is not None  # only meta-controllers read it
         return State(self.grids, self.levels, self.maps)
 
     def level(self, m: int, legal: NDArray[np.bool_]) -> Level:
-        """Return the m-th environment in words; ``legal`` [G] are the goals that may be chosen."""
+        """Return the m-th environment in words; ``legal`` [G] marks the goals that may be chosen."""
         return Level.of(self.state[m], legal, self.reachable[m])
 
     def graph(self, m: int) -> GoalGraph:
@@ -86,7 +86,7 @@ class LevelView:
 
     @cached_property
     def exists(self) -> NDArray[np.bool_]:
-        """Flags [M, 6] whether branch room 1, 2, ... is there."""
+        """Flags [M, 6] whether branch room 1, 2, ... exists."""
         return self.levels["n_rooms"][:, None] - 1 > _BRANCHES
 
     @cached_property
@@ -125,7 +125,7 @@ class LevelView:
 
     @cached_property
     def depth_first_ranks(self) -> NDArray[np.integer]:
-        """Ranks of goals in a depth-first walk, the next one highest, [M, 13]: exit, door of a key held, latest key."""
+        """Ranks [M, 13] of goals in a depth-first walk, the next goal highest: exit, door of a held key, latest key."""
         opened_at = np.zeros((len(self), 1 + N_COLOURS), np.int64)  # of every room; the centre is open from step 0
         opened_at[:, 1:] = self.levels["opened_at"]
         recency = opened_at[np.arange(len(self))[:, None], self.key_rooms]  # [M, 6] of the key's room
@@ -134,7 +134,7 @@ class LevelView:
 
     @property
     def oracle_goals(self) -> NDArray[np.integer]:
-        """Goals [M] achieved first on a shortest way to the exit."""
+        """First goals [M] on a shortest path to the exit."""
         return np.array([_first_goal(self.state[m]) for m in range(len(self))])
 
     def by_goal(self, keys: NDArray, doors: NDArray, exits: NDArray) -> NDArray:
@@ -148,7 +148,7 @@ class LevelView:
 
 
 def legal_goals(levels: np.ndarray, mask: str, are_turns: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the meta-controllers' legal actions [M, 14] under a mask of `GOAL_MASKS`; off turn they can only wait."""
+    """Return the meta-controllers' legal choices [M, 14] under a mask of `GOAL_MASKS`; only 'no goal' off turn."""
     masks = np.empty((len(levels), N_GOALS + 1), bool)
     _compiled_masks()(np.ascontiguousarray(levels), np.ascontiguousarray(are_turns), GOAL_MASKS[mask], masks)
     return masks

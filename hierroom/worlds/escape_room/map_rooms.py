@@ -1,4 +1,4 @@
-"""The rooms of a map and its goal graph, read off its cells: what a flood of the floor reaches, door by door."""
+"""Find the rooms of a map and its goal graph by flooding the floor, door by door."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Cell = tuple[int, int]
 
 @dataclass(frozen=True)
 class Drawn:
-    """Places of everything in a map; keys and doors by colour. Keys lie on ``floor``; doors and the exit do not."""
+    """Cells of everything in a map, keys and doors by colour. Keys are on ``floor``; doors and the exit are not."""
 
     floor: frozenset[Cell]
     start: Cell
@@ -47,7 +47,7 @@ def read_rooms(drawn: Drawn, refuse: Callable[[Cell, str], NoReturn], where: Cal
     """Return the rooms of a map, or ``refuse`` it, with a cell, if it cannot be solved or is no tree of keys and doors.
 
     A room is the floor that a door makes reachable. A door may be opened from any room. A goal graph orders goals by
-    keys alone, so whoever has the key of a door must have passed through every door before it.
+    keys alone. So an agent with the key of a door must have passed through every door on the way to that door.
     """
     doors, name = drawn.doors, {colour: f"the {COLOURS[colour]} door" for colour in drawn.doors}
     at_door = {cell: colour for colour, cell in doors.items()}
@@ -55,7 +55,7 @@ def read_rooms(drawn: Drawn, refuse: Callable[[Cell, str], NoReturn], where: Cal
         if touching := [at_door[one] for one in _beside(cell) if one in at_door]:
             refuse(cell, f"{name[colour]} touches {name[touching[0]]}; put floor or wall between two doors")
 
-    # The floor that each door makes reachable, and the door through which one comes from there; -1 is the start.
+    # The room of each cell, and the room from which each door is opened. A room is its door's colour; -1 is the start.
     room_of = dict.fromkeys(_flood([drawn.start], drawn.floor), -1)
     door_rooms: dict[int, int] = {}
     order = [-1]
@@ -138,7 +138,7 @@ def _flood(start: Iterable[Cell], floor: frozenset[Cell]) -> set[Cell]:
 
 
 def _entered(key_rooms: Mapping[int, int], door_rooms: Mapping[int, int]) -> set[int]:
-    """Return the rooms that can be entered in some order; a room is the colour of its door, and -1 the first."""
+    """Return the rooms that can be entered in some order; a room is its door's colour, and the first one is -1."""
     entered, n_before = {-1}, 0
     while len(entered) > n_before:
         n_before = len(entered)
@@ -147,14 +147,14 @@ def _entered(key_rooms: Mapping[int, int], door_rooms: Mapping[int, int]) -> set
 
 
 def _first_locked(room: int, entered: set[int], door_rooms: Mapping[int, int]) -> int:
-    """Return the door, on the way to a room, that is reached and never opened."""
+    """Return the door on the way to a room that can be reached but never opened."""
     while door_rooms[room] not in entered:
         room = door_rooms[room]
     return room
 
 
 def _passed(room: int, key_rooms: Mapping[int, int]) -> list[int]:
-    """Return the rooms that whoever is in a room has been in for sure: itself, that of its key, and so on."""
+    """Return the rooms that an agent in a room must have entered: the room, its key's room, and so on."""
     passed = [room]
     while passed[-1] >= 0:
         passed.append(key_rooms[passed[-1]])

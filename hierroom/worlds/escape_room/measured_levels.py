@@ -1,4 +1,4 @@
-"""The measures of real levels by their exact states."""
+"""Measures of real levels from their exact states."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ MAX_LEVEL_STATES = 20_000
 MAX_COUNTED_STATES = 1_000_000
 GORP_RUNS = 100
 GORP_STEPS = 2_000_000_000
-"""Most steps that GORP plays in a level that is measured by rollouts, about: half a minute."""
+"""About the most steps that GORP plays in a level measured by rollouts: half a minute."""
 LEVEL_POLICIES = 20
 
 
 def level_mdp(graph: GoalGraph, seed: int, drop_key: bool = False, size: int = 19) -> DeterministicMDP:
-    """Return a level, the first of an environment with this seed, as the MDP of its exact states."""
+    """Return the first level of an environment with this seed as the MDP of its exact states."""
     return DeterministicMDP(*reachable_states(Engine([graph], size=size, drop_key=drop_key, seed=seed).state))
 
 

@@ -1,4 +1,4 @@
-"""Memories that a level keeps of its episode, on request: see `layout.MEMORIES`."""
+"""Kernels of what a level remembers of its episode on request: see `layout.MEMORIES`."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from hierroom.worlds.escape_room.constants import DOORWAYS, MARGIN, ONE, VISITED
 
 @njit(cache=True)
 def visit(level):
-    """Mark the agent's cell as visited; returns whether it is new, or False if visits are not remembered."""
+    """Mark the agent's cell as visited; return whether it is new, or False if visits are not remembered."""
     if not level.remembers & VISITED:
         return False
     row, bit = level.row - MARGIN, ONE << np.uint64(level.col - MARGIN)

@@ -19,12 +19,12 @@ from hierroom.worlds.escape_room.rooms import rooms_of
 
 
 class NodeMap:
-    """Finds where levels of one goal graph stand in its augmented graph."""
+    """Finds the nodes of levels of one goal graph in its augmented graph."""
 
     def __init__(self, augmented: AugmentedGraph, maps: Maps) -> None:
         self.exit, self._maps = augmented.exit, maps
         n_branches = augmented.graph.n_rooms - 1
-        self._nodes = np.full((2, n_branches + 1, 1 << n_branches), -1)  # key or room, which, open doors as bits
+        self._nodes = np.full((2, n_branches + 1, 1 << n_branches), -1)  # kind (key, room), number, open doors as bits
         for i, node in enumerate(augmented.nodes[:-1]):
             self._nodes[int(node.kind == "room"), node.room, sum(1 << (door - 1) for door in node.doors)] = i
 
@@ -37,6 +37,5 @@ class NodeMap:
         return np.where(terminated, self.exit, nodes)
 
     def _room_of(self, levels: np.ndarray) -> NDArray[np.int64]:
-        """Return the room [M] of each agent; a doorway belongs to the room behind it."""
         is_at_door = (levels["doors_at"] == np.stack([levels["row"], levels["col"]], axis=-1)[:, None]).all(axis=-1)
         return np.where(is_at_door.any(axis=1), is_at_door.argmax(axis=1) + 1, rooms_of(levels, self._maps))

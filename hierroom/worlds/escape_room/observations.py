@@ -1,4 +1,4 @@
-"""Kernels of observations, which are written once, into the arrays that users get."""
+"""Kernels that write observations directly into users' arrays."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ IMAGE, GOAL_SIZE = (VIEW, VIEW, 3), GOAL_VECTORS.shape[1]
 N_CELLS = VIEW * VIEW
 ONE, TWO = np.uint64(1), np.uint64(2)
 N_NUMBERS = N_DIRECTIONS + N_COLOURS + GOAL_SIZE + N_COLOURS + N_CELLS * 3
-"""Numbers of a flat observation besides the action mask."""
+"""Length of a flat observation without the action mask."""
 
 
 @njit(cache=True, nogil=True)
 def write_level(outcomes, levels, goal, triples, vectors, image, goal_vector, keys, doors):
-    """Write what the only environment of a batch shows, with a goal or -1, and return the agent's direction.
+    """Write the observation of a batch of one, with a goal or -1, and return the agent's direction.
 
     ``triples`` is `tiles.TRIPLES` and ``vectors`` `goals.GOAL_VECTORS`; the other arrays are those of `write_one`.
     """
@@ -44,9 +44,9 @@ def write_level(outcomes, levels, goal, triples, vectors, image, goal_vector, ke
 
 @njit(cache=True, nogil=True)
 def write_batch(outcomes, levels, goals, triples, vectors, images, goal_vectors, directions, keys, doors, masks):
-    """Write what N environments show, with goals [N], all actions legal; as `write_level`, into arrays of N rows.
+    """Write the observations of N environments, with goals [N] and all actions legal: see `write_level`.
 
-    Two short loops take less time than one: all that is written fits into the registers.
+    Two short loops take less time than one, because all that each writes fits into the registers.
     """
     for n in range(outcomes.shape[0]):
         write_image(outcomes[n].tiles, triples, images[n])
@@ -63,7 +63,7 @@ def write_batch(outcomes, levels, goals, triples, vectors, images, goal_vectors,
 
 @njit(cache=True, nogil=True)
 def write_flat(outcomes, levels, goals, triples, vectors, rows):
-    """Write what N environments show, with goals [N], as rows of numbers: see `BatchObservations`."""
+    """Write the observations of N environments, with goals [N], as rows of numbers: see `BatchObservations`."""
     n_actions, first = rows.shape[1] - N_NUMBERS, rows.shape[1] - N_CELLS * 3
     for n in range(outcomes.shape[0]):
         tiles, row = outcomes[n].tiles, rows[n]
@@ -89,12 +89,12 @@ def write_flat(outcomes, levels, goals, triples, vectors, rows):
 
 
 _UINT8, _INT8, _INT64, _FLOAT32 = (np.dtype(kind) for kind in (np.uint8, np.int8, np.int64, np.float32))
-"""Made once: with a type instead of a dtype, numpy makes one for every array."""
+"""Dtypes made once, because from a type NumPy makes a dtype for every array."""
 _DIRECTIONS = tuple(np.int64(direction) for direction in range(N_DIRECTIONS))
 
 
 def write_one(outcomes: np.ndarray, levels: np.ndarray, goal: int) -> dict[str, Any]:
-    """Return the observation of a batch of one, and the vector of a goal or -1, in new arrays."""
+    """Return the observation of a batch of one, with the vector of a goal (-1: none), in new arrays."""
     image, vector = np.empty(IMAGE, _UINT8), np.empty(GOAL_SIZE, _FLOAT32)
     keys, doors = np.empty(N_COLOURS, _INT8), np.empty(N_COLOURS, _INT8)
     direction = _compiled_level()(outcomes, levels, goal, TRIPLES, GOAL_VECTORS, image, vector, keys, doors)
@@ -121,7 +121,7 @@ class BatchObservations:
         self.flat_space: spaces.Box = spaces.Box(np.zeros_like(high), high, dtype=np.uint8)
 
     def empty(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
-        """Return new arrays for `write`, and the same arrays by name; no names where observations are flat."""
+        """Return new arrays for `write`, and the same arrays by name (an empty dict if flat)."""
         n, n_actions = len(self._engine), self._engine.n_actions
         if self._flat:
             return (np.empty((n, n_actions + N_NUMBERS), _UINT8),), {}
@@ -136,7 +136,7 @@ class BatchObservations:
         return tuple(parts.values()), parts
 
     def write(self, goals: NDArray[np.integer], arrays: tuple[NDArray, ...]) -> None:
-        """Write what the environments show now, with goals [N], into arrays that `empty` gave."""
+        """Write the current observations, with goals [N], into arrays from `empty`."""
         write = _compiled_flat() if self._flat else _compiled_batch()
         write(self._engine.outcomes, self._engine.state.levels, goals, TRIPLES, GOAL_VECTORS, *arrays)
 
@@ -156,7 +156,7 @@ def _compiled_level() -> Callable[..., int]:
 
 
 def _read() -> tuple:
-    goals = np.zeros(4, np.int64)[::2]  # a field of records: not contiguous, as an array of one number always is
+    goals = np.zeros(4, np.int64)[::2]  # strided like a field of records; an array of one number would be contiguous
     return np.zeros(1, OUTCOME), np.zeros(1, LEVEL), goals, TRIPLES, GOAL_VECTORS
 
 

@@ -3,18 +3,18 @@
 A breadth-first search over (cell, direction, keys collected, doors opened) starts from the current state of the level.
 It is exact although it ignores three things:
 
-- **Dropping a key.** A key in hand blocks no cell and opens its door; a key on a cell blocks it. Whatever can be done
-  after a drop can therefore be done without it, one step sooner.
+- **Dropping a key.** A key in hand blocks no cell and opens its door; a key on a cell blocks it. So everything that is
+  possible after a drop is possible without it, one step sooner.
 - **Doors that need not be opened, and rooms that hold nothing needed.** Every branch room has one door, to the centre
   or, in the level of a map, to a room on the way there. A path that enters such a room and returns ends in the doorway
   where it began, so it is no shorter than staying outside. The doors that must be opened form one chain: the goal's
-  room, the room that holds its key, and so on to a key in reach. Whoever has a key has passed all rooms on the way to
-  its door (`map_rooms.read_rooms`).
+  room, the room that holds its key, and so on to a key in reach. An agent with a key has passed all rooms on the way to
+  the key's door (`map_rooms.read_rooms`).
 - **The step limit.** Solutions may be longer than the rest of the episode.
 
 Keys that are not needed do matter: they block cells, and picking one up may be shorter than walking around it.
 
-States must be such as `Engine.set_state` takes: the search reads what a level says of itself, and not its grid.
+States must be valid for `Engine.set_state`, because the search reads the record of a level and not its grid.
 """
 
 from __future__ import annotations
@@ -54,11 +54,11 @@ def need(level, is_needed, room):
 
 @njit(cache=True)
 def survey(level, rooms, side, kind, colour):
-    """Find what the search needs on the way to a goal, in a grid of ``side`` cells a side, margins included.
+    """Prepare the search for a goal, in a grid of ``side`` cells a side, margins included.
 
     Returns:
         target: cell of the goal, -1 if the goal is achieved already, or -2 if it cannot be achieved.
-        terrain: [cells] uint8, where all that the search may ignore is blocked.
+        terrain: [cells] uint8, in which the cells that the search may ignore are blocked.
         n_keys: number of keys in the terrain, with slots 0, 1, ...
         needs: [doors in the chain] the bit of the key that each door needs, in the order of opening; 0 if it is held.
     """
@@ -180,9 +180,9 @@ def solve(level, rooms, side, kind, colour):
 
 @njit(cache=True)
 def append(queue, parents, reached_by, tail, head, action, node):
-    """Put a node last in the queue if nothing reached it before, and return the queue's new end.
+    """Append a node to the queue if it is new, and return the queue's new end.
 
-    It writes in any case: a branch that nobody can predict takes longer.
+    It always writes, because an unpredictable branch takes longer.
     """
     index, end = np.uint64(node), np.uint64(tail)
     known = reached_by[index]
@@ -210,7 +210,7 @@ def trace(queue, parents, reached_by, last, final_action):
 
 @njit(cache=True, nogil=True)
 def solve_levels(levels, rooms, side, envs, goals, lengths):
-    """Write the lengths [M] of the shortest ways to goals [M] in environments [M]."""
+    """Write the lengths [M] of the shortest paths to goals [M] in environments [M]."""
     for m in range(envs.shape[0]):
         _, lengths[m] = solve(levels[envs[m]], rooms, side, goals[m] // N_COLOURS, goals[m] % N_COLOURS)
 
@@ -223,7 +223,7 @@ def compiled_solver() -> Callable[..., None]:
 
 
 def exit_lengths(state: State, envs: NDArray[np.integer]) -> NDArray[np.int64]:
-    """Count the actions of the shortest ways to the exit in environments [M], as `seeds.chosen_envs` gives them."""
+    """Count the actions of the shortest paths to the exit in environments [M] (from `seeds.chosen_envs`)."""
     return _lengths(state, envs, np.full(len(envs), EXIT_GOAL))
 
 
@@ -235,8 +235,8 @@ def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.i
         goals: goal id 0 to 12, one for all environments or [N].
 
     Returns:
-        Lengths [N] int64; 0 where the goal is achieved already, -1 where it cannot be achieved: it does not exist, its
-        key is out of reach, or the episode has ended at the exit.
+        Lengths [N] int64: 0 if the goal is already achieved, -1 if it cannot be. Then it does not exist, its key is out
+        of reach, or the episode has ended at the exit.
     """
     given = np.asarray(goals)
     if given.dtype.kind not in "iu" or (given.size and not 0 <= given.min() <= given.max() < N_GOALS):
@@ -252,7 +252,7 @@ def _lengths(state: State, envs: NDArray[np.integer], goals: NDArray[np.int64]) 
 
 
 def shortest_actions(state: State, goal: int = EXIT_GOAL) -> NDArray[np.int64]:
-    """Find a shortest sequence of actions that achieves a goal; where there are several, one of them.
+    """Find a shortest sequence of actions that achieves a goal (any one of several).
 
     Args:
         state: one environment.

@@ -1,4 +1,4 @@
-"""Every state of one level that can be reached, with the state after each action."""
+"""All reachable states of one level, with the state after each action."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class TooManyStatesError(InputError):
 
 
 class ReachableStates(NamedTuple):
-    """The states of a level, numbered as they are found: first the level's own, last that of having escaped.
+    """The states of a level in the order in which they are found: first the start, last the escaped state.
 
     Attributes:
         transitions: [S, A] int64, the state after each action; every action stays in the last state.
@@ -32,10 +32,10 @@ class ReachableStates(NamedTuple):
 
 
 def reachable_states(state: State, max_states: int = 1_000_000) -> ReachableStates:
-    """Find all states of a level, by taking every action in many of its states together.
+    """Find all states of a level by taking every action in batches of states.
 
-    Steps and what is remembered decide nothing that follows, and are no part of a state. If there are more than
-    ``max_states``, that of having escaped included, `TooManyStatesError` is raised.
+    The step count and memories do not influence the future, so they are not part of a state. If there are more than
+    ``max_states``, including the escaped state, `TooManyStatesError` is raised.
     """
     if len(state) != 1:
         raise InputError(f"the states of one level are enumerated, but the state holds {len(state)} environments")

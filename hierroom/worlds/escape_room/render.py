@@ -1,4 +1,4 @@
-"""Rendering a level as a picture, as text and as numbers; slow MiniGrid is imported with the first picture."""
+"""Render a level as a picture, as text and as numbers; MiniGrid loads slowly, so only pictures import it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ OUTLINE = (255, 255, 255)
 CAPTION_INK, CAPTION_PAPER = (255, 255, 255), (20, 20, 20)
 AGENT_ID = 10
 """MiniGrid's object id of the agent."""
-TERMINAL_COLOURS = (91, 92, 94, 95, 93, 37)  # of `COLOURS`, as ANSI foreground codes
+TERMINAL_COLOURS = (91, 92, 94, 95, 93, 37)  # ANSI foreground codes of `COLOURS`
 
 
 def default_tile_size(size: int) -> int:
@@ -41,7 +41,7 @@ def default_tile_size(size: int) -> int:
 
 
 def legible_tile_size(size: int) -> int:
-    """Return an even side length of a cell in pixels at which text fits into a grid of some cells a side."""
+    """Return an even side length of a cell in pixels at which text fits into a grid of ``size`` cells a side."""
     tile_size = max(-(-304 // size), min(16, 800 // size))
     return tile_size + tile_size % 2
 
@@ -49,7 +49,7 @@ def legible_tile_size(size: int) -> int:
 def draw_level(state: State, goal: int = NO_GOAL, tile_size: int = 32, title: str = "") -> NDArray[np.uint8]:
     """Draw one level as MiniGrid does, with the agent's view highlighted: [H, W, 3] uint8.
 
-    The cell of ``goal`` gets an outline, and its name the lower outer wall; ``title`` is written over the upper one.
+    The cell of ``goal`` is outlined. The goal's name is written over the lower outer wall, ``title`` over the upper.
     """
     _check(state, goal)
     if not isinstance(tile_size, (int, np.integer)) or tile_size < 1:
@@ -96,15 +96,15 @@ def text(state: State, goal: int = NO_GOAL) -> str:
 
 
 def state_space(size: int) -> spaces.Box:
-    """Return the space of `global_state` for grids of so many cells a side."""
+    """Return the space of `global_state` for grids of ``size`` cells a side."""
     return spaces.Box(0, AGENT_ID, (size, size, 4), np.uint8)
 
 
 def global_state(state: State, goal: int) -> NDArray[np.uint8]:
-    """Return the level of one environment, and the goal that is pursued, or -1.
+    """Return the level of one environment with the pursued goal (-1: none), as [size, size, 4] uint8.
 
-    It is [size, size, 4] uint8 by row and column: MiniGrid's object id and colour id; 1 for an open door, or the
-    agent's direction; 1 for the cell of the pursued goal. A key that is held is not on the grid.
+    The four numbers of a cell are MiniGrid's object id; its colour id; 1 for an open door, or the agent's direction;
+    and 1 for the cell of the pursued goal. A held key is not on the grid.
     """
     level, tiles = state.levels[0], _tiles(state)
     grid = np.zeros((*tiles.shape, 4), np.uint8)
@@ -147,7 +147,7 @@ def seen_cells(state: State) -> NDArray[np.bool_]:
 
 
 def cells_of(goal: int, tiles: NDArray[np.uint8]) -> NDArray[np.intp]:
-    """Return the cell of a goal, [0 or 1, 2] as (row, col); a key that is held has none."""
+    """Return the cell of a goal, [0 or 1, 2] as (row, col); a held key has none."""
     if goal == NO_GOAL:
         codes = []
     elif goal == EXIT_GOAL:
@@ -161,7 +161,7 @@ def cells_of(goal: int, tiles: NDArray[np.uint8]) -> NDArray[np.intp]:
 
 @cache
 def minigrid_objects() -> list:
-    """Return MiniGrid's object for each tile code, None for an empty cell and one that is not seen."""
+    """Return MiniGrid's object for each tile code, None for empty and unseen cells."""
     from minigrid.core.world_object import Door, Goal, Key, Wall
 
     objects: list = [None] * N_TILES

@@ -1,4 +1,4 @@
-"""Plays episodes of an EscapeRoom again from their start, names their goals and draws their states."""
+"""Replay episodes of an EscapeRoom from their start, name their goals and draw their states."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ ACTION_NAMES = {FORWARD: "forward", LEFT: "left", RIGHT: "right", PICKUP: "pick 
 
 
 class LevelReplayer:
-    """See `Replayer`; a state is that of one environment."""
+    """The `Replayer` of EscapeRooms; a state is a `State` of one environment."""
 
     picture, text = staticmethod(draw_level), staticmethod(text)
 
     def identity(self, state: State) -> tuple[int, int, int]:
-        """Return the seed of the environments, the number of this one, and how many episodes it had begun before."""
+        """Return the environments' seed, this one's index, and the number of episodes that it began before."""
         level = state.levels[0]
         return int(level.seed), int(level.index), int(level.episode)
 
@@ -32,19 +32,19 @@ class LevelReplayer:
         return int(state.levels[0].max_steps)
 
     def goal_name(self, state: State, goal: int) -> str:
-        """Return a goal of the level in words: see `level.goal_name`."""
+        """Return the name of a goal in the level: see `level.goal_name`."""
         return goal_name(state.levels[0], goal)
 
     def goal_label(self, state: State, goal: int) -> str:
-        """Return a goal in words without its colour, which is drawn for each episode."""
+        """Return the name of a goal without its colour, which is drawn for each episode."""
         return uncoloured(self.goal_name(state, goal))
 
     def action_name(self, state: State, action: int) -> str:
-        """Return an action of the controller in words."""
+        """Return the name of a controller's action."""
         return ACTION_NAMES[action] if action < DROP + bool(state.levels["can_drop"][0]) else "illegal action"
 
     def replay(self, state: State, actions: NDArray[np.integer]) -> Iterator[State]:
-        """Yield the state, and that after each action."""
+        """Yield the state, then the state after each action."""
         level = state.levels[0]
         graph = GoalGraph(tuple(level.key_rooms[: level.n_rooms - 1].tolist()), int(level.exit_room))
         engine = Engine([graph], size=state.size, seed=None, maps=state.maps)
@@ -55,7 +55,7 @@ class LevelReplayer:
             yield engine.get_state()
 
     def tile_size(self, state: State) -> int:
-        """Return the side length of a cell in pixels at which a line of text fits into the grid."""
+        """Return a side length of a cell in pixels at which a line of text fits into the grid."""
         return legible_tile_size(state.size)
 
     def window_tile_size(self, state: State) -> int:

@@ -1,7 +1,7 @@
-"""Rollouts from given states without a view of the level, as compiled functions: of the random policy, and of others.
+"""Compiled rollouts of the random policy and of other policies, from given states and without views.
 
-A rollout goes on until its level has ended; ``max_steps`` and ``steps`` of the level are its horizon and its clock. Its
-random numbers are those of the level's own stream; each rollout sets its key anew.
+A rollout runs until its level has ended; ``max_steps`` and ``steps`` of the level are its horizon and its clock. It
+draws from the level's own stream of random numbers, with a new key for each rollout.
 """
 
 import math
@@ -25,7 +25,7 @@ def normal(bits):
 
 @njit(cache=True)
 def state_bits(level):
-    """Return 64 bits that differ between the states of one level, as `reachable.reachable_states` has them."""
+    """Return a 64-bit hash of a level's state, as defined in `reachable.reachable_states`."""
     place = np.uint64(level.row * 65536 + level.col * 256 + level.direction)
     bits = mix(place ^ mix((np.uint64(level.keys) << np.uint64(8)) | np.uint64(level.doors)))
     if level.can_drop:
@@ -41,10 +41,10 @@ def state_bits(level):
 
 @njit(cache=True)
 def drawn_action(level, policy, n_actions):
-    """Draw an action of a policy with normal preferences at every state, and their softmax as probabilities.
+    """Draw an action of a policy that is the softmax of normal preferences in every state.
 
-    The greatest of preferences with independent Gumbel noise has these probabilities. The preferences of a state are
-    made of the policy's key and the state itself, so that no table of them is needed.
+    The largest preference after adding independent Gumbel noise has these probabilities. The preferences are computed
+    from the policy's key and the state, so no table is needed.
     """
     bits, best, action = mix(policy ^ state_bits(level)), -math.inf, 0
     for candidate in range(n_actions):

@@ -1,4 +1,4 @@
-"""The measures of a level with too many states to enumerate, by rollouts from its exact states."""
+"""Measures of a level with too many states to enumerate, by rollouts from its exact states."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hierroom.worlds.escape_room.rollout_kernels import policy_rollouts, random_
 
 
 class SampledLevel:
-    """Rollouts in one level, each from the state it is given until the horizon; `steps_played` are those at random."""
+    """Rollouts in one level, from given states to the horizon; ``steps_played`` counts random steps."""
 
     def __init__(self, state: State, horizon: int, seed: int = 0) -> None:
         require_number("the horizon of a level", horizon, 1, 2**31 - 1, is_whole=True)
@@ -74,9 +74,9 @@ class SampledLevel:
         return solved / runs
 
     def gorp_rollouts(self, runs: int, max_steps: int) -> tuple[int | None, int]:
-        """Find m_1 by doubling and bisecting, as `Gorp.rollouts`, in about ``max_steps`` steps.
+        """Find m_1 by doubling and bisecting, as `Gorp.rollouts` does, in about ``max_steps`` steps.
 
-        Return m_1, or None, and the greatest number of rollouts that was too few.
+        Return m_1, or None if not found, and the largest number of rollouts that was not enough.
         """
         low, high, begun = 0, 1, self.steps_played
         while True:
@@ -101,7 +101,7 @@ class SampledLevel:
         gorp_runs: int = 20,
         max_steps: int = 500_000_000,
     ) -> SampledMeasures:
-        """Estimate the measures; ``states`` is their number if known, ``max_steps`` about the most steps for GORP."""
+        """Estimate the measures; ``states`` is the number of states if known. GORP takes about ``max_steps``."""
         start = self.state[:]
         success = wilson_interval(int(self.random_successes(start, episodes)[0]) / episodes, episodes, 0.95)
         information = policy_information(self.policy_returns(n_policies, policy_episodes))

@@ -1,4 +1,4 @@
-"""The check that a state can be one of environments: kernels rely on it, and check no bounds."""
+"""Check a state of environments before kernels use it, because they check no bounds."""
 
 from __future__ import annotations
 
@@ -44,13 +44,13 @@ RULES = (
     "has_ended is True at the exit and after the last step only",
     "all doors of a level that is drawn are opened from its first room",
 )
-"""Rules of a level and its grid besides the bounds, in the order in which `_broken_rule` looks at them."""
+"""Rules of a level and its grid in addition to the bounds, in the order in which `_broken_rule` checks them."""
 
 
 def level_bounds(size: int, n_maps: int = 0) -> Mapping[str, tuple[Any, Any]]:
-    """Return the bounds of each field of `layout.LEVEL`, in grids of a size; bool fields have none.
+    """Return the bounds of each field of `layout.LEVEL`, in grids of ``size``; bool fields have none.
 
-    Where there are maps all levels are theirs.
+    If there are maps, every level must be of one of them.
     """
     edge, bits = size + 2 * MARGIN - 1, 2**N_COLOURS - 1
     return {
@@ -83,7 +83,7 @@ def level_bounds(size: int, n_maps: int = 0) -> Mapping[str, tuple[Any, Any]]:
 
 
 def check_state(state: State) -> None:
-    """Check that every field of a state is in its range, and that levels and grids belong together."""
+    """Check that every field of a state is in its range, and that levels and grids are consistent."""
     grids, levels = state.grids, state.levels
     if not isinstance(levels, np.ndarray) or levels.dtype != LEVEL or levels.ndim != 1:
         raise InputError("the levels of a state must be an array [N] of records of layout.LEVEL")
@@ -122,7 +122,7 @@ def _check_maps(state: State) -> None:
 _OF_MAP = frozenset(
     ("n_rooms", "exit_room", "key_rooms", "door_rooms", "colours", "branches", "rectangles", "divider")
 ) | {"doors_at", "keys_at", "exit_at"}
-"""Fields of a level that its map fixes."""
+"""Fields of a level that its map determines."""
 
 
 @cache
@@ -132,7 +132,7 @@ def _compiled_check() -> Callable[..., tuple[int, int]]:
 
 @njit(cache=True)
 def _first_broken_rule(levels, grids):
-    """Return the first environment in which one of `RULES` does not hold, and the rule's number; -1 where all hold."""
+    """Return the first environment that breaks one of `RULES`, and the rule's number; -1 and -1 if none does."""
     for n in range(levels.shape[0]):
         rule = _broken_rule(levels[n], grids[n])
         if rule >= 0:
@@ -152,7 +152,7 @@ def _holds(grid, cell, tile):
 
 @njit(cache=True)
 def _is_tree(level):
-    """Return whether the exit's room and those of the keys exist, and each key can be come by."""
+    """Return whether the exit's room and the keys' rooms exist, and each key can be reached."""
     if level.exit_room >= level.n_rooms:
         return False
     for branch in range(level.n_rooms - 1):
@@ -169,7 +169,7 @@ def _is_tree(level):
 
 @njit(cache=True)
 def _broken_rule(level, grid):
-    """Return the number of the first of `RULES` that does not hold of a level with fields in their bounds, or -1."""
+    """Return the number of the first of `RULES` that a level breaks, or -1; its fields must be in their bounds."""
     n_branches, side = level.n_rooms - 1, grid.shape[0]
     if not _is_tree(level):
         return 0

@@ -1,4 +1,4 @@
-"""The rules of the world as compiled scalar functions on one level; `batch_kernels` applies them to a batch.
+"""Compiled kernels with the rules of the world for one level; `batch_kernels` applies them to a batch.
 
 A level is a record of `layout.LEVEL` and a grid of tile codes; both are updated in place. With ``NUMBA_DISABLE_JIT=1``
 the same source runs as ordinary Python.

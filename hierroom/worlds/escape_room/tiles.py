@@ -20,7 +20,7 @@ EMPTY_ID, WALL_ID, DOOR_ID, KEY_ID, GOAL_ID = 1, 2, 4, 5, 8
 
 
 _UINT8 = np.dtype(np.uint8)
-"""Made once: with a type instead of a dtype, numpy makes one for every array."""
+"""A dtype made once, because from a type NumPy makes a dtype for every array."""
 
 
 def _triples() -> NDArray[np.uint8]:

@@ -20,7 +20,7 @@ from hierroom.worlds.escape_room.constants import (
 
 
 def spread(lit, clear):
-    """Propagate light through one row of the view; returns (visible cells of the row, lit cells of the next row ahead).
+    """Propagate light through one row of the view; return (visible cells of the row, lit cells of the next row ahead).
 
     These are MiniGrid's two sweeps (``Grid.process_vis``), left to right and then right to left, as bit shifts.
 
@@ -56,8 +56,8 @@ LIGHT = light_table()
 def look(level, grid, view):
     """Write the agent's view: view[i, j] is the cell i - 3 to its right and 6 - j ahead, as in MiniGrid's image.
 
-    A step spends most of its time here. Cells are therefore addressed by one flat index, which is cast to unsigned so
-    that Numba skips the handling of negative indices, and rows that no light reaches are not read.
+    A step spends most of its time here. So a cell has one flat index, which is cast to unsigned to let Numba skip the
+    handling of negative indices. Rows that no light reaches are not read.
     """
     cells, side = grid.reshape(-1), grid.shape[1]
     ahead = ROW_STEP[level.direction] * side + COL_STEP[level.direction]

@@ -1,4 +1,4 @@
-"""The EscapeRoom as a world: its goals, its goal graphs and their curriculum, its features, and what it shows."""
+"""The EscapeRoom as a world: its goals, goal graphs and their curriculum, features, observations and states."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ GOALS = GoalSet(
 
 
 class EscapeRoomWorld(Engine):
-    """N EscapeRooms, of goal graphs that a curriculum may choose; see `World`, and for settings `Engine`."""
+    """N EscapeRooms with goal graphs that a curriculum may choose; see `World`, and `Engine` for the settings."""
 
     goals = GOALS
     features = FEATURES
@@ -85,7 +85,7 @@ class EscapeRoomWorld(Engine):
         keys = ("K_UP", "K_LEFT", "K_RIGHT", "K_TAB", "K_SPACE", "K_LSHIFT")
         self.keys_to_action: Mapping[str, int] = dict(zip(keys, range(self.n_actions), strict=False))
         self._advance = self.advance if autoreset else self.advance_within_episode
-        # Actions are checked by who asks for a step.
+        # The caller of a step checks the actions.
         self.step = self._advance if self.can_split else self._step_in_stages  # pyright: ignore
         self._last_levels = self._finals if autoreset else self._state.levels
 
@@ -96,11 +96,11 @@ class EscapeRoomWorld(Engine):
 
     @property
     def complexity(self) -> ComplexityReport:
-        """Measure how hard the environments are to explore; of several goal graphs, the hardest."""
+        """Measure how hard the environments are to explore, by the hardest goal graph if there are several."""
         return analyze(self.sampler.everything[-1], drop_key=self.n_actions == 6)
 
     def reset(self, seed: Seeds = None, envs: Any = slice(None)) -> None:
-        """Begin an episode: see `Engine.reset`. A curriculum stays in its stage, so that a seed fixes its levels."""
+        """Begin an episode: see `Engine.reset`. A curriculum stays in its stage; within it a seed determines levels."""
         super().reset(seed, envs)
         self.sampler.reset(envs)
 
@@ -113,13 +113,13 @@ class EscapeRoomWorld(Engine):
         return outcomes
 
     def observe(self, envs: NDArray[np.integer]) -> LevelView:
-        """Return the view of environments [M], read-only; if they are all, the next step overwrites it."""
+        """Return the read-only view of environments [M]; the next step overwrites a view of all."""
         if envs is self.everywhere or len(self) == 1:
             return LevelView(self.tiles, self.state.levels, self.state.maps)
         return freeze(LevelView(self._outcomes["tiles"][envs], self._state.levels.take(envs), self._state.maps))
 
     def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> LevelView:
-        """Return the view of environments [M] after the last step; of those that ``ended`` [M], before the reset."""
+        """Return the view of environments [M] after the last step, and before the reset where they ``ended`` [M]."""
         if ended.all():
             last = self._outcomes["final_tiles"][envs], self._last_levels.take(envs)
             return freeze(LevelView(*last, self._state.maps))
@@ -133,19 +133,19 @@ class EscapeRoomWorld(Engine):
         return freeze(LevelView(tiles, levels, self._state.maps, grids))
 
     def legal_goals(self, mask: str, are_turns: NDArray[np.bool_], view: LevelView | None = None) -> NDArray[np.bool_]:
-        """Return the meta-controllers' legal actions [M, 14], of a view or of all; off turn they can only wait."""
+        """Return the meta-controllers' legal choices [M, 14], in a view or everywhere; only 'no goal' off turn."""
         return legal_goals(self.state.levels if view is None else view.levels, mask, are_turns)
 
     def shortest_lengths(self, envs: NDArray[np.integer]) -> NDArray[np.integer]:
-        """Return the shortest possible lengths [M] of the episodes of environments [M] from where they stand."""
+        """Return the fewest steps [M] from the current state to the exit in environments [M]."""
         return exit_lengths(self._state, chosen_envs(envs, len(self)))
 
     def shortest_actions(self, env: int) -> NDArray[np.integer]:
-        """Return the actions of a shortest way to the exit in one environment."""
+        """Return the actions of a shortest path to the exit in one environment."""
         return shortest_actions(self.get_state(env))
 
     def clocks(self) -> NDArray[np.integer]:
-        """Return [N] the steps of the episodes under way."""
+        """Return the steps [N] of the current episodes."""
         return self.state.levels["steps"]
 
     def variants_of(self, envs: NDArray[np.integer]) -> list[str]:
@@ -153,7 +153,7 @@ class EscapeRoomWorld(Engine):
         return self.sampler.names(self._last_levels[envs])
 
     def milestones_of(self, envs: NDArray[np.integer], goals: NDArray[np.integer]) -> NDArray[np.integer]:
-        """Return goals [M] of the episodes that ended last in environments [M] by room instead of by colour."""
+        """Return goals [M] by room instead of colour, in the episodes that ended last in environments [M]."""
         return room_goals(goals, self._last_levels["branches"][envs])
 
     def possible_milestones(self, variants: Sequence[str]) -> list[int]:
@@ -167,11 +167,11 @@ class EscapeRoomWorld(Engine):
         return NodeMap(augmented, self._state.maps)
 
     def nodes(self, node_map: NodeMap, *, terminated: NDArray[np.bool_], ended: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """Return the node of each environment after a step, where it ended the episode that of its end."""
+        """Return each environment's node [N] after a step; where the step ended an episode, the node at its end."""
         return node_map(np.where(ended, self._last_levels, self._state.levels), terminated)
 
     def graph_of(self, start: State) -> GoalGraph:
-        """Return the goal graph of a level, as it was given."""
+        """Return the goal graph of a level in the form in which it was given."""
         return self.sampler.graphs_of(start.levels)[0]
 
     def observe_one(self, goal: int) -> dict[str, Any]:
@@ -203,12 +203,12 @@ class EscapeRoomWorld(Engine):
         return {**self.sampler.get_state(envs), "grids": state.grids, "levels": state.levels}
 
     def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Refuse arrays that `get_arrays` of as many environments of the same size cannot have given."""
+        """Refuse arrays that `get_arrays` of as many environments of the same size cannot return."""
         self.check_state(State(arrays["grids"], arrays["levels"], self._state.maps))
         self.sampler.check_state(arrays, arrays["levels"])
 
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go back to what `get_arrays` gave, after `check_arrays`."""
+        """Restore arrays that `get_arrays` returned and `check_arrays` has checked."""
         self._put(State(arrays["grids"], arrays["levels"], self._state.maps), self.everywhere)
         self.sampler.set_state(arrays)
         self.set_graphs(self.sampler.graphs)

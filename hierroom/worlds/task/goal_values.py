@@ -1,4 +1,4 @@
-"""The state of a task's goals in environments, as the user's functions return it."""
+"""The values of a task's goals in environments, from the user's functions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hierroom.support.errors import InputError, raise_in_one_line, shown
 
 GoalFunction = Callable[[Any, dict[str, Any]], Any]
-"""From the environment and the info of its last step to whether a goal is achieved, or how often it has been."""
+"""A function of the environment and the info of its last step; it returns whether or how often a goal was achieved."""
 _TRUTHS = {bool, np.bool_}
 _MOST = 2**62
 
@@ -19,11 +19,11 @@ _MOST = 2**62
 def goal_values(
     goals: Mapping[str, GoalFunction], envs: Iterable[Any], infos: Iterable[dict[str, Any]], task: str
 ) -> list[Any]:
-    """Ask every goal in M environments, one after the other, and return the M * G answers as they are.
+    """Call every goal's function in each of M environments, and return the M * G results unchanged.
 
     Args:
         envs: the environments, as they were made.
-        infos: of the last step or reset of each.
+        infos: the info of the last step or reset of each.
         task: the name of the task, for errors.
     """
     functions, values = (*goals.values(),), []
@@ -34,13 +34,13 @@ def goal_values(
                 keep(function(env, info))
     except KeyboardInterrupt:
         raise
-    except BaseException as error:  # whatever a user's own code may raise
+    except BaseException as error:  # user code may raise anything
         raise_in_one_line(f"goal {[*goals][len(values) % len(functions)]!r} of {task}", error)
     return values
 
 
 def as_totals(values: list[Any], goals: Mapping[str, GoalFunction], task: str) -> NDArray:
-    """Return answers as an array [M, G]: for each goal its count, or whether it is there."""
+    """Return the results of `goal_values` as an array [M, G] of bools or counts."""
     kinds = {*map(type, values)}
     if not kinds <= _TRUTHS:
         for number, value in enumerate(values):

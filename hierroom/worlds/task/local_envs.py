@@ -13,13 +13,13 @@ from hierroom.worlds.task.parts import TaskParts
 
 
 class Taken(NamedTuple):
-    """The results of a step in some environments, an item for each."""
+    """The results of a step in M environments, with one item for each."""
 
     observations: list[Any]
     rewards: list[Any]
     terminated: list[Any]
     truncated: list[Any]
-    totals: NDArray  # [M, G] how its goals stand
+    totals: NDArray  # [M, G] values of the goals
 
 
 class LocalEnvs:
@@ -30,7 +30,7 @@ class LocalEnvs:
         self._envs = [task.new_env() for _ in range(num_envs)]
 
     def reset(self, envs: Sequence[int], seeds: Sequence[int]) -> tuple[list[Any], NDArray]:
-        """Begin an episode in some environments; return what they show, and how their goals stand [M, G]."""
+        """Begin an episode in some environments; return their observations and goal values [M, G]."""
         observations, infos, chosen = [], [], [self._envs[number] for number in envs]
         with user_code(f"reset of {self._name}"):
             for env, seed in zip(chosen, seeds, strict=True):

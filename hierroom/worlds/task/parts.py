@@ -1,7 +1,6 @@
 """The parts of a task that its worlds, environments and replays read."""
 
-# Methods of protocols have a docstring alone.
-# pyright: reportReturnType=false
+# pyright: reportReturnType=false - protocol methods have only a docstring
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -22,8 +21,8 @@ class Trial:
     """Facts found by a few random steps in one environment of a task.
 
     Args:
-        entries: of its observations, by flat names: the keys that lead to each, and its space.
-        left_out: names of what no network reads, such as texts.
+        entries: its observation entries by flat name: the path of keys to each, and its space.
+        left_out: names of entries that no network reads, such as texts.
         n_actions: its number of actions.
         first_action: the number of its first action.
         are_counts: [G] whether each goal is a count, which can be achieved again.
@@ -37,11 +36,11 @@ class Trial:
 
 
 class TaskParts(Protocol):
-    """The parts of a `Task`, by the names that it gives them."""
+    """The attributes of a `Task` that its worlds and replays use."""
 
     @property
     def name(self) -> str:
-        """In titles, tables and errors."""
+        """The name in titles, tables and errors."""
 
     @property
     def goals(self) -> Mapping[str, GoalFunction]:
@@ -57,11 +56,11 @@ class TaskParts(Protocol):
 
     @property
     def max_steps(self) -> int:
-        """Steps after which an episode is truncated unless a config says."""
+        """Default number of steps after which an episode is truncated."""
 
     @property
     def processes(self) -> int:
-        """In how many processes environments run; 0: in this one."""
+        """Number of processes for the environments; 0: this process."""
 
     @property
     def trial(self) -> Trial:
@@ -76,4 +75,4 @@ class TaskParts(Protocol):
         """Features that networks can read."""
 
     def new_env(self, render_mode: str | None = None) -> gymnasium.Env:
-        """Return a new environment, which draws itself in a render mode if it can."""
+        """Return a new environment, in a render mode if it takes one."""

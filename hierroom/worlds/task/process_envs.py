@@ -24,10 +24,10 @@ _SHOWN, _RESULTS = "shown_", ("rewards", "ends", "cuts", "totals")
 
 
 class Block(gymnasium.Env):
-    """Some environments of a task as one: an action says for each whether it waits, begins anew or steps.
+    """Several environments of a task as one environment; an action lets each of them wait, reset or step.
 
     An action is [n, 2] int64: for each environment ``_WAIT``, ``_RESET`` or ``_STEP``, and the seed or action. An
-    observation holds what each environment shows, by name, and what its last step did.
+    observation has the observations of all environments, by name, and the results of their last steps.
     """
 
     def __init__(self, task: TaskParts, n_envs: int, n_places: int) -> None:
@@ -43,11 +43,11 @@ class Block(gymnasium.Env):
         self._arrays = {name: np.zeros(one.shape or (), one.dtype) for name, one in self.observation_space.items()}
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Show what there is: environments begin by actions."""
+        """Return the current arrays; environments are reset by actions."""
         return self._arrays, {}
 
     def step(self, action: NDArray[np.int64]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Let the environments begin anew or step."""
+        """Reset or step the environments."""
         anew, stepped = (np.flatnonzero(action[:, 0] == kind).tolist() for kind in (_RESET, _STEP))
         if anew:
             self._keep(anew, *self._envs.reset(anew, action[anew, 1].tolist()))
@@ -69,7 +69,7 @@ class Block(gymnasium.Env):
 
 
 class ProcessEnvs:
-    """N environments in as many processes as the task says: the interface of `LocalEnvs`."""
+    """N environments in several processes, with the interface of `LocalEnvs`."""
 
     def __init__(self, task: TaskParts, num_envs: int) -> None:
         self._paths = {name: path for name, (path, _) in task.trial.entries.items()}
@@ -82,7 +82,7 @@ class ProcessEnvs:
         self._blocks.reset()
 
     def reset(self, envs: Sequence[int], seeds: Sequence[int]) -> tuple[list[Any], NDArray]:
-        """Begin an episode in some environments; return what they show, and how their goals stand [M, G]."""
+        """Begin an episode in some environments; return their observations and goal values [M, G]."""
         shown = self._send(_RESET, envs, seeds)
         return self._observations(shown, envs), shown["totals"][[*envs]]
 
@@ -112,10 +112,10 @@ class ProcessEnvs:
 
 
 def _make_block(parent: int, task: TaskParts, n_envs: int, n_places: int) -> Block:
-    """Return a block, which in a process of its own ends when asked to, and leaves what it inherited alone.
+    """Return a block; in a process of its own, first replace what a fork inherits from a training run.
 
-    A fork inherits the handlers of a training run, which take note of a signal and go on, and its `AsyncVectorEnv`s,
-    which complain when they are collected elsewhere. Ctrl-C reaches all processes; this one is ended by its parent.
+    The run's signal handlers only note a signal, and its `AsyncVectorEnv`s complain if collected in another process.
+    Ctrl-C reaches all processes; this one ignores it, because its parent ends it.
     """
     if os.getpid() != parent:
         signal.signal(signal.SIGTERM, signal.SIG_DFL)

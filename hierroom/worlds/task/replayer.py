@@ -1,4 +1,4 @@
-"""Plays episodes of a task again from their seed, names their goals and draws them."""
+"""Replay episodes of a task from their seed, name their goals and draw them."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ _WIDTH, _LINE, _MARGIN, _TITLE_LINES = 260, 18, 10, 3
 
 @dataclass(frozen=True)
 class Moment:
-    """The state of one environment of a task, as far as it can be written down.
+    """The state of one environment of a task, without the user's environment itself.
 
     Args:
-        identity: what fixes the episode: seed, environment, number of the episode, part of the levels.
+        identity: determines the episode: seed, environment, episode number and set of levels.
         max_steps: steps after which the episode is truncated.
         counts: [G] how often each goal was achieved.
-        marking: [F] how many there are of each fact of the rules.
+        marking: [F] the count of each fact of the rules.
         steps: steps of the episode.
-        draw: returns a picture [H, W, 3] uint8, or None where the environment draws none.
+        draw: returns a picture [H, W, 3] uint8, or None if the environment draws none.
     """
 
     identity: tuple[int, int, int, str | None]
@@ -45,7 +45,7 @@ class Moment:
 
 
 class TaskReplayer:
-    """See `Replayer`; a state is a `Moment`."""
+    """The `Replayer` of a task; a state is a `Moment`."""
 
     def __init__(self, task: TaskParts) -> None:
         self._task = task
@@ -54,12 +54,12 @@ class TaskReplayer:
         """Return the seed with which an episode's environment is reset."""
         *numbers, levels = identity
         entropy = (*numbers, SPLITS[levels], 0)
-        # SeedSequence cuts whole numbers into these words itself, and takes twice as long.
+        # SeedSequence would split the numbers into these words itself, in twice the time.
         words = [n >> shift & 0xFFFFFFFF for n in entropy for shift in range(0, n.bit_length() or 1, 32)]
         return int(np.random.SeedSequence(np.array(words, np.uint32)).generate_state(1)[0])
 
     def identity(self, state: Moment) -> tuple[int, int, int]:
-        """Return the seed of the environments, the number of this one, and how many episodes it had begun before."""
+        """Return the environments' seed, this one's index, and the number of episodes that it began before."""
         return state.identity[:3]
 
     def max_steps(self, state: Moment) -> int:
@@ -67,17 +67,17 @@ class TaskReplayer:
         return state.max_steps
 
     def goal_name(self, state: Moment, goal: int) -> str:
-        """Return a goal in words."""
+        """Return the name of a goal."""
         return "no goal" if goal == NO_GOAL else self._task.goal_set.names[goal]
 
     goal_label = goal_name
 
     def action_name(self, state: Moment, action: int) -> str:
-        """Return an action in words."""
+        """Return the name of an action."""
         return f"action {self._task.trial.first_action + action}" if action < self._task.n_actions else "illegal action"
 
     def replay(self, state: Moment, actions: NDArray[np.integer]) -> Iterator[Moment]:
-        """Yield the state, and that after each action."""
+        """Yield the state, then the state after each action."""
         env, task = self._task.new_env("rgb_array"), self._task
         counts, markings = np.zeros_like(state.counts), state.marking[None].copy()
         dependencies = Dependencies.of(task.rules, task.goal_set)
@@ -105,7 +105,7 @@ class TaskReplayer:
         return as_totals(goal_values(goals, [env], [info], name), goals, name)[0].astype(np.int64)
 
     def rules_state(self, state: Moment) -> tuple[NDArray[np.bool_], NDArray[np.integer]]:
-        """Return which goals [G] were achieved, and how many there are of each fact [F]."""
+        """Return whether each goal [G] was achieved, and the count of each fact [F]."""
         return state.counts > 0, state.marking
 
     def tile_size(self, state: Moment) -> int:
@@ -115,9 +115,9 @@ class TaskReplayer:
     window_tile_size = tile_size
 
     def picture(self, state: Moment, goal: int, tile_size: int, title: str = "") -> NDArray[np.uint8]:
-        """Draw a state: what the environment draws, and the goals next to it; [H, W, 3] uint8."""
+        """Draw a state [H, W, 3] uint8: the environment's picture, with the goals next to it."""
         frame, most = state.draw(), replace(state, counts=np.full_like(state.counts, 999))
-        widest = max((text for text, _ in self._lines(most, goal)), key=len)  # so that all pictures are of one size
+        widest = max((text for text, _ in self._lines(most, goal)), key=len)  # gives all pictures one size
         panel = _panel(tuple(self._lines(state, goal)), widest, title)
         if not isinstance(frame, np.ndarray) or frame.ndim != 3 or frame.shape[2] != 3:
             return panel

@@ -14,7 +14,7 @@ from hierroom.support.errors import InputError
 from hierroom.worlds.world import Feature
 
 RESERVED = ("goal", "action_mask", "outcome")
-"""Entries that an agent's observation has besides those of the world."""
+"""Entries of an agent's observation that do not come from the world."""
 MAX_SYMBOL_SIDE = 31
 """Images of bytes up to this side are grids of symbols, like MiniGrid's; larger ones are pixels."""
 MAX_CATEGORIES = 256
@@ -22,10 +22,10 @@ _KNOWN = (spaces.Box, spaces.Discrete, spaces.MultiDiscrete, spaces.MultiBinary)
 
 
 def flat_entries(space: spaces.Space) -> tuple[dict[str, tuple[tuple[Any, ...], spaces.Space]], list[str]]:
-    """Return the entries of an observation space: by name the keys that lead to each, and its space.
+    """Return the entries of an observation space by name: the path of keys to each, and its space.
 
-    A single array is ``observation``; entries of dicts and tuples keep their names, joined by ``_`` where they are
-    nested. Those that no network reads, such as texts, are left out; their names are returned too.
+    A single array is named ``observation``. Entries of dicts and tuples keep their names; nested ones are joined by
+    ``_``. Entries that no network reads, such as texts, are left out; their names are returned too.
     """
     entries, left_out = {}, []
     for path, part in _leaves(space, ()):
@@ -55,14 +55,14 @@ def _leaves(space: spaces.Space, path: tuple[Any, ...]) -> Iterator[tuple[tuple[
 
 
 def entry_of(observation: Any, path: tuple[Any, ...]) -> Any:
-    """Return the entry of an observation to which keys lead."""
+    """Return the entry of an observation at a path of keys."""
     for key in path:
         observation = observation[key]
     return observation
 
 
 def features_of(entries: Mapping[str, spaces.Space]) -> dict[str, Feature]:
-    """Return the features by which networks read the entries, by the entries' names."""
+    """Return a feature for each entry, by name."""
     return {name: _feature(name, space) for name, space in entries.items()}
 
 

@@ -1,4 +1,4 @@
-"""A task: a user's own Gymnasium environment, its goals, and what must be achieved before what."""
+"""A task: a user's own Gymnasium environment, its goals and their dependencies."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from hierroom.worlds.world import Feature
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """Your own Gymnasium environment as a task: with goals, and with two agents.
+    """Your own Gymnasium environment as a task for two agents, with goals.
 
     Save this as ``my_tasks.py``; then ``python -m hierroom.train --task my_tasks:taxi`` trains on it::
 
@@ -46,19 +46,19 @@ class Task:
         )
 
     Args:
-        make: makes the environment: a function without arguments, or with ``render_mode`` alone, or the id of
-            `gymnasium.make`. Its actions are discrete.
-        goals: for each goal a function of the environment, as it is made, and the info of its last step. It returns
-            whether the goal is there, or how often it was achieved so far. The goal is achieved in a step in which the
-            answer becomes true, or grows.
+        make: a function that makes the environment, without arguments or with ``render_mode`` alone; or an id for
+            `gymnasium.make`. The actions must be discrete.
+        goals: for each goal a function of the environment that ``make`` made and the info of its last step. It returns
+            whether the goal is achieved, or how often it was achieved so far. A step achieves the goal when the result
+            becomes true or grows.
         rules: for each goal the facts that it ``needs``, ``uses`` and ``gives``, as for `Rules`; by default a goal
             gives itself. Or `Rules`, with a rule for each goal. None: no rules.
         target: the goal that ends an episode with success.
-        max_steps: steps after which an episode is truncated, besides limits of the environment.
+        max_steps: steps after which an episode is truncated, if the environment does not end it first.
         vectors: for each goal the numbers that an agent's observation shows for it; None: one-hot.
         capacity: largest counts of facts of the rules; 1 by default.
         processes: number of processes for the environments; 0: this process.
-        label: the name in titles and tables of a task that is not named by a module.
+        label: the name in titles and tables, unless the task is given as ``package.module:name``.
 
     Examples:
         >>> goals = {"far shore": lambda env, info: env.unwrapped.s == 15}
@@ -102,7 +102,7 @@ class Task:
         return f"<Task {self.name}, goals {', '.join(self.goals)}>"
 
     def __getstate__(self) -> dict[str, Any]:
-        """Pickle and copy the entries alone: features are functions without a name."""
+        """Pickle and copy only the entries, because features contain functions without a name."""
         return {entry.name: getattr(self, entry.name) for entry in fields(self)}
 
     @property
@@ -163,7 +163,7 @@ class Task:
         return replace(goals, vectors=np.concatenate([rows, np.zeros_like(rows[:1])]))
 
     def new_env(self, render_mode: str | None = None) -> gymnasium.Env:
-        """Return a new environment, which draws itself in a render mode if it can."""
+        """Return a new environment, in a render mode if it takes one."""
         with user_code(f"make of {self.name}"):
             env = self._make(render_mode)
         if not isinstance(env, gymnasium.Env):

@@ -1,4 +1,4 @@
-"""A few random steps in one environment of a task, before anything else is done with it."""
+"""A trial of a task: a few random steps in one environment."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ N_STEPS = 20
 
 
 def try_out(task: TaskParts) -> Trial:
-    """Take random steps in a new environment of a task; its faults are raised as one line."""
+    """Take random steps in a new environment of a task, and raise its errors as one line."""
     env = task.new_env()
     actions = env.action_space
     if not isinstance(actions, spaces.Discrete):

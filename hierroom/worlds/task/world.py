@@ -22,19 +22,18 @@ from hierroom.worlds.task.spaces import entry_of
 from hierroom.worlds.world import Feature
 
 MAX_REMEMBERED = 20_000
-"""Actions of an episode that a checkpoint holds, so that a resumed run can go on in its midst."""
+"""Most actions of an episode that a checkpoint keeps, so that a resumed run can continue it."""
 _NONE = -1
 
 
 class TaskWorld(BaseWorld):
-    """N environments of a task, stepped one after the other in this process.
+    """N environments of a task, in this process or in ``task.processes`` others.
 
-    Each episode begins with a seed of its own, fixed by the run's seed, the environment's number and the episode's, so
-    that an environment's episodes do not depend on how many there are.
+    Each episode has its own seed, determined by the run's seed, the environment's index and the episode's number. So
+    an environment's episodes do not depend on the number of environments.
 
-    A state is saved as what led to it: the seed, and the actions since. Going back to it plays them again. Where that
-    shows something else than it did, because the environment draws numbers that its seed does not fix, the episode is
-    cut off in its next step and another one begins.
+    A state is saved as its seed and the actions taken since; restoring it plays the actions again. If this does not
+    give the same state, because the environment is not determined by its seed, the next step truncates the episode.
     """
 
     def __init__(self, task: TaskParts, config: EnvConfig, num_envs: int, **settings: Any) -> None:
@@ -72,7 +71,7 @@ class TaskWorld(BaseWorld):
         self._taken[envs], self._actions[envs], self._cut[envs] = 0, _NONE, False
 
     def identity(self, env: int) -> tuple[int, int, int, str | None]:
-        """Return the identity of an environment's episode: seed, environment, number and part of the levels."""
+        """Return the identity of an environment's episode: seed, environment, episode number and set of levels."""
         return int(self.seeds[env]), int(self.indices[env]), int(self.numbers[env]), self.config.levels
 
     def _note(self, envs: NDArray[np.integer], observations: list[Any], totals: NDArray) -> None:
@@ -93,7 +92,7 @@ class TaskWorld(BaseWorld):
         return {name: array[envs] for name, array in self._shown.items()}
 
     def step(self, actions: NDArray[np.int64]) -> np.ndarray:
-        """Act once in every environment; an action that it does not have only costs the step."""
+        """Act once in every environment; an action that does not exist only costs the step."""
         before, n = self._totals.copy(), len(actions)
         rewards, terminated, truncated = np.zeros(n), np.zeros(n, bool), self._cut.copy()
         acts = (actions >= 0) & (actions < self.n_actions) & ~self._has_ended
@@ -121,7 +120,7 @@ class TaskWorld(BaseWorld):
         return slice(None) if envs is self.everywhere else envs
 
     def get_state(self, envs: Any = slice(None)) -> Moment:
-        """Return the state of one environment, for its episode to be played again and to be drawn."""
+        """Return the state of one environment, for replays and pictures."""
         (env,) = np.atleast_1d(self.everywhere[envs]).tolist()
         return Moment(
             self.identity(env),
@@ -142,7 +141,7 @@ class TaskWorld(BaseWorld):
         return zlib.crc32(b"".join(np.ascontiguousarray(part).tobytes() for part in parts))
 
     def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Refuse arrays that `get_arrays` of as many environments cannot have given."""
+        """Refuse arrays that `get_arrays` of as many environments cannot return."""
         super().check_arrays(arrays)
         n = len(self)
         schema = {"cut": Array(np.bool_, (n,)), "taken": Array(np.int64, (n,), 0, self.max_steps)}
@@ -151,7 +150,7 @@ class TaskWorld(BaseWorld):
         Table(schema, is_open=True).check(arrays, "world")
 
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go back to what `get_arrays` gave, after `check_arrays`, by playing the actions again."""
+        """Restore arrays that `get_arrays` returned and `check_arrays` has checked, by replaying the actions."""
         super().set_arrays(arrays)
         cut = arrays["cut"].copy()
         for env in range(len(self)):

@@ -1,1 +1,1 @@
-"""The Workshop: things are made of things on a bench, by rules; a world without navigation."""
+"""The Workshop, a world without navigation: things on a bench are made into other things by rules."""

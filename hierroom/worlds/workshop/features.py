@@ -1,4 +1,4 @@
-"""The features that a workshop offers: what a network can read of an observation, as small whole numbers."""
+"""The features of a workshop, which are small whole numbers that a network reads."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from hierroom.worlds.workshop.recipes import Book
 from hierroom.worlds.world import Feature
 
 MOST = 3
-"""Counts above it are read as this one."""
+"""Larger counts are read as this one."""
 MOST_VALUES = 255
 
 
 def features_of(book: Book) -> Mapping[str, Feature]:
-    """Return the features of workshops of some rules, by name.
+    """Return the features of a workshop's recipes, by name.
 
-    shelf: the thing at each place; stock and bench: the count of each thing on the shelf and on the bench. goal-shelf:
-        the thing at each place together with the controller's goal, so that one row of a table can say that the goal
-        takes this thing; goal-bench: the same for things on the bench. By goal: goal-status, whether it can be made
-        now, and whether it was achieved in this episode; goal-stock, the count of its product; goal-wanted, whether the
-        way to the target lacks it, by the rules. A meta-controller's goal is the one it gave last.
+    shelf: the thing at each place. stock, bench: the count of each thing on the shelf and on the bench. goal-shelf:
+    pairs of the controller's goal and the thing at each place, so that one table row can tell that the goal takes this
+    thing. goal-bench: pairs of the goal and each count on the bench. For a meta-controller, the goal is its last one.
+    For each goal there are goal-status (can be made now, was achieved in this episode), goal-stock (the count of its
+    product) and goal-wanted (the way to the target lacks it, by the rules).
     """
     recipes = book.recipes
     standing, n_goals = recipes.standing, recipes.n_goals
     n_places, n_things = len(standing), len(book.things)
-    number_of = np.zeros(n_things, np.int64)  # of a thing among those that have a place
+    number_of = np.zeros(n_things, np.int64)  # index of each thing among those with a place
     number_of[standing] = np.arange(n_places)
     most = np.minimum(recipes.limits, MOST).astype(np.int64)
     levels = tuple((1 + most[standing]).tolist())
@@ -65,8 +65,8 @@ def features_of(book: Book) -> Mapping[str, Feature]:
 class _Paired:
     """Numbers that pair the goal with each of ``n`` values below ``n_values``.
 
-    A feature has at most 256 values. With many goals and values there are several numbers for each value: each has its
-    share of the goals, and is 0 while a goal of another one is pursued.
+    A feature has at most 256 values. So many goals are shared out among several numbers for each value. A number is 0
+    while a goal of another number is pursued.
     """
 
     def __init__(self, n_goals: int, n_values: int, n: int) -> None:
@@ -76,7 +76,7 @@ class _Paired:
         self.cardinalities = (1 + self._share * self._n_values,) * (self._n_numbers * n)
 
     def encode(self, goals: NDArray[np.integer], values: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return [M, numbers * n] of goals [M], -1 is none, and values [M, n]."""
+        """Return [M, numbers * n] from goals [M] (-1: no goal) and values [M, n]."""
         number, place = np.divmod(goals + 1, self._share)
         pairs = 1 + place[:, None] * self._n_values + values
         is_paired = number[:, None] == np.arange(self._n_numbers)

@@ -1,4 +1,4 @@
-"""Kernels that write which goals can be made in a workshop, and which of them are next on the way to the target."""
+"""Kernels for the goals of a workshop: which can be made, and which the way to the target lacks."""
 
 import numpy as np
 
@@ -7,13 +7,13 @@ from hierroom.worlds.workshop.kernels import BENCH, SHELF, changes
 
 REACHABLE, EXISTING, SEEN, ALL = range(4)
 GOAL_MASKS = {"reachable": REACHABLE, "existing": EXISTING, "seen": SEEN, "none": ALL}
-"""Goals that can be made now and change something; those, and all that were not achieved yet; as reachable, as nothing
-is hidden, and 'no goal' is legal as well; every goal."""
+"""Legal goals by name. reachable: can be made now and change something; existing: also all not achieved yet; seen: as
+reachable, as nothing is hidden, and 'no goal' is always legal; none: all goals."""
 
 
 @njit(cache=True)
 def can_make(things, recipes, way):
-    """Return whether all that a recipe asks for is there, on the shelf or the bench, and it would change something."""
+    """Return whether a recipe's ingredients are on the shelf or the bench, and it would change something."""
     for thing in range(things.shape[1]):
         if np.int64(things[SHELF, thing]) + things[BENCH, thing] < recipes.asks[way, thing]:
             return False
@@ -22,9 +22,9 @@ def can_make(things, recipes, way):
 
 @njit(cache=True, nogil=True)
 def write_masks(shops, things, recipes, are_turns, kind, masks):
-    """Write the legal actions [M, G + 1] of meta-controllers: off turn they can only wait.
+    """Write the legal choices [M, G + 1] of meta-controllers.
 
-    'No goal' is legal where no goal is, and under ``SEEN`` always.
+    'No goal' is legal where no goal is, such as off turn, and under ``SEEN`` always.
     """
     n_goals = recipes.n_goals
     for m in range(shops.shape[0]):
@@ -41,10 +41,10 @@ def write_masks(shops, things, recipes, are_turns, kind, masks):
 
 @njit(cache=True, nogil=True)
 def write_ranks(things, recipes, ranks):
-    """Write how near to the target each goal [M, G] stands among those that the way to the target lacks; else 0.
+    """Write ranks [M, G]: the depths of goals that the way to the target lacks, and 0 for others.
 
-    What is wanted is the target, and of each thing that is wanted and lacks, what one of its recipes of least depth
-    asks for. A goal stands at the depth of the wanted thing that it makes.
+    The target is wanted. For each wanted thing that is missing, the ingredients of its first recipe of least depth are
+    wanted too. A goal's rank is the depth of the missing thing that it makes.
     """
     ranks[:] = 0
     n_things = things.shape[2]

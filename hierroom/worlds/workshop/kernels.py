@@ -1,4 +1,4 @@
-"""The rules of the workshop as compiled functions on one environment, and on all of a batch.
+"""Compiled kernels with the rules of the workshop, for one environment and for a batch.
 
 A shop is a record of `layout.SHOP`; ``things`` are its rows `PLACES`, `SHELF` and `BENCH`. With ``NUMBA_DISABLE_JIT=1``
 the same source runs as ordinary Python.
@@ -16,7 +16,7 @@ MIN_SPLIT_PLACES = 5
 
 @njit(cache=True)
 def begin(shop, things, visited, recipes):
-    """Begin the next episode: everything on the shelf, in a new order of those that the shop's split allows."""
+    """Begin the next episode: everything on the shelf, in a random order that the shop's split allows."""
     shop.episode += 1
     shop.key = stream_key(shop.seed, shop.index, shop.episode)
     shop.n_drawn = np.uint64(0)
@@ -37,7 +37,7 @@ def begin(shop, things, visited, recipes):
 
 @njit(cache=True)
 def is_held_out(order):
-    """Return whether an order of the shelf is kept for evaluation, as an eighth of them by a hash."""
+    """Return whether an order of the shelf is kept for evaluation; a hash selects an eighth of all orders."""
     digest = np.uint64(0)
     for thing in order:
         digest = mix(digest + np.uint64(thing) + GOLDEN)
@@ -48,7 +48,7 @@ def is_held_out(order):
 def visit(shop, bench, visited):
     """Remember the contents of the bench; return whether they are new since the last first achievement of a goal.
 
-    The table is one of open addressing, of keys of 64 bits. Where it is empty or full nothing is new.
+    ``visited`` is a hash table with open addressing and 64-bit keys. If it has no slots or is full, nothing is new.
     """
     n_slots = np.uint64(visited.shape[0])
     if n_slots == 0:
@@ -82,7 +82,7 @@ def put(things, place, room):
 
 @njit(cache=True)
 def work(things, recipes):
-    """Make what the recipe on the bench gives, if it is one and changes anything, and return its goal, or -1."""
+    """Apply the recipe on the bench and return its goal; return -1 if there is none or it changes nothing."""
     for way in range(recipes.goals.shape[0]):
         is_laid = True
         for thing in range(things.shape[1]):
@@ -96,7 +96,7 @@ def work(things, recipes):
 
 @njit(cache=True)
 def apply(things, recipes, way):
-    """Apply a recipe to all things, on the shelf and on the bench, if that changes how many there are."""
+    """Apply a recipe to all things, on the shelf and on the bench; return False if it changes no count."""
     if not changes(things, recipes, way):
         return False
     for thing in range(things.shape[1]):
@@ -107,7 +107,7 @@ def apply(things, recipes, way):
 
 @njit(cache=True)
 def changes(things, recipes, way):
-    """Return whether a recipe would change how many there are of some thing."""
+    """Return whether a recipe would change the count of any thing."""
     for thing in range(things.shape[1]):
         if count_after(things, recipes, way, thing) != np.int64(things[SHELF, thing]) + things[BENCH, thing]:
             return True
@@ -132,7 +132,7 @@ def clear(things):
 
 @njit(cache=True)
 def note_goal(shop, things, recipes, goal, outcome):
-    """Write that a goal was achieved, and with it the target's goal if the target is there."""
+    """Record an achieved goal, and with it the target's goal if the target was made."""
     outcome.achieved = 1 << goal
     if things[SHELF, recipes.target]:
         outcome.achieved |= 1 << recipes.last_goal
@@ -156,9 +156,9 @@ def begin_shops(shops, things, visited, recipes):
 def step_shops(shops, things, visited, recipes, actions, outcomes, last_shops, last_things, autoreset):
     """Act once in every environment; an action that does not apply only costs the step.
 
-    Where that ends the episode, ``autoreset`` stores how it ended and begins the next one. Without it an environment
-    whose episode has ended stays as it is; so do its flags. (One loop and no function for one environment: to hand all
-    recipes to it takes longer than the step.)
+    Where an episode ends, ``autoreset`` stores its last state and begins the next one. Without it, ended environments
+    and their flags stay unchanged. (There is no function for one environment, because passing all recipes to it takes
+    longer than the step.)
     """
     n_places = recipes.standing.shape[0]
     for n in range(shops.shape[0]):
@@ -189,7 +189,7 @@ def step_shops(shops, things, visited, recipes, actions, outcomes, last_shops, l
 
 @njit(cache=True, nogil=True)
 def write_observations(things, observations):
-    """Write what M environments show [M, P, 3]: the thing at each place, how many to take, how many on the bench."""
+    """Write observations [M, P, 3]: the thing at each place, its count on the shelf and its count on the bench."""
     for m in range(observations.shape[0]):
         for place in range(observations.shape[1]):
             thing = things[m, PLACES, place]

@@ -11,14 +11,14 @@ from hierroom.support.schema import record_type
 from hierroom.worlds.seeds import SOURCE_FIELDS
 
 PLACES, SHELF, BENCH = range(3)
-"""Rows of an environment's things [3, T]: the thing at each place of the shelf (P of them, then zeros), the count of
-each thing on the shelf, and that on the bench."""
+"""Rows of an environment's things [3, T]: the thing at each place of the shelf (P of them, then zeros), and the counts
+of each thing on the shelf and on the bench."""
 
 
 SHOP = record_type(
     *SOURCE_FIELDS,
     ("max_steps", "i4"),
-    ("split", "i4"),  # the number in `SPLITS` of the orders of the shelf that may be drawn
+    ("split", "i4"),  # number in `SPLITS` of the set of shelf orders to draw from
     ("steps", "i4"),
     ("achieved", "i8"),  # bit g: goal g was achieved in this episode
     ("n_first", "i4"),  # number of these bits
@@ -30,7 +30,7 @@ SHOP = record_type(
 class WorkshopState:
     """The exact state of N workshops: records [N] of `SHOP`, things [N, 3, T] and past contents of the bench [N, V].
 
-    ``visited`` is a table of keys (see `kernels.visit`); V is 0 where nothing asks for it.
+    ``visited`` is a table of keys (see `kernels.visit`); V is 0 if nothing needs it.
     """
 
     shops: np.ndarray

@@ -1,4 +1,4 @@
-"""Rules as a workshop needs them: its things, and integer arrays of what each recipe asks for, uses and gives."""
+"""Rules as recipes of a workshop: things, and integer arrays of what each recipe asks for, uses and gives."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from hierroom.support.read_only import freeze
 
 MAX_COUNT = 254
 MAX_THINGS = 127
-"""A workshop keeps things and counts in bytes; a recipe that asks for more than there can be is kept as 255."""
+"""A workshop stores things and counts in bytes; larger counts that a recipe asks for are stored as 255."""
 
 
 class Recipes(NamedTuple):
-    """A recipes make T things; those that some recipe asks for have a place on the shelf, P in all.
+    """Arrays of A recipes and T things; the P things that recipes ask for have a place on the shelf.
 
     Args:
-        asks: [A, T] uint8, what must lie on the bench.
-        uses: [A, T] uint8, what of it is used up.
-        gives: [A, T] uint8, what is made.
+        asks: [A, T] uint8, counts that must be on the bench.
+        uses: [A, T] uint8, counts that are used up.
+        gives: [A, T] uint8, counts that are made.
         goals: [A] int64, the goal of each recipe, ascending.
-        limits: [T] uint8, how many there can be of a thing.
-        start: [T] uint8, how many there are at first.
+        limits: [T] uint8, the largest count of each thing.
+        start: [T] uint8, the count of each thing at the start of an episode.
         standing: [P] uint8, the things that have a place on the shelf.
-        order: [T] int64, the things that can be made from things nearer to the start, the farthest ones first.
-        depths: [T] int64, how many things must be made one after the other for a thing to be made, itself included;
-            0 of things that cannot be made so.
-        way_depths: [A] int64, the same for what a recipe makes if it is made so.
+        order: int64, the things with a depth above 0, the deepest first.
+        depths: [T] int64, how many things must be made one after the other to get the thing, itself included; 0 if it
+            cannot be made.
+        way_depths: [A] int64, the same for a thing made by this recipe.
         target: the thing that ends the episode.
-        room: how many things the bench can hold: as many as the largest recipe asks for.
+        room: how many things the bench can hold, which is the most that a recipe asks for.
         last_goal: the first goal with a recipe for the target; any recipe for the target achieves it.
         n_goals: the number of goals.
     """
@@ -73,7 +73,7 @@ class Book(NamedTuple):
 def book_of(rules: Rules) -> Book:
     """Return the recipes of rules.
 
-    A recipe asks for the things that its alternative needs and uses, of each the larger count. If it would ask for
+    A recipe asks for the things that its alternative needs and uses (the larger count of the two). If it would ask for
     nothing, or for the same as another goal's recipe, it also asks for its own source, such as ``source of wood``. A
     source is there from the start and is never used up.
     """
@@ -82,7 +82,7 @@ def book_of(rules: Rules) -> Book:
     for fact, count in rules.capacity.items():
         if count > MAX_COUNT:
             raise InputError(f"a workshop holds at most {MAX_COUNT} of a thing; the capacity of {fact!r} is {count:,}")
-    asks_of: dict[tuple[int, tuple[int, ...]], int] = {}  # of each goal the first alternative that asks for just this
+    asks_of: dict[tuple[int, tuple[int, ...]], int] = {}  # the first alternative of a goal with this ask
     for goal, n in enumerate(rules.n_alternatives):
         for way in range(n):
             asks_of.setdefault((goal, tuple(rules.required[goal, way].tolist())), way)
@@ -126,7 +126,7 @@ def book_of(rules: Rules) -> Book:
         last_goal=int(goals[gives[:, target] > 0][0]),
         n_goals=len(rules.names),
     )
-    freeze(recipes._asdict())  # all workshops of the process share them
+    freeze(recipes._asdict())  # shared by all workshops of the process
     return Book(rules, things, recipes)
 
 

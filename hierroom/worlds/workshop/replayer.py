@@ -1,4 +1,4 @@
-"""Plays episodes of a workshop again, names what happens in them, and draws them as text and pictures."""
+"""Replay episodes of a workshop, name their goals and actions, and draw them as text and pictures."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from hierroom.worlds.workshop.layout import BENCH, PLACES, SHELF, WorkshopState
 from hierroom.worlds.workshop.recipes import Recipes
 
 PER_ROW = 8
-"""Places of the shelf side by side in a picture."""
+"""Places of the shelf in a row of a picture."""
 PAPER, WOOD, INK, GOAL_INK = (24, 24, 28), (120, 84, 52), (240, 240, 240), (255, 210, 90)
 
 
 class WorkshopReplayer:
-    """The `Replayer` of a `WorkshopTask`; a state is that of one environment."""
+    """The `Replayer` of a `WorkshopTask`; a state is a `WorkshopState` of one environment."""
 
     def __init__(self, task: Any) -> None:
         self._task, self._book = task, task.book
 
     def identity(self, state: WorkshopState) -> tuple[int, int, int]:
-        """Return the seed of the environments, the number of this one, and how many episodes it had begun before."""
+        """Return the environments' seed, this one's index, and the number of episodes that it began before."""
         shop = state.shops[0]
         return int(shop.seed), int(shop.index), int(shop.episode)
 
@@ -36,21 +36,21 @@ class WorkshopReplayer:
         return int(state.shops[0].max_steps)
 
     def goal_name(self, state: WorkshopState, goal: int) -> str:
-        """Return a goal in words; -1 is no goal."""
+        """Return the name of a goal; -1 is no goal."""
         return "no goal" if goal == NO_GOAL else self._book.rules.names[goal]
 
     goal_label = goal_name
     """Goals mean the same in every episode."""
 
     def action_name(self, state: WorkshopState, action: int) -> str:
-        """Return an action of the controller in words."""
+        """Return the name of a controller's action."""
         n_places = len(self._book.recipes.standing)
         if 0 <= action < n_places:
             return f"put {self._book.things[state.things[0, PLACES, action]]}"
         return {n_places: "work", n_places + 1: "clear"}.get(action, "illegal action")
 
     def replay(self, state: WorkshopState, actions: NDArray[np.integer]) -> Iterator[WorkshopState]:
-        """Yield the state, and that after each action."""
+        """Yield the state, then the state after each action."""
         config = EnvConfig(task=self._task, max_steps=self.max_steps(state))
         memories = ("visited",) if state.visited.shape[1] else ()
         world = self._task.make_world(config, 1, autoreset=False, memories=memories)
@@ -61,19 +61,19 @@ class WorkshopReplayer:
             yield world.get_state()
 
     def rules_state(self, state: WorkshopState) -> tuple[NDArray[np.bool_], NDArray[np.integer]]:
-        """Return which goals [G] were achieved, and how many there are of each fact [F]."""
+        """Return whether each goal [G] was achieved, and the count of each fact [F]."""
         achieved = int(state.shops[0].achieved) >> np.arange(self._book.recipes.n_goals) & 1
         counts = state.things[0, SHELF].astype(np.int64) + state.things[0, BENCH]
         return achieved > 0, counts[: len(self._book.rules.facts)]
 
     def tile_size(self, state: WorkshopState) -> int:
-        """Return the side length of a place in pixels at which its text can be read."""
+        """Return a side length of places, in pixels, for readable text."""
         return 80
 
     window_tile_size = tile_size
 
     def text(self, state: WorkshopState, goal: int = NO_GOAL) -> str:
-        """Draw a state for a terminal: the shelf in its order, the bench, and what each goal takes."""
+        """Draw a state for a terminal: the shelf in its order, the bench, the step, and the goal with its recipe."""
         shop, names = _only(state)[0], self._book.things
         counts = {names[thing]: int(state.things[0, SHELF, thing]) for thing in self._places(state)}
         shelf = " | ".join(f"{place} {thing} x{n}" for place, (thing, n) in enumerate(counts.items()))
@@ -87,7 +87,7 @@ class WorkshopReplayer:
         return "\n".join(lines)
 
     def picture(self, state: WorkshopState, goal: int, tile_size: int, title: str = "") -> NDArray[np.uint8]:
-        """Draw a state: [H, W, 3] uint8, the shelf in rows, below it the bench, and the goal with its recipe."""
+        """Draw a state [H, W, 3] uint8: the shelf in rows, the bench below it, and the goal with its recipe."""
         from PIL import Image, ImageDraw
 
         _only(state)

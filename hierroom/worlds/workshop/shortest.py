@@ -1,8 +1,8 @@
 """The shortest solution of a workshop: the fewest primitive actions until the target is made.
 
-A recipe of k things takes k actions on the bench and one to work. So the search goes from marking to marking (the
-counts of all things), and an edge costs k + 1. It is A* with the bound `Solver._bound`; the step limit is ignored.
-Things on the bench at first can save actions of the first recipe, or cost one to clear it.
+A recipe of k things takes k actions to fill the bench and one to work. So the search runs on markings (the counts of
+all things), and an edge costs k + 1. It is A* with the bound `Solver._bound`; the step limit is ignored. Things already
+on the bench save actions of the first recipe, or cost one action to clear the bench.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from hierroom.worlds.workshop.layout import BENCH, PLACES, SHELF
 from hierroom.worlds.workshop.recipes import Recipes
 
 MAX_MARKINGS = 100_000
-"""Markings that a search looks at; where that is not enough the shortest length is not known."""
+"""Most markings that a search expands; if these are not enough, the shortest length is unknown."""
 Marking = tuple[int, ...]
 
 
@@ -48,13 +48,13 @@ class Solver:
         }
         self._costs = {way: int(asks[way].sum()) + 1 for way in self._ways}
         self._makers = self._find_makers(asks, uses, gives)
-        self._known: dict[Marking, tuple[int, int]] = {}  # of a marking the cost to the target and the next way
+        self._known: dict[Marking, tuple[int, int]] = {}  # marking: cost to the target, next way
 
     def _find_makers(self, asks: NDArray, uses: NDArray, gives: NDArray) -> list[tuple]:
-        """Return of each thing that can be made, the farthest first, what making it once takes at least.
+        """Return what each thing that can be made takes at least, the deepest thing first.
 
-        Thing, most that a way gives of it, least cost (0 where a way gives other things too), and of each nearer thing
-        the least that all ways ask for and use.
+        Each row has the thing, the most of it that a way gives, and the least cost (0 if a way also gives other
+        things). Last comes a list: for each less deep thing, the least that all ways ask for and use.
         """
         makers, depths = [], self._recipes.depths[self._relevant]
         for thing in np.argsort(-depths, kind="stable"):
@@ -71,8 +71,8 @@ class Solver:
     def _bound(self, marking: Marking) -> int:
         """Return a lower bound of the cost to the target.
 
-        The target must be made; whatever lacks of what a thing is made of must be made too, for all times that it is
-        used up. Only what all recipes of a thing take counts, and only what stands nearer to the start.
+        The target must be made, and so must its missing ingredients, theirs, and so on, as often as they are used up.
+        Only ingredients that all recipes of a thing take count, and only if they are less deep than the thing.
         """
         at_once, in_all, cost = [0] * len(marking), [0] * len(marking), 0
         at_once[self._target] = 1
@@ -124,7 +124,7 @@ class Solver:
     def next_way(self, things: NDArray[np.uint8]) -> tuple[int, int]:
         """Return the fewest actions from things [3, T] to the target, and the recipe to make first.
 
-        0 actions if the target is there, -1 if it can never be or if that is not known; then the recipe is -1.
+        The number is 0 if the target is there, and -1 if no solution is known. In both cases the recipe is -1.
         """
         on_bench = things[BENCH].astype(np.int64)
         marking = tuple((things[SHELF] + on_bench)[self._relevant].tolist())
@@ -141,7 +141,7 @@ class Solver:
         return best
 
     def actions(self, things: NDArray[np.uint8]) -> NDArray[np.int64]:
-        """Return a shortest sequence of actions from things [3, T] to the target; empty where there is none."""
+        """Return a shortest sequence of actions from things [3, T] to the target; empty if none is known."""
         n_places, recipes = len(self._recipes.standing), self._recipes
         places, actions = things[PLACES, :n_places].tolist(), []
         things, (left, way) = things.copy(), self.next_way(things)

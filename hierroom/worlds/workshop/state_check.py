@@ -1,4 +1,4 @@
-"""The check that a state can be one of workshops: kernels rely on it, and check no bounds."""
+"""Check a state of workshops before kernels use it, because they check no bounds."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _INT32, _INT64 = 2**31 - 1, 2**63 - 1
 
 
 def check_state(state: WorkshopState, recipes: Recipes, n: int, n_visited: int) -> None:
-    """Check that every part of a state of n workshops is in its range, and that the parts belong together."""
+    """Check that all values of a state of n workshops are in range and consistent."""
     shops, things = state.shops, state.things
     n_things, n_places = len(recipes.limits), len(recipes.standing)
     if not isinstance(shops, np.ndarray) or shops.dtype != SHOP or shops.shape != (n,):

@@ -1,4 +1,4 @@
-"""Workshops as tasks: of a random tech tree, or of a user's own rules."""
+"""Workshops as tasks, from a random tech tree or a user's own rules."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from hierroom.worlds.workshop.world import WorkshopWorld
 
 @dataclass(frozen=True)
 class WorkshopTask:
-    """A workshop of some rules, as `hierroom.worlds.make.Task` wants it; two of the same rules are equal.
+    """A workshop of some rules, as a `hierroom.worlds.make.WorldMaker`; equal rules and names give equal tasks.
 
     Args:
-        rules: what can be made of what.
-        name: of the task, in titles and tables.
+        rules: the recipes.
+        name: the task's name in titles and tables.
     """
 
     rules: Rules
@@ -37,10 +37,10 @@ class WorkshopTask:
     max_steps = DEFAULT_MAX_STEPS
 
     def __post_init__(self) -> None:
-        self.book  # what cannot be a workshop is refused here  # noqa: B018
+        self.book  # refuses rules that cannot be a workshop  # noqa: B018
 
     def __getstate__(self) -> dict[str, Any]:
-        """Pickle and copy the rules alone: features are functions without a name."""
+        """Pickle and copy only rules and name, because features contain functions without a name."""
         return {"rules": self.rules, "name": self.name}
 
     @cached_property
@@ -55,14 +55,14 @@ class WorkshopTask:
 
     @cached_property
     def goal_set(self) -> GoalSet:
-        """The goals: the names of the rules; the target is the first that makes the target of the rules."""
+        """The goals, named like the rules; the target is the first rule that makes the rules' target."""
         names, last = self.rules.names, self.book.recipes.last_goal
         goals = GoalSet.one_hot(names, names[last])
         return replace(goals, n_alike=last) if 0 < last == len(names) - 1 else goals
 
     @property
     def n_actions(self) -> int:
-        """One for each place, to work and to clear."""
+        """The number of actions: one for each place, one to work and one to clear."""
         return len(self.book.recipes.standing) + 2
 
     @cached_property
@@ -72,7 +72,7 @@ class WorkshopTask:
 
     @cached_property
     def replayer(self) -> WorkshopReplayer:
-        """The replayer, which plays episodes again and draws them."""
+        """The replayer, which replays episodes and draws them."""
         return WorkshopReplayer(self)
 
     @cached_property
@@ -96,9 +96,9 @@ def workshop_of(spec: str) -> WorkshopTask:
 
 
 def workshop(rules: Rules) -> WorkshopTask:
-    """Return a workshop of rules, to be used wherever a graph or a task is taken.
+    """Return a workshop of rules, which can be given wherever a graph or a task can.
 
-    Things that rules need or use stand on a shelf; an agent puts them on a bench and works: see `WorkshopWorld`.
+    Things that rules need or use are on a shelf; an agent puts them on a bench and works: see `WorkshopWorld`.
 
     Args:
         rules: the recipes, and the thing to make as their target.

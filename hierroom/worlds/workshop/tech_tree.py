@@ -14,8 +14,7 @@ from hierroom.support.errors import InputError, require_name, require_number, sh
 
 Name = TypeVar("Name", str, tuple[str, str])
 Shape = Literal["mixed", "deep", "wide", "either"]
-"""Ingredients of a thing: things at random, the newest thing and another, the oldest things that nothing uses yet, or
-things at random in either of two ways."""
+"""Unused things to take as ingredients: random ones (mixed, either), the newest (deep) or the oldest (wide)."""
 MIN_GOALS = 2
 MATERIALS = (
     *(("tree", "wood"), ("rock", "stone"), ("mine", "ore"), ("field", "straw"), ("sheep", "wool"), ("pit", "clay")),
@@ -29,7 +28,7 @@ CAPACITY = 3
 
 
 def tech_tree_of(spec: str) -> Rules:
-    """Return the tech tree of a text: ``GOALS``, then perhaps ``:SEED`` (0) and ``:SHAPE`` (mixed)."""
+    """Return the tech tree of a text: ``GOALS``, with optional ``:SEED`` (0) and ``:SHAPE`` (mixed)."""
     match = re.fullmatch(r"([0-9]{1,4})(?::([0-9]{1,18}))?(?::(\w+))?", spec, re.ASCII)
     if match is None:
         raise InputError(
@@ -43,16 +42,16 @@ def tech_tree_of(spec: str) -> Rules:
 def tech_tree(n_goals: int, seed: int = 0, shape: Shape = "mixed") -> Rules:
     """Return a random tech tree.
 
-    A third of the goals are materials, each made with a source that is never used up: wood with a tree. Each other
-    goal is a part, which is used up where something is made of it, or a tool, which is not, and is made of one to
-    three things. The last one is the masterpiece, the target. Every other thing is needed for something, and what
-    anything is made of comes before it and can be made again and again, so the masterpiece can always be made.
+    A third of the goals (a quarter if deep, half if wide) are materials, made with a source that is never used up, such
+    as wood with a tree. The others are made of one to three earlier things: parts, which are used up as ingredients,
+    and tools, which are not. The last one is the masterpiece, the target; all others are needed for something. As
+    every ingredient can be made again and again, the masterpiece can always be made.
 
     Args:
         n_goals: 2 to 63.
         seed: 0 to 10**18 - 1.
-        shape: deep for a long way to the target, wide for a short one with many branches, mixed, or either. In the last
-            one about half of the parts and tools can also be made in a second way.
+        shape: deep for a long way to the target, wide for a short one with many branches, mixed, or either. With
+            either, about half of the parts and tools can also be made in a second way.
     """
     require_number("the number of goals of a workshop", n_goals, MIN_GOALS, MAX_GOALS, is_whole=True)
     require_number("the seed of a workshop", seed, 0, 10**18 - 1, is_whole=True)
@@ -99,8 +98,8 @@ def _ask(
 ) -> dict[str, int]:
     """Return the ingredients of a product: one to three things, each with its count.
 
-    One at least was not used yet, so no two products are made of the same. As long as more than two things wait to be
-    used, it takes two of them, so that the last product can take the rest.
+    At least one is unused so far, so no two products have the same ingredients. As long as more than two things are
+    unused, it takes two of them, so that the last product can take the rest.
     """
     at_random: list[str] = rng.permutation(unused).tolist()
     waiting = {"deep": unused[::-1], "wide": unused}.get(shape, at_random)
@@ -117,7 +116,7 @@ def _ask(
 def _other_ask(
     rng: np.random.Generator, known: list[str], made: list[dict[str, int]], tries: int = 20
 ) -> list[dict[str, int]]:
-    """Return two known things that nothing is made of yet, as a list of one; empty if none is found."""
+    """Return a list with one pair of known things that is no product's recipe yet; empty if none is found."""
     for _ in range(tries if len(known) > 1 else 0):
         ask = dict.fromkeys(rng.choice(known, 2, replace=False).tolist(), 1)
         if ask not in made:

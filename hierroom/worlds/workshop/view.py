@@ -36,21 +36,21 @@ class WorkshopView:
         """Return the observation's entries, in fresh arrays.
 
         Returns:
-            ``observation`` [M, P, 3] uint8: of each place of the shelf, the thing that stands there, how many there
-            are of it to take, and how many lie on the bench.
+            ``observation`` [M, P, 3] uint8: for each place of the shelf its thing, the thing's count on the shelf and
+            its count on the bench.
         """
         observations = np.empty((len(self), len(self.book.recipes.standing), 3), np.uint8)
         _compiled_observations()(self.things, observations)
         return {"observation": observations}
 
     def uniforms(self, turns: NDArray[np.integer], n: int) -> NDArray[np.float64]:
-        """Return [M, n] random numbers in [0, 1), fixed by seed, environment, episode and turn [M]."""
+        """Return [M, n] random numbers in [0, 1), determined by seed, environment, episode and turn [M]."""
         uniforms = np.empty((len(self), n))
         _compiled_uniforms()(self.shops, np.ascontiguousarray(turns, np.int64), uniforms)
         return uniforms
 
     def legal_goals(self, mask: str, are_turns: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return the legal actions [M, G + 1] under one of `GOAL_MASKS`; off turn one can only wait."""
+        """Return the legal choices [M, G + 1] under one of `GOAL_MASKS`; only 'no goal' off turn."""
         masks, recipes = np.empty((len(self), self.book.recipes.n_goals + 1), bool), self.book.recipes
         are_turns = np.ascontiguousarray(are_turns)
         _compiled_masks()(self.shops, self.things, recipes, are_turns, GOAL_MASKS[mask], masks)
@@ -63,24 +63,24 @@ class WorkshopView:
 
     @property
     def seen(self) -> NDArray[np.bool_]:
-        """The reachable goals [M, G]: nothing is hidden."""
+        """The reachable goals [M, G], because nothing is hidden."""
         return self.reachable
 
     @cached_property
     def depth_first_ranks(self) -> NDArray[np.int64]:
-        """Nearness to the target [M, G] of each goal that the way there lacks; else 0."""
+        """Depths [M, G] of the goals that the way to the target lacks; 0 for other goals."""
         ranks = np.empty((len(self), self.book.recipes.n_goals), np.int64)
         _compiled_ranks()(self.things, self.book.recipes, ranks)
         return ranks
 
     @property
     def oracle_goals(self) -> NDArray[np.int64]:
-        """Goals [M] achieved first on a shortest way to the target, or -1."""
+        """First goals [M] on a shortest path to the target, or -1."""
         ways = [self.solver.next_way(things)[1] for things in self.things]
         return np.array([-1 if way < 0 else self.book.recipes.goals[way] for way in ways], np.int64)
 
     def level(self, m: int, legal: NDArray[np.bool_]) -> Situated:
-        """Return the m-th environment in words: its facts are the things, those on the bench too."""
+        """Return the m-th environment in words; its facts are the things on the shelf and the bench."""
         achieved, names = int(self.shops["achieved"][m]), self.book.rules.names
         goals = (GoalInWords(g, name, bool(legal[g]), achieved >> g & 1) for g, name in enumerate(names))
         counts = self.things[m, SHELF] + self.things[m, BENCH]
@@ -89,7 +89,7 @@ class WorkshopView:
 
 
 _SHOPS, _THINGS = np.zeros(1, SHOP), np.zeros((1, 3, 1), np.uint8)
-"""Of the types that kernels get, compiled for once: read-only arrays have others."""
+"""Examples of the types to compile kernels for; read-only arrays have other types."""
 
 
 @cache

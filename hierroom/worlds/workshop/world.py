@@ -28,7 +28,7 @@ from hierroom.worlds.workshop.view import WorkshopView
 from hierroom.worlds.world import Feature, Seeds
 
 MOST_VISITED = 2**16
-"""Slots of the table of past benches, twice as many as steps; in longer episodes it fills up."""
+"""Most slots of the table of past benches, which has two for each step; in longer episodes it fills up."""
 _KEYS = (*(f"K_{digit}" for digit in "1234567890"), *(f"K_{letter}" for letter in "qwertyuiopasdfghjklzxcvbnm"))
 
 
@@ -40,32 +40,32 @@ class WorkshopWorld(BaseWorld):
 
     Things
         Every fact of the rules is a thing. An episode begins with the facts of the rules' start. A rule that asks for
-        nothing, or for the same as another one, has its own source, which is there and stays. Each thing that some rule
-        asks for has a place on the shelf. Each episode draws the order of the places. An eighth of the orders is kept
-        for evaluation and never drawn in training, given five places or more. Nothing else is random.
+        nothing, or for the same as another one, has its own source, which is always there. Each thing that some rule
+        asks for has a place on the shelf. Each episode draws the order of the places. With five places or more, an
+        eighth of the orders is kept for evaluation and never drawn in training. Nothing else is random.
 
     Actions, P + 2 for P places
         0 to P - 1 put one thing from that place of the shelf on the bench, if there is one and the bench has room. The
         bench holds as many things as the largest rule asks for. P works: it applies the rule if the bench holds exactly
         the things that the rule needs and uses. Used things are gone, needed things go back to the shelf, and given
         things appear there, up to their capacity. Working does nothing where no rule applies or nothing would change. P
-        + 1 clears the bench: everything goes back to its place. Any action costs a step. Of a rule with several
+        + 1 clears the bench: everything goes back to its place. Any action costs a step. If a rule has several
         alternatives, the one on the bench is applied.
 
     Goals
         The names of the rules. A goal is achieved each time its rule is applied. A goal of k things takes k + 1 right
-        actions, any order of the k. Legal are by default the goals that can be made now and would change something.
+        actions, the k in any order. By default the goals that can be made now and would change something are legal.
 
     Observation
         ``observation`` [P, 3] uint8: for each place the number of its thing, its count on the shelf and its count on
         the bench.
 
     Reward
-        1 for the target, else 0; `hierroom.turns.rewards` has those of the controller. 'New' to the reward novelty are
-        contents of the bench, since the last goal that was achieved for the first time.
+        1 for the target, else 0; `hierroom.turns.rewards` has those of the controller. For the reward novelty, contents
+        of the bench are new if they did not occur since a goal was last achieved for the first time.
 
     End
-        Terminated where the target is made. Truncated after ``max_steps``.
+        Terminated when the target is made. Truncated after ``max_steps``.
 
     Ids
         ``hierroom/Workshop-v0``, with ``task="workshop:6"`` unless another is given.
@@ -86,7 +86,7 @@ class WorkshopWorld(BaseWorld):
         self._shares = Shares(num_envs, threads)
 
     def allocate(self) -> None:
-        """Make the arrays that change in an episode."""
+        """Allocate the arrays that change in an episode."""
         num_envs, shops = len(self), np.zeros(len(self), SHOP)
         shops["index"] = self.config.env_index + np.arange(num_envs)
         Whole(1, 2**31 - 1).check(self.max_steps, "max_steps")
@@ -114,13 +114,13 @@ class WorkshopWorld(BaseWorld):
             self._state = replace(self._state, visited=visited)
 
     def begin(self, envs: NDArray[np.integer]) -> None:
-        """Begin episodes in environments [M], which their shops name."""
+        """Begin episodes in environments [M]; their records in ``shops`` determine them."""
         part = self._state[envs]
         kernels.begin_shops(part.shops, part.things, part.visited, self.book.recipes)
         self._write(part, envs)
 
     def reset(self, seed: Seeds = None, envs: Indices = slice(None)) -> None:
-        """Begin an episode: with a seed (0 to 2**63 - 1) an environment's first one, without one its next."""
+        """Begin the first episode of a seed (0 to 2**63 - 1), or without a seed each environment's next one."""
         chosen = chosen_envs(envs, len(self))
         write_seeds(self._state.shops, seed, chosen)
         self.begin(chosen)
@@ -128,7 +128,7 @@ class WorkshopWorld(BaseWorld):
         self.has_begun = True
 
     def step(self, actions: NDArray[np.int64]) -> np.ndarray:
-        """Act once in every environment and return the outcomes; an action [N] that is none only costs the step."""
+        """Take actions [N] and return the outcomes; an action that does not exist only costs the step."""
         state, last = self._state, (self._last_shops, self._last_things)
         recipes, arrays, step = self.book.recipes, (state.shops, state.things, state.visited), _compiled_step()
         if self._shares.is_one:
@@ -146,7 +146,7 @@ class WorkshopWorld(BaseWorld):
         return WorkshopView(self.book, self.task.solver, shops, things)
 
     def observe(self, envs: NDArray[np.integer]) -> WorkshopView:
-        """Return the view of environments [M], read-only; if they are all, the next step overwrites it."""
+        """Return the read-only view of environments [M]; the next step overwrites a view of all."""
         if envs is self.everywhere or len(self) == 1:
             return self._view(read_only(self._state.shops), read_only(self._state.things))
         return self.exact_view(envs)
@@ -156,7 +156,7 @@ class WorkshopWorld(BaseWorld):
         return freeze(self._view(self._state.shops[envs], self._state.things[envs]))
 
     def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> WorkshopView:
-        """Return the view of environments [M] after the last step; of those that ``ended`` [M], before the reset."""
+        """Return the view of environments [M] after the last step, and before the reset where they ``ended`` [M]."""
         shops, things = self._state.shops[envs], self._state.things[envs]
         if self.autoreset:
             shops[ended], things[ended] = self._last_shops[envs[ended]], self._last_things[envs[ended]]
@@ -167,26 +167,26 @@ class WorkshopWorld(BaseWorld):
         return self.observe(envs).as_dict()
 
     def legal_goals(self, mask: str, are_turns: NDArray[np.bool_], view: Any = None) -> NDArray[np.bool_]:
-        """Return the meta-controllers' legal actions [M, G + 1], of a view or of all; off turn they can only wait."""
+        """Return the meta-controllers' legal choices [M, G + 1], in a view or everywhere; only 'no goal' off turn."""
         if mask not in GOAL_MASKS:
             raise InputError(f"goal_mask of a workshop is one of {', '.join(GOAL_MASKS)}, not {mask}")
         return (self.observe(self.everywhere) if view is None else view).legal_goals(mask, are_turns)
 
     def clocks(self) -> NDArray[np.integer]:
-        """Return [N] the steps of the episodes under way."""
+        """Return the steps [N] of the current episodes."""
         return read_only(self._state.shops["steps"])
 
     def stagger_clocks(self) -> None:
-        """Spread the steps of the episodes under way evenly, so that they are not all truncated together."""
+        """Spread the steps of the current episodes evenly, so that they are not all truncated together."""
         self._state.shops["steps"] = np.arange(len(self)) * self.max_steps // len(self)
 
     def shortest_lengths(self, envs: NDArray[np.integer]) -> NDArray[np.integer]:
-        """Return the fewest steps [M] to the target from now on; -1 where it is out of reach or not known."""
+        """Return the fewest steps [M] from the current state to the target; -1 if unreachable or unknown."""
         things = self._state.things[envs]
         return np.array([self.task.solver.next_way(one)[0] for one in things], np.int64)
 
     def shortest_actions(self, env: int) -> NDArray[np.integer]:
-        """Return the actions of a shortest way to the target in one environment."""
+        """Return the actions of a shortest path to the target in one environment."""
         return self.task.solver.actions(self._state.things[env])
 
     def get_state(self, envs: Indices = slice(None)) -> WorkshopState:
@@ -194,7 +194,7 @@ class WorkshopWorld(BaseWorld):
         return self._state[chosen_envs(envs, len(self))]
 
     def state_after(self, before: WorkshopState, actions: ArrayLike) -> WorkshopState:
-        """Return the state to which the last step led: where it ended an episode, take it again without a reset."""
+        """Return the state after the last step; where it ended an episode, repeat it without a reset."""
         state, outcomes = self.get_state(), self._outcomes
         ended = np.flatnonzero(outcomes["terminated"] | outcomes["truncated"])
         if self.autoreset and len(ended):
@@ -210,15 +210,15 @@ class WorkshopWorld(BaseWorld):
         return vars(self.get_state(envs))
 
     def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Refuse arrays that `get_arrays` of as many environments cannot have given."""
+        """Refuse arrays that `get_arrays` of as many environments cannot return."""
         check_state(WorkshopState(**arrays), self.book.recipes, len(self), self._state.visited.shape[1])
 
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Go back to what `get_arrays` gave, after `check_arrays`."""
+        """Restore arrays that `get_arrays` returned and `check_arrays` has checked."""
         self.set_state(WorkshopState(**arrays))
 
     def set_state(self, state: WorkshopState) -> None:
-        """Set all environments to a state of as many, which was checked; seeds and indices are part of it."""
+        """Set all environments to a checked state of as many; seeds and indices are part of it."""
         self._write(state, self.everywhere)
         shops, outcomes = state.shops, np.zeros(len(self), OUTCOME)
         outcomes["length"] = shops["steps"]
