@@ -52,7 +52,7 @@ class Walk:
             edges: [E, 2] from and to; edges between the same two nodes add up.
             n: number of nodes.
             start: the node to which the walk returns.
-            rates: [E] how likely each of a node's edges is, relative to its others; by default all are equally likely.
+            rates: [E] relative probabilities of a node's edges; by default all its edges are equally likely.
         """
         sources, targets = edges.reshape(-1, 2).T
         rates = np.ones(len(sources)) if rates is None else rates
