@@ -45,7 +45,7 @@ CHECK_EVERY = 64
 PATIENCE = 16_384
 """Least number of steps without a geometric decay before squaring replaces stepping."""
 STEP_COST, DENSE_GAIN = 16_000, 32
-"""Overhead of a step, in sparse multiplications, and number of dense multiplications that cost as much as a sparse one."""
+"""Overhead of a step, in sparse multiplications; number of dense multiplications that cost as much as a sparse one."""
 LONG = 10**9
 """More multiplications than this may take longer than a second."""
 TINY = 1e-200
