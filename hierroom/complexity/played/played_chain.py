@@ -146,7 +146,7 @@ class PlayedChain:
         return "", "observed", interval, "their chain", interval
 
     def rows(self) -> list[tuple[str, ...]]:
-        """Return a row for each quantity: its name, the observed value and the chain's value, each with its interval."""
+        """Return a row for each quantity: its name, the observed and the chain's value, each with its interval."""
         rows = []
         for name, measured in self.intervals.items():
             seen = self.observed.get(name)
@@ -213,7 +213,7 @@ class PlayedChain:
 
 
 def summary(chain: Chain, times: tuple[int, ...]) -> dict[str, float]:
-    """Return the reported numbers of a chain: its times, its reach within ``times``, and its mean steps to each goal."""
+    """Return the reported numbers of a chain: its times, its reach within ``times``, and mean steps to each goal."""
     reached = chain.reach_probability(times)
     found = {"hitting_time": chain.hitting_time, "expected_steps": chain.expected_steps, "std": chain.std}
     chances = {within(t): float(chance) for t, chance in zip(times, reached, strict=True)}
