@@ -28,8 +28,8 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
     """N environments on the batch engine.
 
     Observations and infos have the layout of Gymnasium's ``SyncVectorEnv`` of N `EscapeRoom` with ``env_index`` 0, 1,
-    ... The three autoreset modes determine when the next episode begins: in the next step, which ignores the action; in
-    the same step, with ``final_obs`` and ``final_info`` of the ended episode; or at the next ``reset``.
+    ... The next episode begins in the next step, which ignores the action (``NEXT_STEP``); in the same step, with
+    ``final_obs`` and ``final_info`` of the ended episode (``SAME_STEP``); or at the next ``reset`` (``DISABLED``).
 
     Args:
         num_envs: number N of environments.

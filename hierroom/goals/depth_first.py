@@ -32,7 +32,7 @@ class DepthFirst:
         """How many random numbers an episode needs."""
 
     def next_rule(self, marking: ArrayLike, random: NDArray[np.floating]) -> int | None:
-        """Return the rule to apply next, or None if no way leads to the target or it is there already.
+        """Return the rule to apply next, or None if the target is there already or no way leads to it.
 
         Args:
             marking: [F] the count of each fact.

@@ -25,7 +25,7 @@ class GoalSet:
         target: the goal that ends an episode with success.
         kinds: names of the kinds of goals; training reports for each kind how many options reach their goal.
         kind_of: [G], the kind of each goal.
-        milestones: names of milestones. Evaluations report the first step of each; a world maps goals to milestones.
+        milestones: evaluations report the first step of each; a world maps the goals of each episode to them.
         n_alike: number of interchangeable things, such as six colours. Each has a goal of every kind but the last: with
             six, goals 0 to 5 are of the first kind, 6 to 11 of the second, and 12 is the target. 0: none.
     """

@@ -54,7 +54,7 @@ class minigrid_view(MiniGridEnv):
     | rewards, ends, infos, pictures | those of the environment |
 
     Args:
-        env: an environment such as ``hierroom/EscapeRoom-a-v0`` from `gymnasium.make`, without other wrappers.
+        env: an environment such as ``hierroom/EscapeRoom-a-v0`` from `gymnasium.make`, without further wrappers.
 
     Attributes:
         escape_room: the environment.

@@ -38,7 +38,7 @@ class Elimination:
 
     Args:
         moves: [n, n] CSR, the probability of each move among these nodes; its diagonal is ignored.
-        leaving: [n], the probability to leave each node for one outside; each node leads to one where it is positive.
+        leaving: [n], the probability to move from each node to one outside. From each node a path leads outside.
     """
 
     def __init__(self, moves: sp.csr_array, leaving: NDArray[np.float64]) -> None:

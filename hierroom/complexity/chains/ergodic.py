@@ -74,7 +74,7 @@ def spectral_gap(weights: Weights) -> float:
     """Return the absolute spectral gap in 0..1: one minus the second largest eigenvalue modulus of P (section 12.2).
 
     The eigenvalues of P are those of its blocks of nodes that reach each other. In a block that is never left, they are
-    those of D^(1/2) P D^(-1/2), with the stationary distribution on the diagonal of D; this matrix is symmetric if the
+    those of D^(1/2) P D^(-1/2), with the stationary distribution on the diagonal of D. This matrix is symmetric if the
     walk is reversible (lemma 12.1). Eigenvalues computed from P itself can be far off by rounding, as in a corridor.
 
     Args:

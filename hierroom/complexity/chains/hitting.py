@@ -66,7 +66,7 @@ def mean_first_passage_time(weights: Weights, targets: Targets) -> NDArray[np.fl
 def first_passage_variance(weights: Weights, targets: Targets) -> NDArray[np.float64]:
     """Return the variance [n] of the steps until a target is first reached; ``inf`` where the mean is ``inf``.
 
-    With means m and transition probabilities P, each node gets the one of two values with the smaller error bound:
+    Let m be the means and P the transition probabilities. Each node gets one of two values, by the smaller error bound:
 
     1. the second moment N (2 m - 1), minus m^2. It equals (2 N - I) m - m^2 (Kemeny and Snell, theorem 3.3.3), and
        loses digits where the variance is much smaller than m^2;

@@ -106,7 +106,10 @@ def expected_states(
 def later_by_squaring(
     moves: sp.csr_array, source: int, targets: NDArray[np.bool_], hits: NDArray[np.float64], times: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Return the probability [m, k] to reach each set [n, m] after step t, from ``hits`` [n, m]: ever, 0 in the set."""
+    """Return the probability [m, k] to reach each set of targets [n, m] later than t steps, by squaring.
+
+    ``hits`` [n, m] is the probability to reach each set ever, with 0 at the nodes of the set.
+    """
     later = np.empty((targets.shape[1], len(times)))
     chances = with_staying(moves).toarray()
     n_bits, done = int(times.max(initial=0)).bit_length(), 0

@@ -2,8 +2,8 @@
 
 GORP (greedy over random policy; Laidlaw, Russell and Dragan 2023, algorithm 1) chooses one action after the other. It
 makes m rollouts of the random policy after each of the A^k sequences of k further actions. It then takes the first
-action of the sequence with the greatest mean return, with random ties. With m_k rollouts it finds an optimal policy
-with probability 1/2, and H_k = k + log_A m_k (definition 5.2). `effective_horizon` gives only an upper bound.
+action of the sequence with the greatest mean return; ties are broken at random. With m_k rollouts it finds an optimal
+policy with probability 1/2, and H_k = k + log_A m_k (definition 5.2). `effective_horizon` gives only an upper bound.
 """
 
 from __future__ import annotations

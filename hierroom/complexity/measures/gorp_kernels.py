@@ -107,8 +107,8 @@ def leaf_chances(leaves, leaf_steps, random_values, state, h, k, chances):
 def success_values(transitions, leaves, leaf_steps, random_values, is_optimal, visited, k, m, nodes, node_weights):
     """Return the probability [T + 1, S] that GORP takes optimal actions only, from the states ``visited`` [T + 1, S].
 
-    For each sequence of k actions, ``leaves`` [S, A ** k] is the state after it, and ``leaf_steps`` [S, A ** k] the
-    step that earns the reward, or a very large number if none does. Sequences with the same first action are adjacent.
+    ``leaves`` [S, A ** k] is the state after each sequence of k actions. ``leaf_steps`` [S, A ** k] is its step that
+    earns the reward, or a very large number if there is none. Sequences with the same first action are adjacent.
     ``random_values`` [T + 1, S] is the random policy's probability of return 1.
     """
     horizon, n_states, n_actions = random_values.shape[0] - 1, transitions.shape[0], transitions.shape[1]
