@@ -180,7 +180,7 @@ class MarkingGraph:
 
     @cached_property
     def _adders(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the fact to which each rule only adds [R], and the count that it adds [R]: 0 for all other rules.
+        """Return, for rules that only add to one fact, that fact [R] and the count added [R]; 0 for other rules.
 
         Such rules do not interfere with each other. So where some of them apply, all combinations of their facts can be
         reached. If several rules add to the same fact, only the first counts.

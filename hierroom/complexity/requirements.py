@@ -51,7 +51,7 @@ def goal_depths(rules: Rules) -> dict[str, float]:
 
 
 def links(rules: Rules) -> list[tuple[int, int, bool]]:
-    """Return each two rules, by number, where the first gives what the second requires, and whether that is used up."""
+    """Return the pairs of rules, by number, where the first gives what the second requires, and if that is used up."""
     found = []
     for first, ways in enumerate(rules.rules.values()):
         given = {fact for way in ways for fact in way.gives}

@@ -14,7 +14,7 @@ class DepthFirst:
     Random numbers order the alternatives and the facts; with the same numbers throughout an episode, the way stays the
     same. Alternatives are dropped in this order as long as the target stays in reach. Then the first missing
     requirement is pursued, and in turn its first missing requirement, down to a rule that applies. A requirement that
-    uses up what another one asks for comes after it. If each uses up what the other asks for, the way may be circular.
+    uses up what another one asks for comes after it. If each uses up what the other asks for, the way may never end.
 
     Args:
         rules: the rules.

@@ -27,7 +27,7 @@ def canonical_rooms(key_rooms: tuple[int, ...], exit_room: int | None) -> tuple[
 def canonical_order(key_rooms: Sequence[int], exit_room: int | None) -> list[int]:
     """List the rooms breadth first, with the children of a room ordered by the shape of their subtrees.
 
-    Subtrees are ranked floor by floor, the deepest first (Aho, Hopcroft & Ullman 1974), without limits by recursion.
+    Subtrees are ranked floor by floor, the deepest first (Aho, Hopcroft & Ullman 1974). This needs no recursion.
     """
     children = child_rooms(key_rooms)
     floors = [[0]]
