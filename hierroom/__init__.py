@@ -16,11 +16,11 @@ from importlib.metadata import PackageNotFoundError, version
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-_started = time.perf_counter()  # of a command, whose wall clock begins here
+_started = time.perf_counter()  # the wall clock of a command begins here
 
 
 def _leave_quietly(kind: type[BaseException], error: BaseException, traceback: Any) -> None:
-    """End a command that is still being imported on Ctrl-C: one line, and exit code 130, as later on."""
+    """On Ctrl-C during imports, end a command with one line and exit code 130, as after the imports."""
     if not issubclass(kind, KeyboardInterrupt):
         sys.__excepthook__(kind, error, traceback)
         return
@@ -32,7 +32,7 @@ _run = sys.orig_argv[sys.orig_argv.index("-m") + 1 :][:1] if sys.argv[:1] == ["-
 if _run and re.match(r"hierroom(\.|$)", os.path.basename(_run[0])):  # the command line, by python -m or as a script
     sys.excepthook = _leave_quietly
 
-import gymnasium  # noqa: E402 - it takes its time, in which Ctrl-C may come
+import gymnasium  # noqa: E402 - slow, so Ctrl-C may come meanwhile
 import pettingzoo  # noqa: E402
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ __all__ = [
 ]
 try:
     __version__ = version("hierroom")
-except PackageNotFoundError:  # a copy of the source that nobody has installed
+except PackageNotFoundError:  # a copy of the source that is not installed
     __version__ = "unknown"
 
 _LETTERS = tuple("abcdefg")
@@ -112,7 +112,7 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Load a public name when it is first asked for: a command must not wait for what it does not use."""
+    """Load a public name when it is first used, so that commands do not wait for modules that they do not use."""
     if name in _HOMES:
         return getattr(importlib.import_module(f"hierroom.{_HOMES[name]}"), name)
     if name == "complexity":
@@ -125,14 +125,14 @@ def __dir__() -> list[str]:
 
 
 class _Package(ModuleType):
-    """The package, in which ``parallel_env`` is the class and ``train`` the function, not the files of these names."""
+    """The package. Its ``parallel_env`` is the class and its ``train`` the function, not the modules of these names."""
 
     def __reduce__(self) -> tuple[Callable[..., Any], tuple[str]]:
-        """By name, as modules are: cloudpickle sends functions that use the package to other processes with it."""
+        """Pickle by name, like other modules, so that cloudpickle can send functions that use the package."""
         return importlib.import_module, (self.__name__,)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        """Keep the import system from putting the files there."""
+        """Keep the import system from setting these two names to the modules."""
         if name not in ("parallel_env", "train"):
             super().__setattr__(name, value)
 
@@ -152,11 +152,11 @@ def register(name: str, graph: GraphSpecs, exclude: GraphSpecs = ()) -> str:
 
     Args:
         name: letters, digits, ``_``, ``.`` and ``-``, but not the letter of one of the paper's graphs.
-        graph: the graphs, as every environment takes them. Files are read now.
-        exclude: graphs to leave out of them.
+        graph: the graphs, in every form that environments take. Files are read now.
+        exclude: graphs to leave out.
 
     Returns:
-        the id. It takes all other arguments of the environments at `gymnasium.make`.
+        the id. With it, `gymnasium.make` takes all other arguments of the environments.
 
     Examples:
         >>> hierroom.register("fork", hierroom.GoalGraph((0, 1, 1), exit_room=3))
@@ -187,7 +187,7 @@ def _register(env_id: str, kwargs: dict[str, Any]) -> None:
         vector_entry_point="hierroom.vector_env:EscapeRooms",
         kwargs=kwargs,
     )
-    if hasattr(pettingzoo, "EnvSpec"):  # since 1.27; its `register` would warn as Gymnasium's did already
+    if hasattr(pettingzoo, "EnvSpec"):  # since 1.27; its `register` would repeat Gymnasium's warning
         pettingzoo.aec_registry[env_id] = pettingzoo.EnvSpec(env_id, "hierroom.aec_env:env", kwargs)
         pettingzoo.parallel_registry[env_id] = pettingzoo.EnvSpec(env_id, "hierroom.parallel_env:parallel_env", kwargs)
 

@@ -11,8 +11,8 @@
 | infos | ``goal_event``, ``elapsed``, ``illegal_actions``, ``success``, ``length``, ``shortest_length``: always all |
 | ends | terminated at the exit, truncated after ``max_steps`` primitive steps; both agents together |
 
-``meta_0`` acts at reset and whenever its option ends, ``controller_0`` at every other moment. An action that
-is not legal is never an error: the meta-controller's counts as no goal, the controller's only costs the step.
+``meta_0`` acts at reset and whenever its option ends; ``controller_0`` acts at all other times. An illegal action is
+never an error: one of the meta-controller counts as no goal, and one of the controller only costs the step.
 
 Version history: v0, the first.
 """
@@ -41,7 +41,7 @@ class raw_env(TwoAgentEnv, AECEnv):
         **entries: other entries of the `EnvConfig`, by name; the reward is ``"intrinsic"`` unless it is given.
 
     Attributes:
-        complexity: the report of its goal graph, of the hardest one it may draw, or of its rules.
+        complexity: the report on its goal graph, on the hardest one it may draw, or on its rules; None if unknown.
 
     Examples:
         >>> env = hierroom.raw_env("a")
@@ -57,7 +57,7 @@ class raw_env(TwoAgentEnv, AECEnv):
 
         Args:
             seed: 0 to 2**63 - 1.
-            options: ``{"complexity": True}`` puts the complexity report into the infos; of other keys it warns.
+            options: ``{"complexity": True}`` puts the complexity report into the infos; other keys give a warning.
         """
         self.infos = self.single.reset(seed, options)
         self.agents = list(AGENTS)
@@ -77,12 +77,12 @@ class raw_env(TwoAgentEnv, AECEnv):
         return super().last(observe)
 
     def agent_iter(self, max_iter: int = 2**63) -> AECIterable:
-        """Return the agents in the order of their turns, for so many turns at most."""
+        """Return an iterator over the agents in the order of their turns, of at most ``max_iter`` turns."""
         self._require_reset()
         return super().agent_iter(max_iter)
 
     def observe(self, agent: str) -> dict[str, NDArray]:
-        """Return an agent's present observation, in new arrays."""
+        """Return an agent's current observation, in new arrays."""
         self._require_reset()
         return self.single.observe(agent)
 

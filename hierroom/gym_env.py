@@ -1,6 +1,6 @@
 """The Gymnasium environments ``hierroom/EscapeRoom-{a..g}-v0``: the controller alone.
 
-The goals come from a meta-controller inside the environment (none by default: flat). Observations, actions, ends and
+A meta-controller inside the environment chooses the goals; by default there are none. Observations, actions, ends and
 infos are those of ``controller_0`` in `hierroom.aec_env`. Version history: v0, the first.
 """
 
@@ -22,17 +22,17 @@ from hierroom.worlds.world import RENDER_MODES
 
 
 class EscapeRoom(RegisteredEnv, gymnasium.Env):
-    """One EscapeRoom, and in it the controller.
+    """One EscapeRoom in which the controller acts.
 
     Args:
         graph: the goal graphs, as for `EnvConfig`.
-        meta: who picks the goals: a name, ``package.module:Class``, ``package.module:function``, or a
+        meta: what chooses the goals: a name, ``package.module:Class``, ``package.module:function``, or a
             meta-controller or function itself (see `hierroom.meta`).
         render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
         **entries: other entries of the `EnvConfig`, by name; the reward is ``"extrinsic"`` unless it is given.
 
     Attributes:
-        complexity: the report of its goal graph, of the hardest one it may draw, or of its rules.
+        complexity: the report on its goal graph, on the hardest one it may draw, or on its rules; None if unknown.
 
     Examples:
         >>> env = gymnasium.make("hierroom/EscapeRoom-a-v0", meta="fixed-dfs", size=11)
@@ -62,7 +62,7 @@ class EscapeRoom(RegisteredEnv, gymnasium.Env):
 
     @property
     def complexity(self) -> Any:
-        """Return the `ComplexityReport` of its goal graph or rules; of several goal graphs, of the hardest."""
+        """Return the report on the goal graph or rules, or on the hardest of several goal graphs; None if unknown."""
         return self.single.complexity
 
     def reset(self, *, seed: int | None = None, options: dict | None = None):
@@ -70,15 +70,15 @@ class EscapeRoom(RegisteredEnv, gymnasium.Env):
 
         Args:
             seed: 0 to 2**63 - 1.
-            options: ``{"complexity": True}`` puts the complexity report into the info; of other keys it warns.
+            options: ``{"complexity": True}`` puts the complexity report into the info; other keys give a warning.
         """
         infos = self.single.reset(seed, options)
-        super().reset(seed=None if seed is None else int(seed))  # Gymnasium takes no number of NumPy's
+        super().reset(seed=None if seed is None else int(seed))  # Gymnasium accepts no NumPy numbers
         self.single.ask(self.meta)
         return self.single.observe(CONTROLLER), infos[CONTROLLER]
 
     def step(self, action: int):
-        """Act once."""
+        """Take an action of the controller, and return the results of Gymnasium's step."""
         single = self.single
         reward, _, terminated, truncated = single.act_alone(action)
         show_step(self.meta, single.turns)
@@ -86,11 +86,11 @@ class EscapeRoom(RegisteredEnv, gymnasium.Env):
         return single.observe(CONTROLLER), reward, terminated, truncated, single.info(CONTROLLER)
 
     def action_masks(self) -> NDArray[np.bool_]:
-        """Return the legal actions, [A] bool, as sb3-contrib's MaskablePPO asks for them."""
+        """Return the legal actions, [A] bool, for sb3-contrib's MaskablePPO."""
         return self.single.observe(CONTROLLER)["action_mask"].astype(bool)
 
     def get_keys_to_action(self) -> dict[tuple[int, ...], int]:
-        """Return keys for `gymnasium.utils.play.play`, as the world names them."""
+        """Return the action of each key for `gymnasium.utils.play.play`, as the world defines them."""
         import pygame
 
         named = self.single.turns.world.keys_to_action

@@ -1,9 +1,9 @@
 """The PettingZoo parallel environment: both agents act at every primitive step.
 
-Agents, actions, observations, rewards and ends are those of `hierroom.aec_env`. At each step ``meta_0``'s action is
-taken first: on its turn it gives the goal; at any other time only its 14th action (no goal: wait) is legal, and
-anything else is taken as that. Then ``controller_0`` acts. When it is ``meta_0``'s turn the controller's observation
-holds no goal yet: a policy that wants the new one asks the meta-controller first and puts ``GOAL_VECTORS[goal]`` there.
+Agents, actions, observations, rewards and ends are those of `hierroom.aec_env`. At each step, the action of ``meta_0``
+is taken first. On its turn it sets the goal. At other times only its 14th action (no goal: wait) is legal, and any
+other action counts as that. Then ``controller_0`` acts. On ``meta_0``'s turn, the controller's observation has no goal
+yet. A policy that needs the new goal asks the meta-controller first and puts ``GOAL_VECTORS[goal]`` there.
 
 Version history: v0, the first.
 """
@@ -30,7 +30,7 @@ class parallel_env(TwoAgentEnv, ParallelEnv):
         **entries: other entries of the `EnvConfig`, by name; the reward is ``"intrinsic"`` unless it is given.
 
     Attributes:
-        complexity: the report of its goal graph, of the hardest one it may draw, or of its rules.
+        complexity: the report on its goal graph, on the hardest one it may draw, or on its rules; None if unknown.
 
     Examples:
         >>> env = hierroom.parallel_env("a", reward="bonus")
@@ -48,14 +48,14 @@ class parallel_env(TwoAgentEnv, ParallelEnv):
 
         Args:
             seed: 0 to 2**63 - 1.
-            options: ``{"complexity": True}`` puts the complexity report into the infos; of other keys it warns.
+            options: ``{"complexity": True}`` puts the complexity report into the infos; other keys give a warning.
         """
         infos = self.single.reset(seed, options)
         self.agents = list(AGENTS)
         return self._observations(), infos
 
     def step(self, actions: dict[str, int]):
-        """Take both agents' actions, first the meta-controller's, and return what PettingZoo asks for, by agent."""
+        """Take both agents' actions, first the meta-controller's, and return the results of PettingZoo's step."""
         if not self.agents:
             if not self.single.has_begun:
                 raise InputError("reset the environment before its first step")
@@ -67,7 +67,7 @@ class parallel_env(TwoAgentEnv, ParallelEnv):
         missing = [agent for agent in AGENTS if agent not in actions]
         if missing:
             raise InputError(f"a step needs an action of each agent, and has none of {' and '.join(missing)}")
-        choice, action = (as_action(actions[agent]) for agent in AGENTS)  # before one of them is taken
+        choice, action = (as_action(actions[agent]) for agent in AGENTS)  # check both before one is taken
         self.single.choose(choice)
         rewards, terminations, truncations = self.single.act(action)
         if terminations[META] or truncations[META]:

@@ -28,15 +28,15 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
     """N environments on the batch engine.
 
     Observations and infos have the layout of Gymnasium's ``SyncVectorEnv`` of N `EscapeRoom` with ``env_index`` 0, 1,
-    ... Its three modes decide when the next episode begins: in the next step, which ignores the action; in the same
-    step, with ``final_obs`` and ``final_info`` of the ended episode; or at the next ``reset``.
+    ... The next episode begins in the next step, which ignores the action (``NEXT_STEP``); in the same step, with
+    ``final_obs`` and ``final_info`` of the ended episode (``SAME_STEP``); or at the next ``reset`` (``DISABLED``).
 
     Args:
-        num_envs: N.
+        num_envs: number N of environments.
         graph: the goal graphs, as for `EnvConfig`.
-        max_episode_steps: ``max_steps``, as Gymnasium's specs call it; the smaller one counts.
-        meta: who picks the goals, as for `EscapeRoom`.
-        threads: most threads to step with.
+        max_episode_steps: the name of ``max_steps`` in Gymnasium's specs; the smaller one counts.
+        meta: what chooses the goals, as for `EscapeRoom`.
+        threads: largest number of threads that take steps.
         autoreset_mode: ``AutoresetMode.NEXT_STEP``, ``SAME_STEP`` or ``DISABLED``, or its value as text.
         flat: whether observations are rows of numbers, one [N, K] uint8 array: see `vector_arrays.flat_space`.
         copy: whether observations are new arrays; else each step overwrites those of the last one.
@@ -44,7 +44,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         **entries: other entries of the `EnvConfig`, by name; the reward is ``"extrinsic"`` unless it is given.
 
     Attributes:
-        complexity: the report of its goal graph, of the hardest one it may draw, or of its rules.
+        complexity: the report on its goal graph, on the hardest one it may draw, or on its rules; None if unknown.
         have_ended: [N] bool, whether the episode has ended and the next one has not begun.
         copies: whether observations are new arrays.
 
@@ -104,22 +104,22 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._is_seeded = False
         self.have_ended = np.zeros(num_envs, bool)
-        self._has_ended = False  # whether any of them is True, as most steps ask only that
+        self._has_ended = False  # whether any of them is True, which is all that most steps need
         self._screen = self.turns.world.screen(render_mode)
 
     @property
     def complexity(self) -> Any:
-        """Return the `ComplexityReport` of its goal graph or rules; of several goal graphs, of the hardest."""
+        """Return the report on the goal graph or rules, or on the hardest of several goal graphs; None if unknown."""
         return self.turns.world.complexity
 
     def reset(self, *, seed: Seeds = None, options: dict | None = None):
-        """Begin an episode in every environment: the first one of a seed, or without a seed each one's next.
+        """Begin an episode in every environment: the first one of a seed, or without a seed the next one.
 
         Args:
-            seed: 0 to 2**63 - 1; one for all environments (their indices make episodes differ), or a list with one, or
-                None, for each.
+            seed: 0 to 2**63 - 1: one for all environments (their indices make episodes differ), or a list with a seed
+                or None for each.
             options: ``{"reset_mask": mask}``, [N] bool, begins an episode in those environments only;
-                ``{"complexity": True}`` puts the complexity report into the infos; of other keys it warns.
+                ``{"complexity": True}`` puts the complexity report into the infos; other keys give a warning.
         """
         options, seeds = checked_options(options, "complexity", "reset_mask"), self._seeds(seed)
         where = self._reset_mask(options)
@@ -144,7 +144,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         return observations, infos
 
     def step(self, actions: NDArray[np.integer]):
-        """Act once in every environment."""
+        """Take actions [N], and return the results of Gymnasium's step."""
         turns, had_ended = self.turns, self._has_ended
         if had_ended and self.autoreset_mode == AutoresetMode.DISABLED:
             ended = ", ".join(map(str, np.flatnonzero(self.have_ended)))

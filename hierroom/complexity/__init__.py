@@ -1,7 +1,7 @@
 """Exploration complexity of goal graphs and rules before training: depth, width and passage times.
 
-W holds the probability of each move in one step, and D its row sums. Q holds the transition probabilities among the
-nodes that are not targets, staying included, and N = (I - Q)^-1. The walk starts at node s. In equations with a single
+W holds the probability of each move in one step, and D the row sums of W. Q holds the transition probabilities among
+the nodes that are not targets, staying included, and N = (I - Q)^-1. The walk starts at node s. If there is a single
 target node t, b = e_s - e_t.
 
 | equation | function | source |
@@ -20,9 +20,9 @@ target node t, b = e_s - e_t.
 Systems for m, v and h are solved without subtraction (`chains.elimination`; Grassmann, Taksar and Heyman, 1985).
 `played.markov_order` tests whether play is Markov on its nodes (Anderson and Goodman, 1957).
 
-`AugmentedGraph` is the paper's augmented graph with its weights W (appendix A), and `MarkingGraph` that of rules.
-Numbers after a textbook are those of its theorems: Norris, Markov Chains, 1997; Kemeny and Snell, Finite Markov Chains,
-1960; Golub and Pereyra, The Differentiation of Pseudo-Inverses, 1973. Measures of the literature are in
+`AugmentedGraph` is the paper's augmented graph with its weights W (appendix A); `MarkingGraph` is its counterpart for
+rules. Numbers after a source are its theorems: Norris, Markov Chains, 1997; Kemeny and Snell, Finite Markov Chains,
+1960; Golub and Pereyra, The Differentiation of Pseudo-Inverses, 1973. Other measures from the literature are in
 ``hierroom.complexity.measures``.
 """
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import networkx as nx
 
 MAX_NODES = 100_000
-"""Largest number of nodes of an augmented graph, which can double with each room."""
+"""Largest number of nodes of an augmented graph; each room can double the number."""
 
 
 class Node(NamedTuple):
@@ -77,7 +77,7 @@ class AugmentedGraph:
 
     @cached_property
     def levels(self) -> tuple[tuple[int, ...], ...]:
-        """Every set of doors that can be open together, the smallest first; these are no levels of a world."""
+        """Every set of doors that can be open together, the smallest first; they are not the levels of a world."""
         found, frontier = [()], [()]
         while frontier:
             grown = {tuple(sorted((*doors, key))) for doors in frontier for key in self.keys_in_reach(doors)}
@@ -87,7 +87,7 @@ class AugmentedGraph:
 
     @cached_property
     def nodes(self) -> tuple[Node, ...]:
-        """The nodes by set of open doors, rooms before keys; the start comes first, the exit last."""
+        """The nodes, ordered by set of open doors, rooms before keys. The start is the first, the exit the last."""
         unrolled = []
         for doors in self.levels:
             unrolled += [Node("room", room, doors) for room in (0, *doors)]
@@ -143,7 +143,7 @@ class AugmentedGraph:
         return {goal: tuple(indices) for goal, indices in achieved.items()} | {"exit": (self.exit,)}
 
     def keys_in_reach(self, doors: tuple[int, ...]) -> list[int]:
-        """List the closed rooms with a key in an accessible room when ``doors`` are open."""
+        """List the closed rooms that have their key in an accessible room when ``doors`` are open."""
         accessible = {0, *doors}
         return [
             room
@@ -196,8 +196,8 @@ def count_nodes(graph: GoalGraph) -> int:
     """Count the nodes of the augmented graph without building it.
 
     A set of open doors is a subtree of the tree of keys that contains room 0. The number of subtrees with root r is
-    c(r) = prod over its children of (1 + c(child)). By the product rule this also sums, over these subtrees, their
-    rooms (a room node each) and the children just outside them (a key node each). The exit is one more.
+    c(r) = prod over its children of (1 + c(child)). The product rule gives the sum over these subtrees of their rooms
+    (one room node each) and of the children just outside them (one key node each). The exit is one more node.
 
     Examples:
         >>> hierroom.complexity.count_nodes(hierroom.GoalGraph.named("g"))
@@ -216,7 +216,7 @@ def count_nodes(graph: GoalGraph) -> int:
 
 
 def kinds_of_nodes(augmented: AugmentedGraph) -> list[tuple[int, ...]]:
-    """List the classes of nodes that a symmetry of the goal graph exchanges, each ascending, by first appearance."""
+    """List the classes of nodes that symmetries of the goal graph exchange, by first appearance, each ascending."""
     graph = augmented.graph
 
     def shape(node: Node, room: int) -> tuple:
@@ -230,6 +230,6 @@ def kinds_of_nodes(augmented: AugmentedGraph) -> list[tuple[int, ...]]:
 
 
 def alike_nodes(augmented: AugmentedGraph) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Find one node of each class of equivalent nodes [k], for sums over nodes, and the size of each class [k]."""
+    """Return one node of each class of equivalent nodes [k] and the size of each class [k], for sums over nodes."""
     kinds = kinds_of_nodes(augmented)
     return np.array([alike[0] for alike in kinds]), np.array([len(alike) for alike in kinds])

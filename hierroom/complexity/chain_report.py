@@ -1,4 +1,4 @@
-"""The report of how hard any chain is to explore."""
+"""The report on how hard a chain is to explore."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class ChainReport(WalkReport):
 
     Args:
         chain: the walk.
-        walk: the probabilities of one step, where the chain was made of a graph and the paper's walk.
+        walk: the probabilities of one step if the chain is the paper's walk on a graph; else None.
 
     Examples:
         >>> import networkx as nx
@@ -38,13 +38,13 @@ class ChainReport(WalkReport):
 
     @property
     def name(self) -> str:
-        """The names of its start and its exit."""
+        """The labels of the chain's start and exit."""
         first, last = (self.chain.labels[node] for node in (self.chain.source, self.chain.goals[EXIT][0]))
         return f"{first} to {last}"
 
     @cached_property
     def exit_depth(self) -> float:
-        """Number of nodes between the start and the exit on the shortest way; ``inf`` if there is none."""
+        """Number of nodes between the start and the exit on the shortest path; ``inf`` if there is none."""
         moves = as_moves(self.chain.weights)
         steps = dijkstra(moves, indices=self.chain.source, unweighted=True)
         return float(steps[list(self.chain.goals[EXIT])].min()) - 1

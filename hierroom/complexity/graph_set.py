@@ -1,4 +1,4 @@
-"""Sets of goal graphs: named, custom, of a number of rooms or of a difficulty; and the curriculum through one."""
+"""Sets of goal graphs, given by name, file, number of rooms or difficulty, and a curriculum over such a set."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ _ROOMS = re.compile(r"rooms:(\d{1,4})", re.ASCII)
 
 
 class GraphSet:
-    """A set of goal graphs, each once: graphs that differ only in the numbers of their rooms are the same.
+    """A set of different goal graphs. Graphs that differ only in the numbers of their rooms count as the same graph.
 
     Args:
         specs: one or several (list or tuple) of: a letter, a name such as ``keys-0-1-exit-2``, a `GoalGraph`, a path to
             a TOML file, or ``rooms:N`` for every goal graph of N rooms. ``hitting_time:LOW..HIGH`` or
-            ``expected_steps:LOW..HIGH`` is every goal graph of up to 7 rooms in between. The hitting time saturates
-            near 100 and does not separate the hardest graphs; the expected steps do.
-        exclude: the same for graphs to leave out, however their rooms are numbered.
+            ``expected_steps:LOW..HIGH`` means every goal graph of up to 7 rooms in this range. The hitting time
+            saturates near 100 and does not separate the hardest graphs; the expected steps do.
+        exclude: graphs to leave out, in the same forms; the numbers of their rooms do not matter.
         max_rooms: largest N of ``rooms:N``; by default the most rooms that a grid can hold.
-        walk: the walk by which difficulties are computed.
+        walk: the random walk that determines difficulties.
 
     Attributes:
-        graphs: the graphs in the order of the specs, those of an interval from the easiest on, with their given names.
+        graphs: the graphs in the order of the specs, with their given names; in an interval, the easiest come first.
         excluded: the graphs that are left out, in the same order.
-        alike: pairs of names: a graph, and the same graph given before it, which stands for both.
+        alike: pairs of names of equal graphs: one that was given again, and the earlier one, which is kept.
 
     Examples:
         >>> graphs = hierroom.complexity.GraphSet(["a", "rooms:3"], exclude="c")
@@ -95,7 +95,7 @@ class GraphSet:
 
     @property
     def notes(self) -> list[str]:
-        """A line for each graph that another one stands for."""
+        """A line of text for each pair of `alike`."""
         return [
             f"goal graphs {kept} and {name} are the same, but for names and the numbers of rooms, and are taken once"
             for name, kept in self.alike
@@ -103,13 +103,13 @@ class GraphSet:
 
     @cached_property
     def difficulties(self) -> tuple[tuple[float, GoalGraph], ...]:
-        """Each graph with its difficulty, the easiest first: an interval's quantity, or the expected steps."""
+        """Each graph after its difficulty, the easiest first: the quantity of an interval, else the expected steps."""
         return _ranked(self.graphs, self._interval.quantity if self._interval else "expected_steps", self._assumed)
 
     def stages(self, n_stages: int) -> tuple[tuple[GoalGraph, ...], ...]:
-        """Cut the set, from the easiest on, into parts of equal width in difficulty; drop parts without a graph."""
+        """Divide the set, the easiest graphs first, into parts of equal width in difficulty; drop empty parts."""
         if len(self.graphs) == 1:
-            return (self.graphs,)  # its augmented graph may be too large for a difficulty
+            return (self.graphs,)  # the augmented graph may be too large to compute a difficulty
         values = np.array([value for value, _ in self.difficulties])
         low, high = (self._interval.low, self._interval.high) if self._interval else (values[0], values[-1])
         stage_of = np.searchsorted(np.linspace(low, high, n_stages + 1)[1:-1], values, side="right")
@@ -141,7 +141,7 @@ class GraphSet:
 
 
 class Curriculum:
-    """A curriculum over a set of goal graphs, by how often the agent escapes; the caller keeps the stage.
+    """A curriculum over a set of goal graphs, controlled by the agent's success rate; the caller stores the stage.
 
     Args:
         n_stages: number of parts into which the set is divided, at least 1; see `GraphSet.stages`.
@@ -166,7 +166,7 @@ class Curriculum:
         self._promote_at, self._demote_at = promote_at, demote_at
 
     def advance(self, stage: int, success_rate: float) -> int:
-        """Return the next, the current or the previous stage by the success rate (0..1) of its most recent episodes."""
+        """Return the next, the same or the previous stage, given the success rate (0..1) of recent episodes."""
         last = len(self.stages) - 1
         if not 0 <= stage <= last:
             raise InputError(f"the stages are 0 to {last}; there is no stage {stage}")
@@ -177,9 +177,9 @@ class Curriculum:
 
 
 def find_graphs(specs: GraphSpecs, exclude: GraphSpecs, drop_key: bool) -> GraphSet:
-    """Return a `GraphSet` with the paper's walk; the same specs are resolved once."""
+    """Return a `GraphSet` with the paper's walk; results are cached."""
     given = graph_specs(specs), graph_specs(exclude)
-    # graphs that differ by their label only are equal, and yet not the same set
+    # part of the cache's key, because graphs that differ only in their labels are equal
     labels = tuple(spec.label for spec in sum(given, ()) if isinstance(spec, GoalGraph))
     return _found(*given, bool(drop_key), labels)
 

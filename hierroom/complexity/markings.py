@@ -1,4 +1,4 @@
-"""The marking chain: rules unrolled over how many there are of each fact, as the augmented graph is of a goal graph."""
+"""The marking chain: rules unrolled over the counts of their facts, the counterpart of the augmented goal graph."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from hierroom.goals import Rules
 from hierroom.support.errors import InputError
 
 AT_ONCE = 1_000_000
-"""Number of alternatives, and of the changes of facts in them, that are looked at together at some markings."""
+"""Largest size of a batch: its markings times the alternatives of the rules, or times the changes of facts in them."""
 
 
 class _Unrolled(NamedTuple):
@@ -34,10 +34,10 @@ class _Unrolled(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MarkingGraph:
-    """Rules unrolled over how many there are of each fact, and the random walk on these markings.
+    """Rules unrolled over the counts of their facts, called markings, and the random walk on these markings.
 
-    From a marking leads one edge for each rule that can be applied and changes it. All markings that have the target
-    are one node, the last; the start is the first. Rules that do not matter for the target are left out.
+    A marking has one outgoing edge for each rule that applies and changes it. All markings that have the target are one
+    node, the last one; the start is the first node. Rules that do not matter for the target are left out.
 
     Args:
         rules: the rules.
@@ -90,12 +90,12 @@ class MarkingGraph:
 
     @property
     def edge_goals(self) -> NDArray[np.int64]:
-        """For each of the edges the index in `goals` of the goal that it achieves: [E]."""
+        """The goal that each edge achieves, as an index into `goals`: [E]."""
         return self._unrolled.goals
 
     @property
     def fewest(self) -> float:
-        """Fewest achievements from the start to the target, which is the last; ``inf`` if it is out of reach."""
+        """Fewest edges, each achieving a goal, from the start to the target; ``inf`` if it is out of reach."""
         return self._unrolled.fewest
 
     @cached_property
@@ -105,7 +105,7 @@ class MarkingGraph:
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
-        """A readable name of each node, such as ``"wood 2, table 1"``; ``"start"``, and the target's."""
+        """A readable name of each node: ``"start"``, names such as ``"wood 2, table 1"``, and the target's name."""
         names = ["start"]
         for marking in self.markings[1:].tolist():
             counts = [f"{fact} {count}" for fact, count in zip(self.facts, marking, strict=True) if count]
@@ -117,21 +117,21 @@ class MarkingGraph:
 
     @cached_property
     def achieved(self) -> dict[str, tuple[int, ...]]:
-        """The nodes at which there is each fact, and ``"exit"``, the target's."""
+        """The nodes at which each fact has a count above 0; ``"exit"`` stands for the target."""
         columns = zip(self.facts, self.markings.T, strict=True)
         nodes = {fact: tuple(np.flatnonzero(column).tolist()) for fact, column in columns}
         return nodes | {self.rules.target: (self.exit,), "exit": (self.exit,)}
 
     @cached_property
     def dead_ends(self) -> tuple[int, ...]:
-        """The nodes from which the target cannot be reached any more but by starting again."""
+        """The nodes from which the target cannot be reached without a restart."""
         n = self.exit + 1
         moves = sp.coo_array((np.ones(len(self.edges)), self.edges.T), shape=(n, n)).tocsr()
         return tuple(np.flatnonzero(~can_reach(moves, as_targets(self.exit, n))).tolist())
 
     @cached_property
     def _unrolled(self) -> _Unrolled:
-        """Unroll breadth first, all markings of a distance together."""
+        """Unroll breadth first: all markings at the same distance from the start together."""
         if self.relevant is None:
             return _Unrolled(np.zeros((1, 1), np.int64), np.zeros((0, 2), np.int64), np.zeros(0, np.int64), math.inf)
         rules, target, multipliers = self.relevant, self.facts.index(self.rules.target), self._multipliers
@@ -168,10 +168,10 @@ class MarkingGraph:
 
     @property
     def _multipliers(self) -> NDArray[np.int64]:
-        """Return factors [F]; their products with the counts sum to the code of a marking.
+        """Return factors [F]; the code of a marking is the sum of its counts times these factors.
 
-        They number all markings where 63 bits suffice. Else they are random: with 10^5 markings two of them then have
-        the same code with probability 10^-9.
+        Codes are unique if 63 bits suffice. Else the factors are random; then two of 10^5 markings have the same code
+        with probability 10^-9.
         """
         sizes = [self.rules.capacity[fact] + 1 for fact in self.facts]
         if math.prod(sizes) < 2**63:
@@ -180,10 +180,10 @@ class MarkingGraph:
 
     @cached_property
     def _adders(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return, of each rule that only adds to one fact, that fact and how many it adds [R]; 0 for other rules.
+        """Return, for rules that only add to one fact, that fact [R] and the count added [R]; 0 for other rules.
 
-        Such rules do not get in each other's way, so from where some apply all combinations of their facts are reached.
-        Of those that add to the same fact only the first counts.
+        Such rules do not interfere with each other. So where some of them apply, all combinations of their facts can be
+        reached. If several rules add to the same fact, only the first counts.
         """
         rules, known = self.relevant or self.rules, {self.rules.target}
         facts, given = rules.given[:, 0].argmax(axis=1), np.zeros(len(rules.names), np.int64)
@@ -211,7 +211,7 @@ class MarkingGraph:
 
 
 def _after(batch: NDArray[np.integer], moves: Moves, chosen: NDArray[np.int64]) -> NDArray[np.integer]:
-    """Return the markings after some of the moves from a batch of them."""
+    """Return the markings after the ``chosen`` moves from a batch of markings."""
     after = batch[moves.sources[chosen]]
     rows = np.full(len(moves.sources), -1)
     rows[chosen] = np.arange(len(chosen))

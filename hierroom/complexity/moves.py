@@ -13,19 +13,19 @@ from hierroom.goals import Rules
 
 
 class Moves(NamedTuple):
-    """E moves from markings, each a rule that changes one, and one after the other the C changes that they make."""
+    """E moves, each a rule that changes a marking, and the C changes of facts that they make, in the same order."""
 
-    sources: NDArray[np.int64]  # [E], the number of the marking from which each leads
-    rules: NDArray[np.int64]  # [E]
-    starts: NDArray[np.int64]  # [E], the first change of each
+    sources: NDArray[np.int64]  # [E], the index of the marking where each move begins
+    rules: NDArray[np.int64]  # [E], the rule of each move
+    starts: NDArray[np.int64]  # [E], the index of each move's first change
     of_move: NDArray[np.int64]  # [C], the move of each change
     facts: NDArray[np.int64]  # [C], the fact that each changes
-    added: NDArray[np.integer]  # [C], how many it adds, or takes away
+    added: NDArray[np.integer]  # [C], how much the fact's count grows, or shrinks if negative
 
 
 @dataclass(frozen=True, eq=False)
 class MoveFinder:
-    """Finds the moves of rules; it looks only at facts that a rule changes, as most rules change few."""
+    """Finds the moves of rules; for speed, it looks only at the facts that each rule changes."""
 
     rules: Rules
 
@@ -53,6 +53,6 @@ class MoveFinder:
 
     @cached_property
     def _changes(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-        """The number of facts that each alternative changes [R, A]; one after the other which [C], and by how many."""
+        """Return how many facts each alternative changes [R, A], then each fact that changes [C] and its change [C]."""
         change = self.rules.given - self.rules.used
         return np.count_nonzero(change, axis=-1), np.nonzero(change)[-1], change[np.nonzero(change)]

@@ -1,4 +1,4 @@
-"""The report of how hard something is to explore, computed before training: goal graphs, rules, any chain."""
+"""Reports on how hard a goal graph, rules or any chain is to explore, computed before training."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def analyze(
     source: Any = "start",
     target: Any = "exit",
 ) -> ComplexityReport | RulesReport | ChainReport:
-    """Report how hard something is to explore, by the paper's random walk; each quantity is computed on first access.
+    """Return a report on how hard something is to explore by random walk; quantities are computed on first access.
 
     Args:
         subject: a goal graph (a letter `"a"` to `"g"`, a name such as `"keys-0-1-exit-2"`, a `GoalGraph`, or a path to
@@ -111,7 +111,7 @@ class ComplexityReport(WalkReport):
 
     @cached_property
     def chain(self) -> Chain:
-        """The walk on the augmented graph, which answers all further questions."""
+        """The walk on the augmented graph, which computes all other quantities."""
         return Chain(self.augmented.weights, self.augmented.labels, self.augmented.start, self.augmented.goals)
 
     @property
@@ -136,11 +136,11 @@ class ComplexityReport(WalkReport):
 
     @property
     def edges(self) -> int:
-        """Number of its moves, without restarts."""
+        """Number of moves of the augmented graph, without restarts."""
         return len(self.augmented.edges)
 
     def expected_states(self, t: ArrayLike) -> NDArray[np.float64]:
-        """See `Chain.expected_states`; of nodes that are alike only one is computed."""
+        """See `Chain.expected_states`; it is computed for only one of several equivalent nodes."""
         return expected_states(self.chain.weights, self.chain.source, t, *alike_nodes(self.augmented))
 
     def described(self) -> dict[str, Any]:
@@ -157,7 +157,7 @@ class ComplexityReport(WalkReport):
 
     @property
     def _are_states_counted(self) -> bool:
-        return True  # as many are alike
+        return True  # fast enough, because many nodes are equivalent
 
     @property
     def _head(self) -> str:

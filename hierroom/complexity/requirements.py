@@ -1,12 +1,12 @@
 """The rules that matter for a target, and the depths of their goals: fixpoints over AND and OR.
 
-Requirements need not be a tree, nor free of cycles: water freezes and ice melts. So the depth of a goal is the least
-solution of
+Requirements are not always a tree, and they may have cycles: water freezes and ice melts. So the depth of a goal is the
+least solution of
 
     depth(goal) = 1 + min over alternatives of max over what it needs or uses of depth(fact, count)
     depth(fact, count) = 0 if so many are there at the start, else min over goals that give the fact of depth(goal),
 
-found by repeating it from infinity on: it lets everything that was given once be there for ever.
+found by iteration from infinity. This assumes that facts that were given once stay, in any count up to their capacity.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from hierroom.goals import Alternative, Rules
 
 
 def relevant_rules(rules: Rules) -> Rules | None:
-    """Return the rules that give the target, or what a relevant rule needs or uses; None if none gives the target."""
+    """Return the rules that give the target or a fact that a relevant rule asks for; None if none gives the target."""
     wanted, relevant, n_before = {rules.target}, {}, -1
     while len(relevant) > n_before:
         n_before = len(relevant)
@@ -31,9 +31,9 @@ def relevant_rules(rules: Rules) -> Rules | None:
 
 
 def goal_depths(rules: Rules) -> dict[str, float]:
-    """Return for each goal the least number of goals that must be achieved one after the other, itself the last.
+    """Return the depth of each goal: the least number of goals to achieve one after the other, itself included.
 
-    ``inf`` is a goal that is out of reach even if nothing is ever used up.
+    The depth is ``inf`` if the goal is out of reach even when nothing is used up.
     """
     goals = dict.fromkeys(rules.names, math.inf)
     facts = dict.fromkeys(rules.facts, math.inf)
@@ -51,7 +51,7 @@ def goal_depths(rules: Rules) -> dict[str, float]:
 
 
 def links(rules: Rules) -> list[tuple[int, int, bool]]:
-    """Return which rule gives what another one asks for: the numbers of both, and whether that is used up."""
+    """Return the pairs of rules, by number, where the first gives what the second requires, and if that is used up."""
     found = []
     for first, ways in enumerate(rules.rules.values()):
         given = {fact for way in ways for fact in way.gives}
@@ -62,7 +62,7 @@ def links(rules: Rules) -> list[tuple[int, int, bool]]:
 
 
 def required(way: Alternative) -> dict[str, int]:
-    """Return the required count of each fact: the larger count of one that is both needed and used."""
+    """Return the required count of each fact: the larger of the needed and the used count."""
     return {fact: max(way.needs.get(fact, 0), way.uses.get(fact, 0)) for fact in (*way.needs, *way.uses)}
 
 

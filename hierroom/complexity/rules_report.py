@@ -1,4 +1,4 @@
-"""The report of how hard rules are to explore."""
+"""The report on how hard rules are to explore."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ NAMED = 5
 class RulesReport(WalkReport):
     """Depth, width, dead ends and passage times of rules; created by `analyze`.
 
-    The walk is on the marking chain, and its exit is the node of all markings that have the target. Goals by which one
-    can ask are facts; goals that get easier are rules.
+    The walk is on the marking chain; its exit is the node of all markings that have the target. The goals of
+    `expected_steps_to` and `reach_probability` are facts; those of `goal_sensitivity` are rules.
 
     Examples:
         >>> rules = hierroom.Rules({"wood": {"gives": "wood"}, "raft": {"uses": "wood", "gives": "raft"}}, "raft")
@@ -43,16 +43,16 @@ class RulesReport(WalkReport):
     walk: Walk = PAPER_WALK
 
     def __post_init__(self) -> None:
-        _ = self.unrolled.markings  # refuses rules that are too many
+        _ = self.unrolled.markings  # raises an error if there are too many
 
     @cached_property
     def unrolled(self) -> MarkingGraph:
-        """The rules that matter, unrolled over how many there are of each fact."""
+        """The rules that matter, unrolled over the counts of their facts."""
         return MarkingGraph(self.rules, self.walk)
 
     @cached_property
     def chain(self) -> Chain:
-        """The walk on the markings, which answers all further questions."""
+        """The walk on the markings, which computes all other quantities."""
         return Chain(self.unrolled.weights, self.unrolled.labels, self.unrolled.start, self.unrolled.achieved)
 
     @property
@@ -79,7 +79,7 @@ class RulesReport(WalkReport):
 
     @property
     def fewest(self) -> float:
-        """Fewest goals to achieve until there is the target, each as often as it takes; ``inf`` if out of reach."""
+        """Fewest goals to achieve, repeats included, until the target is there; ``inf`` if out of reach."""
         return self.unrolled.fewest
 
     @property
@@ -100,7 +100,7 @@ class RulesReport(WalkReport):
 
     @property
     def dead_ends(self) -> tuple[str, ...]:
-        """The markings from which the target cannot be reached any more but by starting again."""
+        """The markings from which the target cannot be reached without a restart."""
         return tuple(self.unrolled.labels[node] for node in self.unrolled.dead_ends)
 
     @property
@@ -109,9 +109,9 @@ class RulesReport(WalkReport):
         return len(self.unrolled.dead_ends) / len(self.unrolled.markings)
 
     def goal_sensitivity(self) -> dict[str, float]:
-        """Percent change of `expected_steps` if a goal gets one percent easier, the bottleneck first.
+        """Return the percent change of `expected_steps` if a goal gets one percent easier, the bottleneck first.
 
-        Sum the elasticities of the edges that achieve the goal. Empty if the target is out of reach.
+        This is the sum of the elasticities of the edges that achieve the goal. Empty if the target is out of reach.
         """
         if np.isinf(self.expected_steps):
             return {}

@@ -28,7 +28,7 @@ COLUMNS: Mapping[ColumnName, tuple[str, str]] = {
     "expected_steps": ("expected\nsteps", ".1f"),
     "std": ("std", ".1f"),
 }
-"""The columns of the list of graphs: the heading of each, and the format in which it is printed."""
+"""The columns of the table of graphs, each with its heading and number format."""
 FIELDS: tuple[str, ...] = ("key_rooms", "exit_room", "drop_key", *COLUMNS)
 """The columns of `rows_of`."""
 
@@ -49,7 +49,7 @@ def report_cells(report: WalkReport) -> list[str]:
 
 
 def rows_of(reports: Iterable[WalkReport]) -> list[dict[str, Any]]:
-    """Return each report as one row: the columns of the list in full precision, of goal graphs also their rooms."""
+    """Return one row of `FIELDS` for each report, in full precision; only goal graphs have rooms and drop_key."""
     rows = []
     for report in reports:
         of_graph: dict[str, Any] = dict.fromkeys(FIELDS[: -len(COLUMNS)])
@@ -61,7 +61,7 @@ def rows_of(reports: Iterable[WalkReport]) -> list[dict[str, Any]]:
 
 
 def list_text(reports: Iterable[WalkReport], form: str) -> str:
-    """Return the list as ``csv`` in full precision, or as a rounded ``latex`` or ``markdown`` table."""
+    """Return the reports as ``csv`` in full precision, or as a rounded ``latex`` or ``markdown`` table."""
     if form == "csv":
         return csv_text(rows_of(reports), FIELDS)
     table = latex_table if form == "latex" else markdown_table
@@ -74,7 +74,7 @@ def to_frame(
 ) -> pd.DataFrame:
     """Return reports as a DataFrame, one row each, indexed by the names of their graphs.
 
-    A chain from play, such as a report of `measure`, has a row for each number, observed and of the chain.
+    A chain measured from play gives one row for each quantity, with the observed value and the chain's value.
 
     Args:
         reports: one report or several of the same kind, as `analyze` or `measure` return them.
@@ -84,7 +84,7 @@ def to_frame(
         >>> hierroom.complexity.to_frame(reports)["width"].to_dict()
         {'a': 1, 'b': 2}
     """
-    import pandas as pd  # it and the next one load slowly, and few programs need them
+    import pandas as pd  # this and the next import are slow, and few programs need them
 
     from hierroom.complexity.measures.table import MeasuredGraph
 

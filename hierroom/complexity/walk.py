@@ -52,7 +52,7 @@ class Walk:
             edges: [E, 2] from and to; edges between the same two nodes add up.
             n: number of nodes.
             start: the node to which the walk returns.
-            rates: [E] how likely each of a node's edges is, relative to its others; by default all are equally likely.
+            rates: [E] relative probabilities of a node's edges; by default all its edges are equally likely.
         """
         sources, targets = edges.reshape(-1, 2).T
         rates = np.ones(len(sources)) if rates is None else rates
@@ -78,10 +78,10 @@ class Reading:
     """One interpretation of the paper's augmented graph; the default reproduces Table 2 for a, b, c and g.
 
     Args:
-        keys: rooms from which a key can be picked up: every `"accessible"` room, those that pass the key's room on
-            their `"way to the start"` in the tree of keys, or only the key's `"own room"`.
-        rooms: the rooms to which a room leads: every other `"accessible"` room, its `"neighbours"` in the tree of keys
-            (as the appendix draws graph c), or, as levels are built, only `"through the start"`.
+        keys: where a key can be picked up. In every `"accessible"` room; in rooms that have the key's room on their
+            `"way to the start"` in the tree of keys; or only in the key's `"own room"`.
+        rooms: the rooms to which a room leads. Every other `"accessible"` room; its `"neighbours"` in the tree of keys,
+            as the appendix draws graph c; or, as levels are built, only `"through the start"`.
         drop: where dropping a key leads: to every `"accessible"` room, the `"key room"`, or the `"start"` room.
 
     Examples:

@@ -23,16 +23,16 @@ REPORT_TIMES = (10, 100, 1000)
 """Numbers of steps at which reports evaluate the curves; an episode is truncated after 1000."""
 NUMBERS = ("exit_depth", "width", "nodes", "edges", "hitting_time", "expected_steps", "std")
 MAX_COUNTED_NODES = 1000
-"""With more nodes the expected states, a passage time for each node, are left out of tables and JSON."""
+"""With more nodes, `to_dict` leaves out the expected states, which take a computation for each node."""
 
 
 def by_time(curve: Callable[[ArrayLike], NDArray[np.float64]], times: Sequence[int]) -> dict[str, float]:
-    """Evaluate a curve at some times, for a table."""
+    """Return the values of a curve, each under its time as text."""
     return dict(zip(map(str, times), curve(times).tolist(), strict=True))
 
 
 def short(number: float | None, digits: int = 1) -> str:
-    """Return a number with some digits behind the point, or few digits in all where it is long."""
+    """Return a number with some decimals, or with four significant digits from 10^7 on; ``-`` for None."""
     if number is None:
         return "-"
     return f"{number:.4g}" if math.isfinite(number) and abs(number) >= 1e7 else f"{number:.{digits}f}"
@@ -54,7 +54,7 @@ class WalkReport(ABC):
     @property
     @abstractmethod
     def name(self) -> str:
-        """The subject of the report, in a word."""
+        """A short name of the report's subject."""
 
     @abstractmethod
     def described(self) -> dict[str, Any]:

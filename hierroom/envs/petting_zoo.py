@@ -15,12 +15,12 @@ from hierroom.worlds.world import RENDER_MODES
 
 
 def class_metadata() -> dict[str, Any]:
-    """Return the metadata of an environment's class, shared with no other class."""
+    """Return a new dict of metadata for the class of an environment."""
     return {"name": "hierroom_v0", "render_modes": list(RENDER_MODES), "render_fps": FRAMES_PER_SECOND}
 
 
 class TwoAgentEnv:
-    """An environment of PettingZoo on a `SingleEnv`; the arguments are those of `hierroom.aec_env.raw_env`."""
+    """The base of PettingZoo environments, on a `SingleEnv`; the arguments are those of `hierroom.aec_env.raw_env`."""
 
     def __init__(self, /, graph: GraphSpecs = "c", *, render_mode: str | None = None, **entries: Any) -> None:
         config = EnvConfig.of_arguments({"graph": graph, "reward": "intrinsic", **entries}, ("render_mode",))
@@ -30,18 +30,18 @@ class TwoAgentEnv:
         self.possible_agents = list(AGENTS)
         self.observation_spaces = self.single.observation_spaces
         self.action_spaces = self.single.action_spaces
-        # Methods of dicts: PettingZoo's wrapper asks for a space at each step. The same object at every call.
+        # Methods of dicts: fast, as PettingZoo's wrapper asks for a space at each step, and the same object every time.
         self.observation_space = self.observation_spaces.__getitem__
         self.action_space = self.action_spaces.__getitem__
         self.state_space = self.single.turns.world.global_state_space
 
     @property
     def complexity(self) -> Any:
-        """Return the `ComplexityReport` of its goal graph or rules; of several goal graphs, of the hardest."""
+        """Return the report on the goal graph or rules, or on the hardest of several goal graphs; None if unknown."""
         return self.single.complexity
 
     def state(self) -> NDArray[np.uint8]:
-        """Return the whole grid [size, size, 4]: the world's `global_state`."""
+        """Return the world's `global_state`; in EscapeRooms, it is the whole grid [size, size, 4]."""
         return self.single.turns.world.global_state(self.single.goal)
 
     def render(self) -> str | NDArray[np.uint8] | None:

@@ -1,4 +1,4 @@
-"""The spec and the reset options that Gymnasium asks of registered environments."""
+"""The spec and the reset options that Gymnasium requires of registered environments."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hierroom.worlds.env_config import EnvConfig
 
 
 def checked_options(options: Any, *known: str) -> dict[str, Any]:
-    """Return the options of a reset, none as an empty dict; warn once of unknown ones."""
+    """Return the options of a reset as a dict, empty for None; warn once about unknown ones."""
     if options is None:
         return {}
     if not isinstance(options, Mapping):
@@ -27,14 +27,14 @@ def checked_options(options: Any, *known: str) -> dict[str, Any]:
 
 
 class RegisteredEnv:
-    """An environment of the graph that its id names; its ``spec`` has the step limit of its ``config``."""
+    """An environment with a registered id, which may determine its graphs; ``spec`` has ``max_steps`` of ``config``."""
 
     config: EnvConfig
     _spec: EnvSpec | None = None
 
     @property
     def spec(self) -> EnvSpec | None:
-        """Return the id's description and the arguments, with ``max_steps`` as ``max_episode_steps``."""
+        """The id's description with the environment's arguments, and its ``max_steps`` as ``max_episode_steps``."""
         return self._spec
 
     @spec.setter

@@ -1,4 +1,4 @@
-"""One environment with its two agents: what the AEC, the parallel and the Gymnasium environment share."""
+"""One environment with its two agents: the common part of the AEC, the parallel and the Gymnasium environment."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ _NAMES = (
     *("events", "meta_elapsed", "lengths", "shortest", "rewards", "extrinsic"),
     *("terminated", "truncated", "episode_ended", "goals", "success"),
 )
-"""Fields of a step's record that users get."""
+"""The fields of a step's record that are reported to users."""
 _reported = itemgetter(*map(STEP.names.index, _NAMES))  # pyright: ignore[reportOptionalMemberAccess] - it is a record
 _RESULTS = slice(_NAMES.index("rewards"), _NAMES.index("truncated") + 1)
 _HAS_ENDED, _GOAL = _NAMES.index("episode_ended"), _NAMES.index("goals")
 
 
 class SingleEnv:
-    """A batch of one, in the terms of PettingZoo: two agents with their spaces, and infos as dicts."""
+    """A batch of one environment with PettingZoo's concepts: two agents with their spaces, and infos as dicts."""
 
     def __init__(self, config: EnvConfig, render_mode: str | None):
         self.turns = Turns(config, autoreset=False, measure_shortest=True)
@@ -46,12 +46,12 @@ class SingleEnv:
         self._action = np.zeros(1, np.int64)
         self._all_legal = np.ones(self.turns.world.n_actions, np.int8)
         self._waits = NO_GOAL, self.turns.world.goals.no_goal_action
-        self._last: tuple = _AT_RESET  # what the last step did, in Python's numbers
+        self._last: tuple = _AT_RESET  # the results of the last step, as Python numbers
 
     def reset(self, seed: int | None, options: dict | None) -> dict[str, dict[str, Any]]:
-        """Begin an episode, the first one of a seed or the next one, and return its first infos."""
+        """Begin an episode, the first one of a seed or without a seed the next one, and return its first infos."""
         if seed is not None:
-            Whole(0, 2**63 - 1).check(seed, "a seed")  # a batch of one would take a list of one
+            Whole(0, 2**63 - 1).check(seed, "a seed")  # a batch of one would also accept a list of one seed
         asks_complexity = checked_options(options, "complexity").get("complexity")
         self.turns.reset(fresh_seed() if seed is None and not self.has_begun else seed)
         self.has_begun = True
@@ -65,7 +65,7 @@ class SingleEnv:
 
     @property
     def complexity(self) -> Any:
-        """Return the report of the goal graph or rules; of several goal graphs, that of the hardest."""
+        """Return the report on the goal graph or rules, or on the hardest of several goal graphs; None if unknown."""
         return self.turns.world.complexity
 
     @property
@@ -75,18 +75,18 @@ class SingleEnv:
 
     @property
     def goal(self) -> int:
-        """The id of the goal that is pursued, or -1; after the episode's end that of the last one."""
+        """The id of the pursued goal, or -1; after the end of an episode, the last goal of that episode."""
         return self._last[_GOAL] if self._last[_HAS_ENDED] else self.turns.ledger.goals.item()
 
     def observation(self, agent: str) -> Observation:
-        """Return an agent's observation, as a batch of one; after the end, the controller's last one."""
+        """Return an agent's observation as a batch of one; after the end of an episode, the controller's last one."""
         step = self.turns.last_step
         if agent == CONTROLLER and step is not None and step.episode_ended[0]:
             return self.turns.final_observation(CONTROLLER, step, _ONLY)
         return self.turns.observe(agent, _ONLY)
 
     def observe(self, agent: str) -> dict[str, NDArray]:
-        """Return an agent's observation, as `Observation.as_dict`, in new arrays."""
+        """Return an agent's observation in the form of `Observation.as_dict`, in new arrays."""
         if agent not in AGENTS:
             raise InputError(f"the agents are {META} and {CONTROLLER}; there is no {agent!r}")
         turns, ledger, is_meta = self.turns, self.turns.ledger, agent == META
@@ -99,7 +99,7 @@ class SingleEnv:
         return observation
 
     def choose(self, action: int) -> None:
-        """Take the meta-controller's action; one that is not legal counts as no goal."""
+        """Take the meta-controller's action; an illegal one counts as no goal."""
         is_turn = self.is_meta_turn
         self._action[0] = as_action(action)
         if is_turn:
@@ -115,9 +115,9 @@ class SingleEnv:
             self._show()
 
     def act_alone(self, action: int) -> tuple[float, float, bool, bool]:
-        """Take the controller's action; return its reward, the extrinsic one, and whether that terminated or truncated.
+        """Take the controller's action; return its reward, the extrinsic reward, and (terminated, truncated) flags.
 
-        Dicts by agent take time, and the Gymnasium environment needs none.
+        This is faster than `act`, because it makes no dicts by agent. The Gymnasium environment uses it.
         """
         if not self.has_begun:
             raise InputError("reset the environment before its first step")
@@ -128,7 +128,7 @@ class SingleEnv:
         return self._last[_RESULTS]
 
     def act(self, action: int) -> tuple[dict[str, float], dict[str, bool], dict[str, bool]]:
-        """Take the controller's action and return (rewards, terminations, truncations), each a dict by agent."""
+        """Take the controller's action and return (rewards, terminations, truncations), each as a dict by agent."""
         reward, extrinsic, terminated, truncated = self.act_alone(action)
         return (
             {META: extrinsic, CONTROLLER: reward},
@@ -137,12 +137,12 @@ class SingleEnv:
         )
 
     def infos(self) -> dict[str, dict[str, Any]]:
-        """Return the infos of both agents, in fresh dicts: the same keys at every moment.
+        """Return the infos of both agents, in new dicts that always have the same keys.
 
         ``goal_event`` is the goal id that the last primitive step achieved, or -1. ``elapsed`` counts primitive steps
-        since the agent's last turn, ``illegal_actions`` those of this episode. ``success`` says whether the exit was
-        reached. ``length`` counts primitive steps of the episode so far, ``shortest_length`` those of a shortest
-        solution.
+        since the agent's last turn. ``illegal_actions`` counts the agent's illegal actions in this episode. ``success``
+        says whether the exit was reached. ``length`` counts primitive steps of the episode so far, and
+        ``shortest_length`` those of a shortest solution.
         """
         return {META: self.info(META), CONTROLLER: self.info(CONTROLLER)}
 
@@ -174,9 +174,9 @@ class SingleEnv:
 
 
 def as_action(action: Any) -> int:
-    """Return an action as a number of 64 bits; one that is too large for them becomes -2, which is illegal."""
+    """Return an action as a 64-bit number; a number that does not fit becomes -2, which is illegal."""
     if type(action) is int or (isinstance(action, (int, np.integer)) and not isinstance(action, bool)):
-        return int(action) if -(2**63) <= action < 2**63 else -2  # as nearly everyone gives it
+        return int(action) if -(2**63) <= action < 2**63 else -2  # the fast path for the usual types
     try:
         return int(whole_numbers([action], 1)[0])
     except InputError:

@@ -20,14 +20,14 @@ from hierroom.worlds.observation_writer import flat_rows
 
 INFOS = ("success", "goal_event", "elapsed", "illegal_actions", "length", "shortest_length")
 _BOOL, _INT64 = np.dtype(np.bool_), np.dtype(np.int64)
-"""Made once: with a type instead of a dtype, numpy makes one for every array."""
+"""Made once, because numpy would make a new dtype from a type for every array."""
 
 
 class VectorArrays:
-    """Writes observations, rewards, ends and infos of N environments, each once.
+    """Writes the observations, rewards, ends and infos of N environments.
 
-    With ``flat``, an environment's observation is one row of numbers. Arrays are new at every step; without ``copy``,
-    the next step overwrites those of the observations.
+    With ``flat``, an environment's observation is one row of numbers. Arrays are new at every step. Without ``copy``,
+    however, the next step overwrites the arrays of the observations.
     """
 
     def __init__(self, turns: Turns, *, flat: bool, copy: bool) -> None:
@@ -39,9 +39,9 @@ class VectorArrays:
         self._kept = None if copy else self.observations.empty()
 
     def _empty(self) -> tuple[tuple[NDArray, ...], tuple[Any, ...]]:
-        """Return all arrays that are new at every step, and those that `at_step` uses.
+        """Return all arrays that are new at every step, and the arrays in the form that `at_step` uses.
 
-        Flags and integers are rows of two arrays, because each argument of the results' kernel takes time.
+        Flags and integers are rows of two arrays, because each extra argument of the kernel takes time.
         """
         arrays, parts = self._kept or self.observations.empty()
         flags, numbers = np.empty((3 + len(INFOS), self._n), _BOOL), np.empty((len(INFOS) - 1, self._n), _INT64)
@@ -58,24 +58,23 @@ class VectorArrays:
 
         Args:
             steps: [N] records of the step.
-            begins_anew: whether infos are of the next episode where one ended.
+            begins_anew: whether the infos of ended episodes are replaced by those of the next episodes.
 
         Returns:
-            a dict of arrays, or one array [N, K] of rows, and the other results of Gymnasium's step.
+            a dict of arrays, or one array [N, K] if flat, and the other results of Gymnasium's step.
         """
         _, (arrays, parts, results, terminated, truncated, infos) = self._pool.take()
         _compiled_results()(steps, self._turns.ledger.records, begins_anew, *results)
         return self._observe(arrays, parts), results[0], terminated, truncated, infos.copy()
 
     def at_reset(self, where: NDArray[np.bool_]) -> tuple[Any, dict[str, Any]]:
-        """Return all controllers' observations, and infos of the environments in ``where`` [N] that begin episodes."""
+        """Return all controllers' observations, and infos of the environments that begin episodes: ``where`` [N]."""
         shortest = self._turns.ledger.shortest * where
         infos = np.zeros(self._n, _BOOL), -where.astype(_INT64), *np.zeros((3, self._n), _INT64), shortest
         observations = self._observe(*(self._kept or self.observations.empty()))
         return observations, _by_name(infos, [where.copy() for _ in INFOS])
 
     def _observe(self, arrays: tuple[NDArray, ...], parts: dict[str, NDArray]) -> Any:
-        """Write the controllers' observations, and return them."""
         self.observations.write(self._turns.ledger.goals, arrays)
         return arrays[0] if self._flat else parts.copy()
 
@@ -96,7 +95,7 @@ class VectorArrays:
 
 
 def rows(observation: Observation, space: spaces.Dict | None, dtype: Any = np.float32) -> Iterable[Any]:
-    """Return the observations of M environments one by one, in new arrays; flat where their space is given."""
+    """Return the observations of M environments one by one, in new arrays; flat if their space is given."""
     parts = observation.as_dict()
     if space is None:
         return (dict(zip(parts, of_one, strict=True)) for of_one in zip(*parts.values(), strict=True))
@@ -104,7 +103,7 @@ def rows(observation: Observation, space: spaces.Dict | None, dtype: Any = np.fl
 
 
 def _by_name(infos: Iterable[NDArray], has_infos: Iterable[NDArray[np.bool_]]) -> dict[str, NDArray]:
-    """Return infos by name, with Gymnasium's entries that say which environments have them."""
+    """Return infos by name, with Gymnasium's ``_name`` entries that say which environments have them."""
     named = {}
     for name, values, has_info in zip(INFOS, infos, has_infos, strict=True):
         named[name], named[f"_{name}"] = values, has_info

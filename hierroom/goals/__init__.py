@@ -1,4 +1,4 @@
-"""Goal graphs, rules, how users give them, and the ids of the goals in a level."""
+"""Goal graphs, rules, the forms in which users give them, and the ids of the goals in a level."""
 
 from hierroom.goals.alternatives import Alternative
 from hierroom.goals.graph import NAMED_GRAPHS, GoalGraph, enumerate_graphs, is_graph_name, is_graph_set

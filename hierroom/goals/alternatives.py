@@ -1,4 +1,4 @@
-"""Alternatives of a rule, in the forms of users and files."""
+"""Alternatives of a rule, as users and files give them."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from typing import Any, NamedTuple, TypeAlias
 from hierroom.support.errors import InputError, require_number, shown
 
 Facts: TypeAlias = str | list[str] | tuple[str, ...] | Mapping[str, int]
-"""A fact, a list of facts, or how many there are of each fact."""
+"""A fact, a list of facts, or the count of each fact."""
 MAX_COUNT = 10**9
-"""Largest number of a fact."""
+"""Largest count of a fact."""
 _ENTRIES = ("needs", "uses", "gives")
 
 
@@ -26,7 +26,7 @@ class Alternative(NamedTuple):
 
 
 def read_alternatives(name: str, rule: object) -> tuple[Alternative, ...]:
-    """Check one alternative of a rule, or a list of them."""
+    """Check one alternative of a rule or a list of them, and return them all."""
     ways = [rule] if isinstance(rule, (Mapping, Alternative)) else rule
     if not isinstance(ways, (list, tuple)) or not ways:
         raise InputError(f"rule {shown(name)} must be an alternative or a list of them, not {shown(rule)}")
@@ -44,7 +44,7 @@ def read_alternatives(name: str, rule: object) -> tuple[Alternative, ...]:
 
 
 def read_counts(what: str, facts: object, low: int) -> dict[str, int]:
-    """Check how many of each fact there are, given as a fact, a list of facts or a mapping."""
+    """Check the counts of facts, given as a fact, a list of facts or a mapping, and return them."""
     if isinstance(facts, str):
         facts = [facts]
     if isinstance(facts, (list, tuple)):
@@ -66,7 +66,7 @@ def read_name(what: str, name: object) -> str:
 
 
 def plain_alternative(way: Alternative) -> dict[str, str | dict[str, int]]:
-    """Return an alternative as users write it: a single fact by its name alone."""
+    """Return an alternative in the short form of users: a single fact with count 1 is only its name."""
     return {
         entry: next(iter(counts)) if [*counts.values()] == [1] else dict(counts)
         for entry, counts in way._asdict().items()

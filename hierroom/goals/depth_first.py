@@ -1,4 +1,4 @@
-"""Depth-first ways to the target of rules: which goal comes next, at random among alternatives."""
+"""Depth-first ways to the target of rules: the next goal, with random choices among alternatives."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from hierroom.goals.rules import Rules
 class DepthFirst:
     """Finds the next goal on a random depth-first way to the target.
 
-    Random numbers order the alternatives and the facts; the same numbers throughout an episode keep the way the same.
-    Alternatives are dropped in this order as long as the target stays in reach. Then the first missing requirement is
-    pursued, and its own first, down to a rule that applies. A requirement that takes away what another one asks for
-    comes after it. If each takes away what the other asks for, the way can go in circles.
+    Random numbers order the alternatives and the facts; with the same numbers throughout an episode, the way stays the
+    same. Alternatives are dropped in this order as long as the target stays in reach. Then the first missing
+    requirement is pursued, and in turn its first missing requirement, down to a rule that applies. A requirement that
+    uses up what another one asks for comes after it. If each uses up what the other asks for, the way may never end.
 
     Args:
         rules: the rules.
@@ -29,13 +29,13 @@ class DepthFirst:
         self._used = rules.used[rows] > 0
         self._target = rules.facts.index(rules.target)
         self.n_random = len(self._ways) + len(rules.facts)
-        """The number of random numbers that an episode takes."""
+        """How many random numbers an episode needs."""
 
     def next_rule(self, marking: ArrayLike, random: NDArray[np.floating]) -> int | None:
-        """Return the rule that is to be applied next, or None where no way leads to the target.
+        """Return the rule to apply next, or None if the target is there already or no way leads to it.
 
         Args:
-            marking: [F] how many there are of each fact.
+            marking: [F] the count of each fact.
             random: `n_random` numbers that are the same throughout an episode.
         """
         have = np.asarray(marking)
@@ -46,7 +46,7 @@ class DepthFirst:
             kept[way] = False
             kept[way] = self._makers(kept, have)[self._target] < 0
         makers, order, fact = self._makers(kept, have), np.argsort(random[len(kept) :]).tolist(), self._target
-        while True:  # what a maker requires was made before, so this ends
+        while True:  # this ends, because what a maker requires is made before it
             way = int(makers[fact])
             missing = have < self._required[way]
             if not missing.any():
@@ -54,7 +54,7 @@ class DepthFirst:
             fact = self._first([one for one in order if missing[one]], makers, have)
 
     def _first(self, facts: list[int], makers: NDArray[np.integer], have: NDArray[np.integer]) -> int:
-        """Return the first of some missing facts that does not have to come after another one of them."""
+        """Return the first of the missing ``facts`` that does not have to come after another one of them."""
         if len(facts) == 1 or not self._used.any():
             return facts[0]
         ways = [self._way_to(fact, makers, have) for fact in facts]
@@ -66,7 +66,7 @@ class DepthFirst:
         return next((fact for n, fact in enumerate(facts) if not comes_later(n)), facts[0])
 
     def _way_to(self, fact: int, makers: NDArray[np.integer], have: NDArray[np.integer]) -> NDArray[np.bool_]:
-        """Return what the way to a fact asks for and what it takes away: [2, F]."""
+        """Return which facts the way to a fact asks for, and which it uses up: [2, F]."""
         way = int(makers[fact])
         found = np.stack([self._required[way] > 0, self._used[way]])
         for one in np.flatnonzero(have < self._required[way]).tolist():
@@ -74,7 +74,7 @@ class DepthFirst:
         return found
 
     def _makers(self, kept: NDArray[np.bool_], have: NDArray[np.integer]) -> NDArray[np.integer]:
-        """Return [F] the kept way that first gives each fact, or -1, were nothing taken away and all repeatable."""
+        """Return the kept way [F] that first gives each fact, or -1 if none; this assumes that nothing is used up."""
         makers = np.full(len(have), -1)
         while True:
             can_be_taken = kept & ((have >= self._required) | (makers >= 0)).all(axis=1)

@@ -8,12 +8,12 @@ from html import escape
 from hierroom.goals.tree import child_rooms
 
 COLUMN, ROW, RADIUS, TOP = 78, 74, 17, 48
-"""Pixels between rooms side by side, between depths, the radius of a room, and the height of the title."""
+"""In pixels: distance of neighbouring rooms, distance of depths, radius of a room, and height of the title."""
 INK, PAPER, START, EXIT = "#333333", "#ffffff", "#d9d9d9", "#35a853"
 
 
 def tree_svg(key_rooms: Sequence[int], exit_room: int, title: str) -> str:
-    """Draw rooms below the room that holds their key, as an SVG document; the exit's room has a second ring."""
+    """Return an SVG document with each room below the room that holds its key; the exit's room has a second ring."""
     places = tree_places(key_rooms)
     width = max(int(COLUMN * (1 + max(column for column, _ in places))), 8 * len(title) + 20)
     height = TOP + ROW * max(depth for _, depth in places) + 2 * RADIUS + 24
@@ -47,7 +47,7 @@ def _text(x: float, y: float, words: str, size: int, colour: str = INK, behind: 
 def tree_places(key_rooms: Sequence[int]) -> list[tuple[float, int]]:
     """Return (column, depth) of each room: leaves side by side, others in the middle above their children."""
     below = child_rooms(key_rooms)
-    order, depths, waiting = [], [0] * len(below), [0]  # order: every room before those below it, from left to right
+    order, depths, waiting = [], [0] * len(below), [0]  # order: each room before its children, from left to right
     while waiting:
         order.append(room := waiting.pop())
         for child in below[room]:

@@ -12,7 +12,7 @@ from hierroom.support.errors import InputError, shown
 from hierroom.support.read_only import freeze
 
 MAX_GOALS = 63
-"""A signed 64-bit integer has a bit for each goal that a step achieved."""
+"""Most goals of a world: the goals that a step achieves are bits of a signed 64-bit integer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,11 +23,11 @@ class GoalSet:
         names: [G] names.
         vectors: [G + 1, K] float32, the vector that a controller observes for each goal; the last row is 'no goal'.
         target: the goal that ends an episode with success.
-        kinds: names of the kinds of goals, by which training reports how many options reach their goal.
+        kinds: names of the kinds of goals; training reports for each kind how many options reach their goal.
         kind_of: [G], the kind of each goal.
-        milestones: evaluations report the first step of each; a world says which one a goal is in an episode.
-        n_alike: number of interchangeable things, such as six colours, each with a goal of every kind but the last.
-            Then goals 0 to 5 are of the first kind, 6 to 11 of the second, and 12 is the target. 0: none.
+        milestones: evaluations report the first step of each; a world maps the goals of each episode to them.
+        n_alike: number of interchangeable things, such as six colours. Each has a goal of every kind but the last: with
+            six, goals 0 to 5 are of the first kind, 6 to 11 of the second, and 12 is the target. 0: none.
     """
 
     names: tuple[str, ...]
@@ -45,7 +45,7 @@ class GoalSet:
 
     @classmethod
     def one_hot(cls, names: Sequence[str], target: str) -> GoalSet:
-        """Return the goals of these names, each its own kind and milestone, with one-hot vectors."""
+        """Return goals with these names and one-hot vectors; each goal is a kind and a milestone of its own."""
         names, n = tuple(names), len(names)
         if target not in names:
             raise InputError(f"the target must be one of the goals {', '.join(names)}, not {shown(target)}")
@@ -56,10 +56,10 @@ class GoalSet:
 
     @property
     def n_choices(self) -> int:
-        """Number of a meta-controller's actions: the goals, and 'no goal', the last."""
+        """Number of a meta-controller's actions: the goals and, as the last action, 'no goal'."""
         return len(self.names) + 1
 
     @property
     def no_goal_action(self) -> int:
-        """The action 'no goal'. While it is not the meta-controller's turn, only this one is legal: wait."""
+        """The action 'no goal'. When it is not the meta-controller's turn, only this action is legal: it means wait."""
         return len(self.names)

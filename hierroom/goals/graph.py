@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import networkx as nx
 
 SET_KINDS = ("rooms", "hitting_time", "expected_steps")
-"""The word before the colon of a text that means a set of graphs, see `hierroom.complexity.GraphSet`."""
+"""The possible words before the colon in a text that means a set of graphs: see `hierroom.complexity.GraphSet`."""
 
 _ROOM = r"(?:0|[1-9][0-9]{0,3})"
 _DESCRIBED = re.compile(rf"keys-({_ROOM}(?:-{_ROOM})*)-exit-({_ROOM})")
@@ -37,9 +37,9 @@ class GoalGraph:
     Room 0 is the centre; room ``r`` in ``1..n_rooms - 1`` is a branch room behind a locked door in the centre's wall.
 
     Args:
-        key_rooms: for rooms 1, 2, ... the room of the key, 0 to ``n_rooms - 1``; they form a tree rooted at room 0.
+        key_rooms: where the key of room 1, 2, ... is: a room from 0 to ``n_rooms - 1``. They form a tree rooted at 0.
         exit_room: the room of the exit, 1 to ``n_rooms - 1``.
-        label: the graph's name in every output; None for that of `name`. Equality ignores it.
+        label: the graph's name in every output; None for a name made by `name`. Equality ignores it.
 
     Examples:
         >>> graph = hierroom.GoalGraph(key_rooms=(0, 1), exit_room=2)
@@ -85,7 +85,7 @@ class GoalGraph:
 
     @property
     def n_rooms(self) -> int:
-        """Number of rooms with the centre."""
+        """Number of rooms, including the centre."""
         return len(self.key_rooms) + 1
 
     @property
@@ -100,7 +100,7 @@ class GoalGraph:
 
     @cached_property
     def children(self) -> tuple[tuple[int, ...], ...]:
-        """The rooms that each room has the keys of, ascending."""
+        """For each room, the rooms that have their keys in it, ascending."""
         return child_rooms(self.key_rooms)
 
     @property
@@ -115,7 +115,7 @@ class GoalGraph:
 
     @cached_property
     def name(self) -> str:
-        """The label, or the letter in the paper's Table 1 of an isomorphic graph, else the key rooms and exit room."""
+        """The label, else the letter of an isomorphic graph in the paper's Table 1, else the key and exit rooms."""
         if self.label is not None:
             return self.label
         described = f"keys-{'-'.join(map(str, self.key_rooms))}-exit-{self.exit_room}"
@@ -130,7 +130,7 @@ class GoalGraph:
         return tuple(map(depths.get, range(self.n_rooms)))
 
     def open_goals(self, keys: ArrayLike, doors: ArrayLike) -> NDArray[np.bool_]:
-        """Find the goals that can be achieved now, before any other goal.
+        """Return which goals can be achieved now, before any other goal.
 
         Args:
             keys: [..., n_rooms - 1] bool, whether the key of room 1, 2, ... is held.
@@ -143,7 +143,7 @@ class GoalGraph:
         return open_goals(np.array(self.key_rooms), np.array(self.exit_room), held, is_open)
 
     def canonical(self) -> GoalGraph:
-        """Return the graph without label and with its rooms in a canonical order: isomorphic graphs become equal."""
+        """Return the graph without its label and with canonical room numbers, so that isomorphic graphs are equal."""
         return GoalGraph(*canonical_rooms(self.key_rooms, self.exit_room))
 
     def to_networkx(self) -> nx.DiGraph:
@@ -164,7 +164,7 @@ class GoalGraph:
     def rules(self) -> Rules:
         """Return the same dependencies as rules: a key takes the free hand, and its door gives it back.
 
-        The agent's room does not count there, so numbers differ from those of the augmented graph.
+        The rules ignore the agent's room, so their numbers differ from those of the augmented graph.
         """
         rules, start = {}, {"free hand": 1}
         for room, key_room in enumerate(self.key_rooms, start=1):
@@ -185,7 +185,7 @@ class GoalGraph:
     @classmethod
     def from_dict(cls, table: Mapping[str, Any]) -> GoalGraph:
         """Return the graph of a table such as `to_dict` gives; its ``name`` may be missing or called ``label``."""
-        names = [*({*table} & {"name", "label"})]  # Gymnasium writes a graph into a spec by the names of its fields
+        names = [*({*table} & {"name", "label"})]  # Gymnasium's specs store a graph by the names of its fields
         if {*table} - {*names} != {"key_rooms", "exit_room"} or len(names) > 1:
             given = ", ".join(sorted(map(str, table))) or "nothing"
             raise InputError(f"a goal graph has key_rooms, exit_room and perhaps a name; this has {given}")
@@ -202,7 +202,7 @@ class GoalGraph:
 
     @classmethod
     def from_toml(cls, path: str | Path) -> GoalGraph:
-        """Read a graph as `to_toml` writes it; without an entry ``name`` its label is the file's name."""
+        """Read a graph as `to_toml` writes it; if there is no entry ``name``, its label is the file's name."""
         path = Path(path)
         table = read_toml(path, "goal graph")
         try:
@@ -247,7 +247,7 @@ def enumerate_graphs(n_rooms: int) -> list[GoalGraph]:
 def _integers(what: str, values: Any) -> tuple[int, ...]:
     try:
         rooms = tuple(values)
-    except TypeError:  # an array without axes among them, though it is an Iterable
+    except TypeError:  # also for an array without axes, although that is an Iterable
         rooms = None
     if rooms is None or isinstance(values, str):
         raise InputError(f"{what} takes a list of whole numbers (rooms), not {shown(values)}")

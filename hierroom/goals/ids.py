@@ -21,7 +21,7 @@ NO_GOAL = -1
 GOAL_NAMES = (*(f"{c} key" for c in COLOURS), *(f"{c} door" for c in COLOURS), "exit")
 
 ROOM_GOAL_NAMES = (*(f"key {r}" for r in range(1, 7)), *(f"door {r}" for r in range(1, 7)), "exit")
-"""The same by the room that a key or door opens, which does not change with the colours; see `room_goals`."""
+"""The goals named by the room that a key or door opens, which does not depend on colours; see `room_goals`."""
 
 MAX_GRID_ROOMS = N_COLOURS + 1
 """Number of rooms that a grid can hold: the centre room and a branch room for each colour."""
@@ -42,6 +42,6 @@ GOAL_VECTORS = _goal_vectors()
 
 
 def room_goals(goals: NDArray[np.integer], branches: NDArray[np.integer]) -> NDArray[np.integer]:
-    """Return indices into `ROOM_GOAL_NAMES` for goal ids [M]; ``branches`` [M, 6] or [6] is by colour the room - 1."""
+    """Return indices into `ROOM_GOAL_NAMES` for goal ids [M]; ``branches`` [M, 6] or [6] is each colour's room - 1."""
     rooms = np.broadcast_to(branches, (len(goals), N_COLOURS))[np.arange(len(goals)), goals % N_COLOURS]
     return np.where(goals == EXIT_GOAL, EXIT_GOAL, goals // N_COLOURS * N_COLOURS + rooms)

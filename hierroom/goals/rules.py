@@ -1,4 +1,4 @@
-"""Dependencies of any kind: rules that need, use and give facts, each with a count."""
+"""Dependencies of any kind: rules that need, use and give counts of facts."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from hierroom.support.reading import read_toml
 class Rules:
     """Rules by the names of their goals: the facts that each needs, uses (takes away) and gives.
 
-    A rule applies by the first of its alternatives for which everything is there. Of a fact that an alternative both
-    needs and uses, the larger count must be there. It takes what it uses, then adds what it gives; of each fact, what
-    goes beyond its capacity is lost.
+    A rule applies by the first of its alternatives that has all required facts. If an alternative both needs and uses a
+    fact, the larger count is required. It takes what it uses, then adds what it gives. Counts beyond a fact's capacity
+    are lost.
 
     A marking has a count of each fact. Arrays over rules, alternatives and facts are [R, A, F].
 
@@ -42,7 +42,7 @@ class Rules:
         target: the fact to reach once.
         capacity: largest counts of facts; 1 by default.
         start: counts of facts at the start; 0 by default.
-        label: the name of the rules in every output. It does not count for equality.
+        label: the name of the rules in every output. Equality ignores it.
 
     Examples:
         >>> raft = [{"uses": {"wood": 3}, "gives": "raft"}, {"needs": "rope", "uses": "wood", "gives": "raft"}]
@@ -100,7 +100,7 @@ class Rules:
             read_name("the name of rules", self.label)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out the arrays, which a copy would let others write to."""
+        """Leave out the cached arrays, because they would be writable in a copy."""
         return {one.name: getattr(self, one.name) for one in fields(self)}
 
     def __hash__(self) -> int:
@@ -123,7 +123,7 @@ class Rules:
 
     @cached_property
     def required(self) -> NDArray[np.int64]:
-        """Counts that each alternative requires, needed or used [R, A, F]; the last alternative fills up the rest."""
+        """Counts that each alternative needs or uses [R, A, F]; rules with fewer than A repeat their last one."""
         return self._array("needs", "uses")
 
     @cached_property
@@ -152,7 +152,7 @@ class Rules:
         return np.array([*self.start.values()])
 
     def apply_all(self, markings: ArrayLike) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-        """Apply each rule to markings [..., F]; one that does not apply leaves a marking as it is.
+        """Apply each rule to markings [..., F]; a rule that does not apply leaves a marking unchanged.
 
         Returns:
             the markings after each rule [..., R, F], and whether it applies [..., R].
@@ -164,10 +164,10 @@ class Rules:
 
     @cached_property
     def _thresholds(self) -> tuple[NDArray[np.int64], NDArray[np.int64], list[tuple[Any, NDArray[np.uint64]]]]:
-        """The T facts and counts that alternatives ask for, and for each 64 of them who asks for which, as bits.
+        """Return T thresholds: facts and counts. For each 64 of them, return which alternatives require which, as bits.
 
-        Those who ask are the numbers of alternatives, or all of them, in which most do. T is a multiple of 64: those at
-        the end are always there.
+        The alternatives are given by number, or as a slice of all of them if many require one. T is a multiple of 64;
+        the thresholds that fill it up are always met.
         """
         entries = np.nonzero(self.required)
         asked, inverse = np.unique(np.stack([entries[2], self.required[entries]], axis=1), axis=0, return_inverse=True)
@@ -179,7 +179,7 @@ class Rules:
         return asked[:, 0], asked[:, 1], [(asker, word[asker]) for asker, word in zip(askers, words, strict=True)]
 
     def choose(self, markings: ArrayLike) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-        """Return whether each rule applies to markings [..., F], and by which of its alternatives: [..., R] both."""
+        """Return whether each rule applies to markings [..., F], and by which of its alternatives; both [..., R]."""
         facts, counts, asks = self._thresholds
         lacks = _bits(np.take(markings, facts, axis=-1) < counts)
         most = self.required.shape[1]
@@ -192,7 +192,7 @@ class Rules:
         return np.any(enough, axis=-1), enough.argmax(axis=-1)
 
     def apply(self, goal: str, marking: ArrayLike) -> NDArray[np.int64] | None:
-        """Return the marking [F] after the rule of a goal, or None where it does not apply."""
+        """Return the marking [F] after the rule of a goal, or None if the rule does not apply."""
         if goal not in self.names:
             raise InputError(f"the rules are {first_names(self.rules)}; there is no {shown(goal)}")
         counts = np.asarray(marking)
@@ -215,7 +215,7 @@ class Rules:
 
     @classmethod
     def from_dict(cls, table: Mapping[str, Any]) -> Rules:
-        """Return the rules of a table with ``rules`` and ``target``, perhaps ``capacity``, ``start`` and ``name``."""
+        """Return the rules of a table with ``rules``, ``target`` and optional ``capacity``, ``start`` and ``name``."""
         if not isinstance(table, Mapping):
             raise InputError(f"rules must be given as a table, not {shown(table)}")
         if not {"rules", "target"} <= {*table} <= {"rules", "target", "capacity", "start", "name"}:
@@ -244,7 +244,7 @@ class Rules:
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Rules:
-        """Read rules from a TOML file as `to_toml` writes it; without a ``name`` their label is the file's name."""
+        """Read rules from a TOML file as `to_toml` writes it; if there is no ``name``, the label is the file's name."""
         path = Path(path)
         table = read_toml(path, "rules", or_any=True)
         try:
@@ -254,7 +254,7 @@ class Rules:
             raise InputError(f"{path}: {error}") from error
 
     def _array(self, *kinds: str) -> NDArray[np.int64]:
-        """Return the largest count of these kinds, such as ``"uses"``, of each fact [R, A, F]."""
+        """Return the count of each fact [R, A, F]: the largest among these kinds, such as ``"uses"``."""
         numbers = {fact: number for number, fact in enumerate(self.facts)}
         counts = np.zeros((len(self.rules), max(map(len, self.rules.values())), len(numbers)), np.int64)
         for rule, ways in zip(counts, self.rules.values(), strict=True):
@@ -267,5 +267,5 @@ class Rules:
 
 
 def _bits(flags: NDArray[np.bool_]) -> NDArray[np.uint64]:
-    """Return flags [..., T], T a multiple of 64, as bits [..., T / 64]."""
+    """Return flags [..., T] as the bits of integers [..., T / 64]; T is a multiple of 64."""
     return np.ascontiguousarray(np.packbits(flags, axis=-1)).view(np.uint64)

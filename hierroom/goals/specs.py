@@ -1,4 +1,4 @@
-"""Goal graphs as users give them: one or a set, in the same words wherever a graph is taken."""
+"""The forms in which users give one goal graph or a set, the same for every function that takes graphs."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ GraphSpec = GoalGraph | str | Path | Mapping[str, Any]
 """One goal graph, or a set of them: a letter, a name such as ``keys-0-1-exit-2``, a `GoalGraph`, a path to a TOML file,
 what `GoalGraph.to_dict` gives, or ``rooms:4``, ``hitting_time:20..30`` or ``expected_steps:90..150``."""
 GraphSpecs = GraphSpec | Sequence[GraphSpec]
-"""One `GraphSpec`, or a list or tuple of them for all their graphs."""
+"""One `GraphSpec`, or a list or tuple of them, which means all their graphs."""
 
 
 def as_goal_graph(graph: GraphSpec) -> GoalGraph:
-    """Return the goal graph given in one of the ways of `GraphSpec` that mean a single graph."""
+    """Return the goal graph of a `GraphSpec` that means a single graph."""
     if isinstance(graph, GoalGraph):
         return graph
     if isinstance(graph, Mapping):
@@ -38,7 +38,7 @@ def as_goal_graph(graph: GraphSpec) -> GoalGraph:
 def _is_file(path: str | Path) -> bool:
     try:
         return Path(path).is_file()
-    except (OSError, ValueError):  # no name of a file: too long, or with a character that none has
+    except (OSError, ValueError):  # not a valid file name: too long, or with an illegal character
         return False
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 
 def child_rooms(key_rooms: Sequence[int]) -> tuple[tuple[int, ...], ...]:
-    """List for each room the rooms that it has the keys of, ascending."""
+    """Return, for each room, the rooms that have their keys in it, ascending."""
     children: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]
     for room, parent in enumerate(key_rooms, start=1):
         children[parent].append(room)
@@ -17,7 +17,7 @@ def child_rooms(key_rooms: Sequence[int]) -> tuple[tuple[int, ...], ...]:
 
 
 def canonical_rooms(key_rooms: tuple[int, ...], exit_room: int | None) -> tuple[tuple[int, ...], int]:
-    """Renumber rooms by `canonical_order`. Return the new key rooms and exit room, which is 0 where None is given."""
+    """Renumber rooms by `canonical_order`, and return the new key rooms and exit room; the latter is 0 for None."""
     order = canonical_order(key_rooms, exit_room)
     position = {room: n for n, room in enumerate(order)}
     new_key_rooms = tuple(position[key_rooms[room - 1]] for room in order[1:])
@@ -27,14 +27,13 @@ def canonical_rooms(key_rooms: tuple[int, ...], exit_room: int | None) -> tuple[
 def canonical_order(key_rooms: Sequence[int], exit_room: int | None) -> list[int]:
     """List the rooms breadth first, with the children of a room ordered by the shape of their subtrees.
 
-    Subtrees are ranked floor by floor, the deepest first (Aho, Hopcroft & Ullman 1974): no recursion, so any depth will
-    do.
+    Subtrees are ranked floor by floor, the deepest first (Aho, Hopcroft & Ullman 1974). This needs no recursion.
     """
     children = child_rooms(key_rooms)
     floors = [[0]]
     while floors[-1]:
         floors.append([child for room in floors[-1] for child in children[room]])
-    rank: dict[int, int] = {}  # of each room's subtree among those of its floor; equal subtrees have the same
+    rank: dict[int, int] = {}  # the rank of each room's subtree on its floor; equal subtrees have equal ranks
     for floor in reversed(floors):
         shapes = {
             room: (room == exit_room, sorted((rank[child] for child in children[room]), reverse=True)) for room in floor
@@ -53,7 +52,7 @@ def open_goals(
     keys: NDArray[np.bool_],
     doors: NDArray[np.bool_],
 ) -> NDArray[np.bool_]:
-    """Find the goals [..., 2 B + 1] (keys, doors, exit) that can be achieved now, for many graphs together.
+    """Return which goals [..., 2 B + 1] (keys, doors, exit) can be achieved now, for many graphs together.
 
     All arrays have an entry for each branch room [..., B], except ``exit_rooms`` [...]; see `GoalGraph.open_goals`.
     """

@@ -1,1 +1,1 @@
-"""Views: the same environments in the form that other libraries expect."""
+"""Views: the same environments in the forms that other libraries expect."""

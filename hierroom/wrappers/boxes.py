@@ -1,4 +1,4 @@
-"""The box view: flat, equal spaces for both agents, for libraries that take no dicts or want all agents alike."""
+"""The box view: flat, equal spaces for both agents, for libraries that accept no dicts or need equal spaces."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SIZES = {
     "action_mask": N_META_ACTIONS,
     "is_meta": 1,
 }
-"""Numbers of each part of a box, in order; features come after them."""
+"""How many numbers each part of a box has, in order; features come after them."""
 
 
 @overload
@@ -50,18 +50,18 @@ def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
     | which agent | 1 | 1 for ``meta_0``, 0 for ``controller_0`` |
     | ``features``, one-hot | as many as they have values | all zero for an agent without; see `add_features` |
 
-    For a task the parts are its own entries, flat. Both agents have as many actions as the one with more.
+    For a task, the parts are its own entries, flattened. Both agents have as many actions as the agent with more.
 
-    Both agents of an EscapeRoom have 14 actions. Those that ``controller_0`` does not have only cost the step,
-    whatever wrappers are inside: wrappers belong outside this view.
+    Both agents of an EscapeRoom have 14 actions. An action that ``controller_0`` does not have only costs the step. In
+    an AEC environment, wrappers inside this view do not see such actions, so put wrappers outside of it.
 
     Args:
         env: a `hierroom.parallel_env` or a `hierroom.env`, which may have features.
 
     Returns:
-        The environment, of the same API. A parallel one observes these boxes, as SuperSuit wants; its infos have a list
-        ``action_mask`` of the 14 actions, as AgileRL and TorchRL want. An AEC one observes dicts of ``observation``
-        (the box) and ``action_mask``, as Tianshou and PettingZoo's tutorials want.
+        The environment, of the same API. A parallel one observes these boxes, as SuperSuit needs; its infos have a list
+        ``action_mask`` of the 14 actions, as AgileRL and TorchRL need. An AEC one observes dicts of ``observation``
+        (the box) and ``action_mask``, as Tianshou and PettingZoo's tutorials need.
 
     Examples:
         >>> env = hierroom.box_view(hierroom.parallel_env("a"))
@@ -117,7 +117,7 @@ class Boxes:
 
 
 class TaskBoxes:
-    """Turns the observations of both agents of a task into boxes of one size: every entry flat, one after the other."""
+    """Turns the observations of both agents of a task into boxes of one size: all entries, flat and concatenated."""
 
     def __init__(self, given: Mapping[str, Any], n_actions: int) -> None:
         self.n_actions = n_actions
@@ -133,7 +133,7 @@ class TaskBoxes:
         return mask
 
     def vector(self, agent: str, observation: Mapping[str, Any]) -> NDArray[np.float32]:
-        """Return one observation as numbers; zeros for what the agent has no entry of."""
+        """Return one observation as numbers, with zeros for entries that the agent does not have."""
         parts: list[Any] = [
             spaces.flatten(space, observation[name]) if name in observation else np.zeros(spaces.flatdim(space))
             for name, space in self._parts.items()
@@ -171,12 +171,12 @@ class ParallelBoxes(_OwnSpaces, BaseParallelWrapper):
         self.observation_spaces = dict.fromkeys(env.possible_agents, self._boxes.space)
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None):
-        """As the environment's, observations flat."""
+        """Begin an episode like the environment, with flat observations."""
         observations, infos = self.env.reset(seed, options)
         return self._flat(observations), self._with_masks(infos, observations)
 
     def step(self, actions: dict[str, int]):
-        """As the environment's, observations flat."""
+        """Take a step like the environment, with flat observations."""
         observations, *results, infos = self.env.step(actions)
         return self._flat(observations), *results, self._with_masks(infos, observations)
 
@@ -210,6 +210,6 @@ class AECBoxes(_OwnSpaces, BaseWrapper):
         """Take the selected agent's turn; an action that only the other agent has costs the controller the step."""
         agent = self.env.agent_selection
         if self.action_spaces[agent].contains(action) and not self.env.action_space(agent).contains(action):
-            self.unwrapped.step(action)  # it is illegal but no error, which the wrapper that checks bounds cannot know
+            self.unwrapped.step(action)  # illegal but not an error; the wrapper that checks bounds would raise one
         else:
             self.env.step(action)

@@ -1,4 +1,4 @@
-"""Wrappers: the learner's features in observations, for other learners, and for trained agents in a user's own loop."""
+"""Wrappers that add the learner's features to observations, for other learners or trained agents in a user's loop."""
 
 from __future__ import annotations
 
@@ -37,17 +37,17 @@ def add_features(
 ) -> Env:
     """Add features to the observations of an agent, as one more entry: ``features`` [K] int64.
 
-    Features that need memory are complete from the next `reset` on.
+    Features that need memory are complete only after the next `reset`.
 
     Args:
         env: an environment of hierroom, of any API: AEC, parallel, Gymnasium or Gymnasium vector; wrapped or not.
-        names: names in `agents.features.FEATURES`, in order; each is one whole number or several. Or a `TrainedAgent`,
-            to play by its `act`: then the features are its controller's. In an AEC or parallel environment ``meta_0``
-            then observes an entry ``choice``, the goal that its meta-controller chooses, and the controller's features
-            already follow that goal. Gymnasium's environments take the meta-controller when they are made:
+        names: names in `agents.features.FEATURES`, in order; each is one or several whole numbers. Or a `TrainedAgent`,
+            to play with its `act`: then the features are those of its controller. In an AEC or parallel environment,
+            ``meta_0`` also observes ``choice``, the goal that the agent's meta-controller chooses; the controller's
+            features already use that goal. Gymnasium's environments take the meta-controller when they are made:
             ``meta=agent.meta_controller(num_envs)``.
-        agent: ``controller_0`` or ``meta_0``; Gymnasium's environments have the first only.
-        seed: fixes the choices of a `TrainedAgent`'s meta-controller; None: 0.
+        agent: ``controller_0`` or ``meta_0``; Gymnasium's environments have only the first.
+        seed: determines the choices of a `TrainedAgent`'s meta-controller; None: 0.
 
     Returns:
         the wrapped environment, of the same API.
@@ -79,7 +79,7 @@ def add_features(
 def _trained(names: Any) -> TrainedAgent | None:
     if isinstance(names, (list, tuple, str)):
         return None
-    from hierroom.runs.trained_agent import TrainedAgent  # it brings torch along
+    from hierroom.runs.trained_agent import TrainedAgent  # this imports torch
 
     return names if isinstance(names, TrainedAgent) else None
 
@@ -97,7 +97,7 @@ def _require_same_world(trained: TrainedAgent, env: Any) -> None:
 
 
 class _Reader:
-    """Reads the features of an agent, and lets the world remember what they need."""
+    """Reads the features of an agent, and makes the world remember what they need."""
 
     def __init__(self, turns: Turns, names: Sequence[str], agent: str) -> None:
         self.agent = agent
@@ -119,17 +119,17 @@ class _Reader:
 
 
 class _Goals:
-    """Lets the meta-controller of a trained agent choose in one environment, once where its turn is due."""
+    """Lets a trained agent's meta-controller choose goals in one environment, once at each of its turns."""
 
     def __init__(self, single: SingleEnv, trained: TrainedAgent, seed: int) -> None:
         self._single = single
         self._agent: Any = trained.pair(1, seed=seed).agents[META]
         if hasattr(self._agent, "features"):
             single.turns.world.remember(self._agent.features.memories)
-        self._choice: int | None = None  # of the turn that is due
+        self._choice: int | None = None  # in the current turn
 
     def choice(self) -> int:
-        """Return the goal that it chooses, the last action (no goal) where its turn is not due."""
+        """Return the goal that it chooses, or the last action (no goal) if it is not its turn."""
         turns, step = self._single.turns, self._single.turns.last_step
         if not self._single.is_meta_turn or (step is not None and step.episode_ended[0]):
             return len(turns.world.goals)
@@ -140,13 +140,12 @@ class _Goals:
         return self._choice
 
     def begin(self) -> None:
-        """Forget the episode."""
         self._choice = None
         if hasattr(self._agent, "forget"):
             self._agent.forget(np.zeros(1, np.int64))
 
     def watch(self, before: np.ndarray | None) -> None:
-        """Let it see a step, if one was taken since the records ``before``."""
+        """Let the meta-controller record a step, if one was taken since the records ``before``."""
         turns = self._single.turns
         if turns.last_step is not None and turns.last_records is not before:
             self._choice = None
@@ -164,7 +163,7 @@ class _TwoAgents:
         self.observation_spaces[agent] = self._reader.extend(self.observation_spaces[agent])
 
     def follow(self, trained: TrainedAgent, seed: int) -> None:
-        """Show what the meta-controller of a trained agent chooses."""
+        """Add the choices of a trained agent's meta-controller to the observations."""
         self.goals, space = _Goals(self._single, trained, seed), cast(spaces.Dict, self.observation_spaces[META])
         choice = spaces.Discrete(self._single.turns.world.goals.n_choices)
         self.observation_spaces[META] = spaces.Dict({**space.spaces, CHOICE: choice})
@@ -255,7 +254,7 @@ class _Vector(VectorWrapper):
     def _extended(self, observations: dict[str, Any]) -> dict[str, Any]:
         features = self._reader.read(self._turns.observe(CONTROLLER, self._turns.due(CONTROLLER)))
         ended = np.flatnonzero(cast(Any, self.env.unwrapped).have_ended)
-        if len(ended):  # the ledger has their goals no more
+        if len(ended):  # the ledger no longer has their goals
             step = self._turns.last_step
             assert step is not None
             features[ended] = self._reader.read(self._turns.final_observation(CONTROLLER, step, ended))

@@ -28,7 +28,7 @@ MISSIONS = (
     "get to the green goal square",
     "traverse the rooms to get to the goal",
 )
-"""The mission for each goal id, the last one where there is no goal: in words that are in MiniGrid's dictionary."""
+"""The mission for each goal id, in words of MiniGrid's vocabulary; the last mission is for no goal."""
 ACTIONS = {
     Actions.left: constants.LEFT,
     Actions.right: constants.RIGHT,
@@ -36,9 +36,9 @@ ACTIONS = {
     Actions.pickup: constants.PICKUP,
     Actions.drop: constants.DROP,
     Actions.toggle: constants.OPEN,
-    Actions.done: len(Actions) - 1,  # which no level has
+    Actions.done: len(Actions) - 1,  # not an action of any level
 }
-"""Our action for each of MiniGrid's."""
+"""Our action for each action of MiniGrid."""
 _OPEN, _LOCKED = 0, 2
 
 
@@ -54,7 +54,7 @@ class minigrid_view(MiniGridEnv):
     | rewards, ends, infos, pictures | those of the environment |
 
     Args:
-        env: ``hierroom/EscapeRoom-a-v0`` or the like from `gymnasium.make`, not wrapped further.
+        env: an environment such as ``hierroom/EscapeRoom-a-v0`` from `gymnasium.make`, without further wrappers.
 
     Attributes:
         escape_room: the environment.
@@ -84,7 +84,7 @@ class minigrid_view(MiniGridEnv):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):
         """Begin an episode, as the environment does."""
-        gymnasium.Env.reset(self, seed=None if seed is None else int(seed))  # Gymnasium takes no number of NumPy's
+        gymnasium.Env.reset(self, seed=None if seed is None else int(seed))  # Gymnasium accepts no NumPy numbers
         observation, info = self.escape_room.reset(seed=seed, options=options)
         self.grid = Grid(self.width, self.height)
         self._tiles = np.full((self.height, self.width), constants.EMPTY, np.uint8)
@@ -101,7 +101,7 @@ class minigrid_view(MiniGridEnv):
         return self._view(observation), *results
 
     def render(self):
-        """As the environment does."""
+        """Render as the environment does."""
         return self.escape_room.render()
 
     def close(self) -> None:

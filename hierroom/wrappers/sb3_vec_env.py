@@ -1,4 +1,4 @@
-"""The ``VecEnv`` that `hierroom.sb3_view` makes; apart from it, because importing it needs Stable-Baselines3."""
+"""The ``VecEnv`` that `hierroom.sb3_view` makes, in its own module because the import needs Stable-Baselines3."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from hierroom.turns.records import CONTROLLER
 from hierroom.vector_env import EscapeRooms
 
 FINAL = ("final_obs", "final_info")
-"""Entries of Gymnasium's infos that Stable-Baselines3 has in another form."""
+"""Entries of Gymnasium's infos that have another form in Stable-Baselines3."""
 
 
 class BatchVecEnv(VecEnv):
-    """N environments on the batch engine, in the terms of Stable-Baselines3."""
+    """N environments of the batch engine with the interface of Stable-Baselines3."""
 
     def __init__(self, envs: VectorEnv) -> None:
         self.envs = envs
@@ -27,7 +27,7 @@ class BatchVecEnv(VecEnv):
         super().__init__(envs.num_envs, envs.single_observation_space, envs.single_action_space)  # type: ignore[arg-type]
 
     def reset(self) -> Any:
-        """Begin an episode in every environment: the first one of a seed given before, or each one's next."""
+        """Begin an episode in every environment: the first one of a seed given to `seed` before, else the next one."""
         observations, infos = self.envs.reset(seed=self._seeds[0], options=self._options[0])
         self.reset_infos = _by_environment(infos)
         self._reset_seeds()
@@ -39,7 +39,7 @@ class BatchVecEnv(VecEnv):
         self._actions = np.asarray(actions)
 
     def step_wait(self) -> Any:
-        """Act once in every environment: (observations, rewards [N] float32, dones [N] bool, N infos)."""
+        """Take the actions; return (observations, rewards [N] float32, dones [N] bool, N infos)."""
         observations, rewards, terminated, truncated, given = self.envs.step(self._actions)
         dones, infos = terminated | truncated, _by_environment(given)
         if dones.any():
@@ -65,7 +65,7 @@ class BatchVecEnv(VecEnv):
         return np.array(turns.observe(CONTROLLER, turns.due(CONTROLLER)).masks)
 
     def get_images(self) -> list[Any]:
-        """Return a picture [H, W, 3] of each environment, or None where the ``render_mode`` is no picture."""
+        """Return a picture [H, W, 3] of each environment, or None unless ``render_mode`` is ``"rgb_array"``."""
         return list(self.envs.render() or ()) if self.render_mode == "rgb_array" else [None] * self.num_envs
 
     def close(self) -> None:
@@ -73,7 +73,7 @@ class BatchVecEnv(VecEnv):
         self.envs.close()
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        """Return an attribute of the environments, the same for each."""
+        """Return an attribute's value for each environment; all have the same value."""
         if attr_name == "render_mode":
             value = getattr(self.envs.unwrapped, attr_name, None)
         else:
@@ -107,10 +107,10 @@ def _split(observations: Any, envs: NDArray[np.integer]) -> list[Any]:
 
 def _by_environment(infos: Mapping[str, Any], envs: Any = slice(None)) -> list[dict[str, Any]]:
     names = [name for name in infos if not name.startswith("_") and name not in FINAL]
-    tables = [name for name in names if isinstance(infos[name], Mapping)]  # what a wrapper tells, such as an episode
+    tables = [name for name in names if isinstance(infos[name], Mapping)]  # from wrappers, such as ``episode``
     names = [name for name in names if name not in tables]
     columns = [infos[name][envs].tolist() for name in names]
-    rows = [dict(zip(names, row)) for row in zip(*columns)]  # noqa: B905 - all as long as the others, and it is faster
+    rows = [dict(zip(names, row)) for row in zip(*columns)]  # noqa: B905 - all have the same length, and this is faster
     for name in tables:
         for row, is_given, entry in zip(rows, infos[f"_{name}"][envs], _by_environment(infos[name], envs), strict=True):
             if is_given:

@@ -51,7 +51,7 @@ class EdgeSensitivity(NamedTuple):
     target: str  # label of the node where it ends
     weight: float  # its weight in W
     steps_slope: float  # d expected_steps / d weight
-    hitting_time_slope: float  # d hitting_time / d weight; nan where that time is
+    hitting_time_slope: float  # d hitting_time / d weight; nan if the hitting time is nan
     elasticity: float  # percent by which expected_steps changes if the weight grows by one percent
 
 
@@ -99,10 +99,10 @@ class Chain:
         *,
         rates: bool = False,
     ) -> Chain:
-        """Return the walk with a matrix of probabilities or rates, on any exploration graph.
+        """Return the walk of a matrix of probabilities or rates, for any exploration graph.
 
         Args:
-            matrix: [n, n] dense or sparse; what a row lacks to one is the node's probability to stay.
+            matrix: [n, n] dense or sparse; one minus a row's sum is the node's probability to stay.
             source: the start node, by its index or its label.
             target: the goal ``"exit"``, by its index or its label.
             labels: [n] names of the nodes; their indices by default.
@@ -130,12 +130,12 @@ class Chain:
         """Return a random walk on a networkx graph, directed or not; the names of its nodes become labels.
 
         Args:
-            weight: attribute of the edges with their probability. Where no edge has it, or for None, a node's edges are
+            weight: attribute of the edges with their probability. If no edge has it, or for None, a node's edges are
                 equally likely.
             rates: divide each node's weights by their sum, for rates or counts.
-            walk: the paper's walk instead, such as ``Walk()``, so that numbers compare with those of goal graphs. It
-                moves along a node's edges in proportion to their weights, returns to the source from everywhere else,
-                and leaves the target in no other way. Edges from a node to itself do not count.
+            walk: use the paper's walk instead, such as ``Walk()``, for numbers comparable with those of goal graphs. It
+                moves along a node's edges in proportion to their weights, and may return to the source from every other
+                node. From the target it can only return to the source. Edges from a node to itself do not count.
         """
         weights, nodes = graph_weights(graph, weight, rates or walk is not None), list(graph)
         first, last = node_index(nodes, source), node_index(nodes, target)
@@ -148,7 +148,7 @@ class Chain:
 
     @cached_property
     def hitting_time(self) -> float:
-        """The paper's hitting time of the exit, b' pinv(D - W) b; not a number of steps, see `chains.laplacian`."""
+        """The paper's hitting time of the exit, b' pinv(D - W) b. It does not count steps: see `chains.laplacian`."""
         return self.hitting_time_to(EXIT)
 
     @cached_property
@@ -167,13 +167,13 @@ class Chain:
         return float(first_passage_std(self.weights, self.goals[EXIT])[self.source])
 
     def expected_steps_to(self, goal: str) -> float:
-        """Mean steps to a goal: `"key r"`, `"door r"`, `"exit"` or a node's label; ``inf`` if it may never happen."""
+        """Return the mean steps to a goal such as `"key 1"` or `"exit"`, or to a node; ``inf`` if it may be missed."""
         return float(mean_first_passage_time(self.weights, self.nodes_of(goal))[self.source])
 
     def hitting_time_to(self, node: str) -> float:
-        """Return the paper's hitting time of a single node, by its label; ``nan`` where `is_one_way` is true.
+        """Return the paper's hitting time of a single node, given its label; ``nan`` if `is_one_way` is true.
 
-        Its value would then be the number of steps spent at the start alone, which is no difficulty.
+        In that case the formula gives only the number of steps spent at the start, which does not measure difficulty.
         """
         nodes = self.nodes_of(node)
         if len(nodes) != 1:
@@ -185,21 +185,21 @@ class Chain:
         return np.nan if np.isfinite(value) and self.is_one_way() else value
 
     def is_one_way(self) -> bool:
-        """Return whether the walk may go where it never returns to the start from, such as to an exit never left."""
+        """Return whether the walk may reach a node from which it never returns to the start, such as a final exit."""
         _, classes = connected_components(self.weights, connection="strong")
         is_ours = classes == classes[self.source]
         return self.weights[is_ours][:, ~is_ours].nnz > 0
 
     def hitting_probability(self, goal: str = EXIT) -> float:
-        """Probability that a goal is ever achieved."""
+        """Return the probability that a goal is ever achieved."""
         return float(hitting_probability(self.weights, self.nodes_of(goal))[self.source])
 
     def reach_probability(self, t: ArrayLike, goal: str = EXIT) -> NDArray[np.float64]:
-        """Probability in 0..1, the shape of t, that a goal has been achieved within t steps, each 0, 1, 2, ..."""
+        """Return the probability, in the shape of t, that a goal is achieved within t steps, each 0, 1, 2, ..."""
         return reach_probability(self.weights, self.source, self.nodes_of(goal), t)
 
     def expected_states(self, t: ArrayLike) -> NDArray[np.float64]:
-        """Return the expected number, the shape of t, of distinct nodes visited within t steps, the start included."""
+        """Return the expected number of distinct nodes visited within t steps, start included, in the shape of t."""
         return expected_states(self.weights, self.source, t)
 
     def expected_visits(self, goal: str = EXIT) -> dict[str, float]:
@@ -208,7 +208,7 @@ class Chain:
         return dict(zip(self.labels, visits.tolist(), strict=True))
 
     def edge_sensitivity(self) -> list[EdgeSensitivity]:
-        """Return the effect of each edge on the time to the exit, most helpful first; empty if that time is ``inf``."""
+        """Return the effect of each edge on the time to the exit, most helpful first; empty if the time is ``inf``."""
         if np.isinf(self.expected_steps):
             return []
         exit_node = self.goals[EXIT][0]
@@ -223,9 +223,9 @@ class Chain:
         return sorted(edges, key=lambda edge: edge.elasticity)
 
     def goal_sensitivity(self) -> dict[str, float]:
-        """Percent change of expected_steps if a goal gets one percent easier, the bottleneck first; empty for ``inf``.
+        """Return the percent change of expected_steps if a goal gets one percent easier, the bottleneck first.
 
-        Sum the elasticities of the edges from nodes where the goal has not been achieved to nodes where it has.
+        Sum the elasticities of the edges by which the goal is achieved. Empty if expected_steps is ``inf``.
         """
         if np.isinf(self.expected_steps):
             return {}

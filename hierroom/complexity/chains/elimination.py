@@ -1,16 +1,16 @@
 """Elimination without subtraction: the factors of D - W, accurate however long the walk takes.
 
-Gaussian elimination of D - W subtracts nearly equal numbers where a target is hard to reach. With a mean of 10^k steps
+Gaussian elimination of D - W subtracts nearly equal numbers if a target is hard to reach. With a mean of 10^k steps
 it loses k of the 16 digits of a float. Grassmann, Taksar and Heyman (Regenerative analysis and steady state
-distributions for Markov chains, Operations Research 33, 1985) replace the diagonal by what it stands for: the rate at
-which a node is left. Eliminating node k sends its visitors on,
+distributions for Markov chains, Operations Research 33, 1985) compute the diagonal as the rate at which a node is left.
+Eliminating node k redirects its visitors,
 
     w_ij += w_ik w_kj / s_k,    r_i += w_ik r_k / s_k,    s_k = r_k + sum of w_kj over the j that are not eliminated,
 
-with r the rate from each node to those outside the system. Nothing is ever subtracted. So each factor, and each
-solution for a nonnegative right-hand side, has a small relative error in each entry, whatever the condition of D - W.
-It is at most about 2 n^2 roundings for n nodes, and in practice a few (O'Cinneide, Entrywise perturbation theory and
-error analysis for Markov chains, Numerische Mathematik 65, 1993).
+where r is the rate from each node to nodes outside the system. Nothing is subtracted. So each factor, and each solution
+for a nonnegative right-hand side, has a small relative error in each entry, even if D - W is ill-conditioned. The error
+is at most about 2 n^2 roundings for n nodes, and in practice a few (O'Cinneide, Entrywise perturbation theory and error
+analysis for Markov chains, Numerische Mathematik 65, 1993).
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from hierroom.support.compile.kernel import njit
 from hierroom.support.errors import InputError
 
 LEAST_RATE = 1e-290
-"""Least rate at which a node may be left: below, rates would underflow, and means overflow."""
+"""Least rate at which a node may be left; with smaller ones, rates would underflow and means overflow."""
 TOO_LONG = (
     f"a walk may take at most about {1 / LEAST_RATE:.0e} steps, as 64-bit floats hold no larger times; "
     "this one takes more"
 )
 BLOCK = 64
-"""Columns that are skipped together where a row has none of them."""
+"""Number of columns that are skipped together if a row has no entry in them."""
 
 
 class Elimination:
@@ -38,7 +38,7 @@ class Elimination:
 
     Args:
         moves: [n, n] CSR, the probability of each move among these nodes; its diagonal is ignored.
-        leaving: [n], the probability to leave each node for one outside; each node leads to one where it is positive.
+        leaving: [n], the probability to move from each node to one outside. From each node a path leads outside.
     """
 
     def __init__(self, moves: sp.csr_array, leaving: NDArray[np.float64]) -> None:
@@ -52,11 +52,11 @@ class Elimination:
             raise InputError(TOO_LONG)
 
     def solve(self, b: ArrayLike) -> NDArray[np.float64]:
-        """Solve (D - W) x = b, accurately in each entry where no entry of b [n] is negative."""
+        """Solve (D - W) x = b; each entry of x is accurate if no entry of b [n] is negative."""
         return self._in_order(_solve, b)
 
     def solve_transposed(self, b: ArrayLike) -> NDArray[np.float64]:
-        """Solve (D - W)' x = b, as accurately."""
+        """Solve (D - W)' x = b, with the same accuracy."""
         return self._in_order(_solve_transposed, b)
 
     def _in_order(self, solver, b: ArrayLike) -> NDArray[np.float64]:
@@ -68,7 +68,7 @@ class Elimination:
 def solve_several(
     moves: NDArray[np.float64], leaving: NDArray[np.float64], b: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Solve (D - W) x = b for many small walks: x and b [B, n], W [B, n, n], and the rates [B, n] out of it."""
+    """Solve (D - W) x = b for B small walks: x and b [B, n], W [B, n, n], ``leaving`` the rates [B, n] out of each."""
     moves, leaving, x, n = moves.copy(), leaving.copy(), b.copy(), b.shape[1]
     rates = np.empty_like(b)
     for k in range(n):
@@ -84,7 +84,7 @@ def solve_several(
 
 
 def _order(moves: sp.csr_array) -> NDArray[np.int64]:
-    """Return an order of elimination with little fill: SuperLU's (COLAMD) for a regular matrix of the same pattern."""
+    """Return an elimination order with little fill-in: SuperLU's COLAMD order of a regular matrix of this pattern."""
     pattern = sp.csr_array((np.ones(len(moves.data)), moves.indices, moves.indptr), shape=moves.shape)
     factors = splu((sp.diags_array(1.0 + np.diff(moves.indptr)) - pattern).tocsc())
     return np.argsort(factors.perm_c)
@@ -98,7 +98,7 @@ def _eliminate(starts, columns, weights, leaving):
     lower_columns, upper_columns = np.empty(2 * len(weights) + n, np.int64), np.empty(2 * len(weights) + n, np.int64)
     lower, upper = np.empty(len(lower_columns)), np.empty(len(upper_columns))
     row, is_there, has_some = np.zeros(n), np.zeros(n, np.bool_), np.zeros(n // BLOCK + 1, np.bool_)
-    after = np.empty(n, np.int64)  # the columns behind the diagonal of the present row
+    after = np.empty(n, np.int64)  # the columns right of the diagonal in the current row
     leaving, rates = leaving.copy(), np.empty(n)
     for i in range(n):
         n_after = 0
@@ -114,7 +114,7 @@ def _eliminate(starts, columns, weights, leaving):
         if n_lower + i > len(lower):
             lower_columns = np.concatenate((lower_columns, np.empty(len(lower) + n, np.int64)))
             lower = np.concatenate((lower, np.empty(len(lower) + n)))
-        for block in range(i // BLOCK + 1):  # most blocks of columns are empty; what fills one lies ahead in it
+        for block in range(i // BLOCK + 1):  # most blocks of columns are empty; new entries come further right
             if not has_some[block]:
                 continue
             has_some[block] = False
@@ -129,7 +129,7 @@ def _eliminate(starts, columns, weights, leaving):
                 for entry in range(upper_starts[k], upper_starts[k + 1]):
                     j = upper_columns[entry]
                     if j == i:
-                        continue  # back at the node itself: it cancels, as staying does
+                        continue  # a return to the node itself cancels, like staying
                     row[j] += share * upper[entry]
                     if not is_there[j]:
                         is_there[j], has_some[j // BLOCK] = True, True

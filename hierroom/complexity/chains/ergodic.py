@@ -1,7 +1,7 @@
 """Random walks in the long run and between two sets of nodes.
 
 Every function takes W as described in `hierroom.complexity.chains.weights`; P is W with the probability to stay on its
-diagonal. Numbers are those of theorems in Levin and Peres, Markov Chains and Mixing Times, 2nd edition, 2017.
+diagonal. Numbers refer to Levin and Peres, Markov Chains and Mixing Times, 2nd edition, 2017.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ from hierroom.support.compile.kernel import njit
 from hierroom.support.errors import InputError
 
 MAX_DENSE_NODES = 2000
-"""With more nodes eigenvalues are found iteratively, and the mixing time, a dense power of P, is refused."""
+"""With more nodes, eigenvalues are found iteratively, and the mixing time is refused, as it takes dense powers of P."""
 MAX_COVER_NODES = 14
 """Most nodes for an exact cover time; its cost doubles with every node."""
 
 
 def stationary_distribution(weights: Weights) -> NDArray[np.float64]:
-    """Long-run fraction [n] of the time that a walk spends at each node, pi P = pi; 0 at transient nodes.
+    """Return the long-run fraction [n] of the time that a walk spends at each node, pi P = pi; 0 at transient nodes.
 
-    Between two visits to one node s of the recurrent class a walk spends an expected v_i steps at i, and
-    pi_i = v_i / sum v (proposition 1.14). This needs no eigenvector, and nodes that are seldom visited keep their
-    relative precision.
+    Between two visits to one node s of the recurrent class, a walk spends an expected v_i steps at i, and
+    pi_i = v_i / sum v (proposition 1.14). This needs no eigenvector, and it has a small relative error even at nodes
+    that are seldom visited.
 
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
@@ -71,11 +71,11 @@ def stationary_distribution(weights: Weights) -> NDArray[np.float64]:
 
 
 def spectral_gap(weights: Weights) -> float:
-    """Absolute spectral gap in 0..1: one minus the modulus of the second greatest eigenvalue of P (section 12.2).
+    """Return the absolute spectral gap in 0..1: one minus the second largest eigenvalue modulus of P (section 12.2).
 
-    The eigenvalues of P are those of its parts among nodes that reach each other. Where a walk ends, they are those of
-    D^(1/2) P D^(-1/2), with the stationary distribution on the diagonal of D: a symmetric matrix if the walk is
-    reversible (lemma 12.1). Those of P itself can be far off by rounding alone, as a corridor's are.
+    The eigenvalues of P are those of its blocks of nodes that reach each other. In a block that is never left, they are
+    those of D^(1/2) P D^(-1/2), with the stationary distribution on the diagonal of D. This matrix is symmetric if the
+    walk is reversible (lemma 12.1). Eigenvalues computed from P itself can be far off by rounding, as in a corridor.
 
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
@@ -100,11 +100,11 @@ def spectral_gap(weights: Weights) -> float:
 
 
 def mixing_time(weights: Weights, distance: float = 0.25) -> float:
-    """Return the steps after which a walk from any node is close to stationary: t_mix (equation 4.30).
+    """Return the number of steps after which a walk from any node is close to stationary: t_mix (equation 4.30).
 
-    The least t with max over s of |P^t(s, .) - pi|_TV <= distance; the distance never grows with t. ``inf`` if the walk
-    is periodic, or not there after 2^60 steps. Powers of P are rounded, so a time of t steps is off by a few times
-    10^-16 t of itself: it is exact up to about 10^7 steps.
+    This is the least t with max over s of |P^t(s, .) - pi|_TV <= distance; the left side never grows with t. ``inf`` if
+    the walk is periodic, or not close after 2^60 steps. Powers of P are rounded, so a time of t steps has a relative
+    error of a few times 10^-16 t: it is exact up to about 10^7 steps.
 
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
@@ -142,9 +142,9 @@ def mixing_time(weights: Weights, distance: float = 0.25) -> float:
 
 
 def commute_time(weights: Weights, source: int, target: int) -> float:
-    """Mean number of steps from one node to another and back (section 10.3); ``inf`` if one may never be reached.
+    """Return the mean number of steps from one node to another and back (section 10.3); ``inf`` if one may be missed.
 
-    C(i, j) = H(i, j) + H(j, i), H being the mean first-passage times.
+    C(i, j) = H(i, j) + H(j, i), where H are the mean first-passage times.
 
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
@@ -162,9 +162,9 @@ def commute_time(weights: Weights, source: int, target: int) -> float:
 
 
 def committor(weights: Weights, sources: Targets, targets: Targets) -> NDArray[np.float64]:
-    """Probability [n] to reach the targets before the sources: the harmonic function 0 on one set and 1 on the other.
+    """Return the probability [n] to reach the targets before the sources.
 
-    q(i) = sum_j P(i, j) q(j) elsewhere, with q = 0 on the sources and 1 on the targets (chapter 9).
+    It is the harmonic function q(i) = sum_j P(i, j) q(j) with q = 0 on the sources and 1 on the targets (chapter 9).
 
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
@@ -181,15 +181,15 @@ def committor(weights: Weights, sources: Targets, targets: Targets) -> NDArray[n
     is_source, is_target = as_targets(sources, n_nodes(moves)), as_targets(targets, n_nodes(moves))
     if (is_source & is_target).any():
         raise InputError("sources and targets of a committor must differ, but a node is in both")
-    keeps = sp.diags_array((~is_source).astype(float))  # a walk at a source is lost
+    keeps = sp.diags_array((~is_source).astype(float))  # a walk ends at a source
     return hitting_probability(sp.csr_array(keeps @ moves), np.flatnonzero(is_target))
 
 
 def cover_time(weights: Weights, source: int) -> float:
-    """Exact mean number of steps until every node was visited (chapter 11), for up to `MAX_COVER_NODES` nodes.
+    """Return the exact mean number of steps until every node was visited (chapter 11), up to `MAX_COVER_NODES` nodes.
 
-    E(V, i) is the mean with the nodes V visited and the walk at i in V. It solves E(V, i) = 1 + sum_j P_ij E(V + {j},
-    j), a linear system for each V, the larger sets first. ``inf`` if a node cannot be reached from every other.
+    E(V, i) is the mean if the nodes V were visited and the walk is at i in V. E(V, i) = 1 + sum_j P_ij E(V + {j}, j) is
+    a linear system for each V, solved for the larger sets first. ``inf`` if a node cannot be reached from every other.
 
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
@@ -213,7 +213,7 @@ def cover_time(weights: Weights, source: int) -> float:
     sets = sets[sets >> source & 1 == 1]
     sizes = (sets[:, None] >> places & 1).sum(axis=1)
     means = np.zeros((1 << n, n))
-    for size in range(n - 1, 0, -1):  # all sets of one size at once
+    for size in range(n - 1, 0, -1):  # all sets of one size together
         visited = sets[sizes == size]
         is_inside = (visited[:, None] >> places & 1).astype(bool)
         inside = np.nonzero(is_inside)[1].reshape(-1, size)
@@ -233,7 +233,7 @@ def sampled_cover_time(weights: Weights, source: int, n_walks: int = 1000, seed:
         weights: W [n, n], dense or sparse; rows sum to at most one.
         source: index of the start node.
         n_walks: number of walks to draw, at least 2.
-        seed: fixes the walks.
+        seed: determines the walks.
 
     Returns:
         The mean and its standard error; (``inf``, 0) if a node cannot be reached from every other.
@@ -277,7 +277,7 @@ def _is_irreducible(moves: sp.csr_array) -> bool:
 def _sampled_cover_times(indptr, indices, data, totals, source, n_walks, rng):
     """Return the numbers of steps [n_walks] until all nodes were visited, for W as CSR with row sums ``totals`` > 0.
 
-    Each step that moves counts for the mean number of steps that it takes, which makes the variance smaller.
+    Only moves are sampled. Each counts as the mean number of steps until the walk moves, which lowers the variance.
     """
     n = totals.shape[0]
     times = np.zeros(n_walks)

@@ -1,9 +1,9 @@
 """First passage of a random walk in discrete time: mean, variance, probability, visits, and sensitivity to each edge.
 
-Every function takes W as in `chains.weights` and returns the exact limit where an equation has no solution: a mean is
-``inf`` where the target may never be reached. Q is the transition matrix among the nodes that are not targets, so I - Q
-= D - W on those nodes. N = (I - Q)^-1 is the fundamental matrix (Kemeny and Snell, Finite Markov Chains, 1960, chapter
-3). Systems are solved without subtraction (`chains.elimination`): each entry has a small relative error.
+Every function takes W as in `chains.weights`. A mean is ``inf`` where the target may never be reached, so that the
+equation has no solution. Q is the transition matrix among the nodes that are not targets; on them, I - Q = D - W. N =
+(I - Q)^-1 is the fundamental matrix (Kemeny and Snell, Finite Markov Chains, 1960, chapter 3). Systems are solved
+without subtraction (`chains.elimination`), so each entry has a small relative error.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from hierroom.support.errors import InputError
 
 EPSILON = np.finfo(float).eps
 LONG = 1e150
-"""The squares of larger numbers of steps, and sums of these, may be no floats."""
+"""The squares of larger numbers of steps, and their sums, may overflow a float."""
 
 
 class _Fates(NamedTuple):
@@ -43,10 +43,10 @@ class _Fates(NamedTuple):
 
 
 def mean_first_passage_time(weights: Weights, targets: Targets) -> NDArray[np.float64]:
-    """Mean number of steps [n], staying included, until a target is first reached; ``inf`` where it may be missed.
+    """Return the mean steps [n], staying included, until a target is first reached; ``inf`` where it may be missed.
 
     m_i = 0 on the targets and sum_j (D - W)_ij m_j = 1 elsewhere, the boundary-value problem of Norris, Markov Chains
-    (1997), theorem 1.3.5. The numbers in the paper's Table 2 are different ones: see `laplacian_hitting_time`.
+    (1997), theorem 1.3.5. The paper's Table 2 has other numbers: see `laplacian_hitting_time`.
 
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
@@ -64,11 +64,11 @@ def mean_first_passage_time(weights: Weights, targets: Targets) -> NDArray[np.fl
 
 
 def first_passage_variance(weights: Weights, targets: Targets) -> NDArray[np.float64]:
-    """Variance [n] of the number of steps until a target is first reached; ``inf`` where the mean is ``inf``.
+    """Return the variance [n] of the steps until a target is first reached; ``inf`` where the mean is ``inf``.
 
-    With m the mean and P the transition probabilities, each node gets the value with the smaller error bound of two:
+    Let m be the means and P the transition probabilities. Each node gets one of two values, by the smaller error bound:
 
-    1. the second moment N (2 m - 1), minus m^2. It is the (2 N - I) m - m^2 of Kemeny and Snell (theorem 3.3.3), and
+    1. the second moment N (2 m - 1), minus m^2. It equals (2 N - I) m - m^2 (Kemeny and Snell, theorem 3.3.3), and
        loses digits where the variance is much smaller than m^2;
     2. the law of total variance over the first step, v_i = sum_j P_ij v_j + sum_j P_ij (m_j + 1 - m_i)^2 with v = 0 on
        the targets. It loses digits where means are large and close together.
@@ -101,7 +101,7 @@ def first_passage_std(weights: Weights, targets: Targets) -> NDArray[np.float64]
 
 
 def _variances(weights: Weights, targets: Targets) -> tuple[NDArray[np.float64], np.float64]:
-    """Return the variances [n] in squares of a unit: a number of steps, above one where their squares are no floats."""
+    """Return the variances [n] in units squared, and the unit in steps: above one only if squares could overflow."""
     moves, fates = _prepare(weights, targets)
     variances = np.where(fates.target, 0.0, np.inf)
     system, means = _system(moves, fates.sure), np.zeros(len(variances))
@@ -121,7 +121,7 @@ def _variances(weights: Weights, targets: Targets) -> tuple[NDArray[np.float64],
 
 
 def hitting_probability(weights: Weights, targets: Targets) -> NDArray[np.float64]:
-    """Probability [n] that a target is ever reached.
+    """Return the probability [n] that a target is ever reached.
 
     h_i = 1 on the targets, h_i = 0 where no target can be reached, and sum_j (D - W)_ij h_j = 0 elsewhere (Norris,
     theorem 1.3.2, the minimal solution). Nodes that cannot miss the targets get exactly one.
@@ -146,8 +146,8 @@ def hitting_probability(weights: Weights, targets: Targets) -> NDArray[np.float6
 def expected_visits(weights: Weights, source: int, targets: Targets) -> NDArray[np.float64]:
     """Return the expected steps [n] spent at each node before a target is first reached; their sum is the mean.
 
-    v = e_source' N, the source's row of the fundamental matrix, solves (D - W)' v = e_source on the transient nodes. It
-    is ``inf`` at nodes where a walk that missed the targets stays for ever.
+    v = e_source' N, the source's row of the fundamental matrix, solves (D - W)' v = e_source on the transient nodes.
+    It is ``inf`` at nodes of a class without a target that the walk may enter but never leaves.
 
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
@@ -176,11 +176,11 @@ def expected_visits(weights: Weights, source: int, targets: Targets) -> NDArray[
 
 
 def passage_time_sensitivity(weights: Weights, source: int, targets: Targets) -> sp.csr_array:
-    """Return the derivative [n, n] CSR of the mean first-passage time by each edge's weight, balanced by staying.
+    """Return the derivative [n, n] CSR of the mean first-passage time by each edge's weight, at the cost of staying.
 
-    dm_s / dW_ij = v_i (m_j - m_i), with v the expected visits from s and m the mean times. At each visit to i, a little
-    probability moves from staying at i to going to j. This follows from dN = N dQ N. Edges that begin at a node visited
-    before a target have an entry; all are ``nan`` if the mean is ``inf``.
+    dm_s / dW_ij = v_i (m_j - m_i), where v are the expected visits from s and m the mean times. It follows from
+    dN = N dQ N, where a little probability changes from staying at i to going to j. Only edges from nodes that are
+    visited before a target have an entry; all are ``nan`` if the mean is ``inf``.
 
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
@@ -206,10 +206,10 @@ def passage_time_sensitivity(weights: Weights, source: int, targets: Targets) ->
 
 
 def _means_less_the_sources(moves: sp.csr_array, fates: _Fates, source: int, mean: float) -> NDArray[np.float64]:
-    """Return m_i - m_s [n] for the targets and the nodes that surely reach one, where m_s is ``mean``.
+    """Return m_i - m_s [n] for the targets and the nodes that surely reach one; m_s is ``mean``.
 
-    Means of 10^18 steps differ by a few steps where a walk restarts, and their floats do not. So a walk from i is cut
-    where it is first at s or at a target: m_i - m_s = (steps until then) - (probability of a target) m_s.
+    If a walk restarts, means of 10^18 steps may differ by a few steps, which their floats lose. So a walk from i is
+    followed only until it reaches s or a target: m_i - m_s = (steps until then) - (probability of a target) m_s.
     """
     others = fates.sure.copy()
     others[source] = False

@@ -1,25 +1,25 @@
 """The paper's hitting time: the sparse least-squares solution of a singular Laplacian system.
 
 The paper (section 2.1) sets L = W - D and asks for x with L x = b and x_t = 0, where b_s = 1 and b_t = -1. It calls x_s
-the hitting time. No x solves this system, because L is singular and b is not in its range. Table 2 is reproduced by the
-least-squares solution x = pinv(L) b, which gives
+the hitting time. No x solves this system, because L is singular and b is not in its range. The least-squares solution
+x = pinv(L) b reproduces Table 2. It gives
 
     hitting time = b' pinv(D - W) b                                                                              (1)
 
 (the sign of L is dropped; adding a constant to x so that x_t = 0 changes nothing, because b sums to zero). This is not
 the mean first-passage time: on graph a it is 8.36, while the mean is 28 steps.
 
-**What it measures.** The paper's exit has one edge, of weight r = 0.01, back to the start. Where the target's only edge
-is one to the source, row t of the least-squares equations is r (x_t - x_s) = -1 - y_t (y_s - y_t) / |y|^2, with y the
-stationary distribution of the walk up to a factor. From one visit of the exit to the next the walk spends 1 / r steps
-there and v_i steps at each other node i, the `expected_visits` before the exit is reached, so y = (v, 1 / r) and
+**What it measures.** The paper's exit has one edge, of weight r = 0.01, back to the start. If the target's only edge
+leads to the source, row t of the least-squares equations is r (x_t - x_s) = -1 - y_t (y_s - y_t) / |y|^2. Here y is the
+stationary distribution of the walk, up to a factor. In each cycle through the exit, the walk spends 1 / r steps there
+and v_i steps at each other node i: the `expected_visits` before the exit is reached. So y = (v, 1 / r) and
 
     hitting time = (v_s + r |v|^2) / (1 + r^2 |v|^2).                                                            (2)
 
-The sum of v is the mean first-passage time, while this number adds up squares. As |v|^2 grows, it tends to 1 / r = 100
-on any graph: it is 98.7 for a chain of 8 rooms with a mean of 1,656 steps and 100.0 for one of 20 rooms with 6.7
-million. It is above 100 exactly where more than 100 steps are spent at the start, and falls again as graphs get harder:
-with drop it is up to 113 with 7 rooms. Use the mean to compare hard graphs.
+The mean first-passage time is the sum of v, while this number depends on squares. As |v|^2 grows, it tends to 1 / r =
+100 on any graph: it is 98.7 for a chain of 8 rooms with a mean of 1,656 steps, and 100.0 for 20 rooms with 6.7 million.
+It is above 100 exactly if more than 100 steps are spent at the start, and falls again as graphs get harder; with drop
+and 7 rooms it is at most 113. Use the mean to compare hard graphs.
 
 **Sparse solution.** Let K = D - W. Its left null space is spanned by one vector y_c for each closed class c of the
 walk, zero outside the class. Its right null space is spanned by the h_c, the probabilities to end in class c. Hence
@@ -28,7 +28,7 @@ walk, zero outside the class. Its right null space is spanned by the h_c, the pr
     2. K x = b^, with x = 0 at one node of each class  regular: solved by elimination without subtraction,
     3. x - H (H' H)^-1 H' x, with columns h_c          the solution of least norm.
 
-The nodes of step 2 may not be rare ones: x is large compared with its differences where walks take long to get there.
+Step 2 must not choose nodes that are seldom visited: x would then be much larger than its differences.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ from hierroom.support.errors import InputError
 
 Vector = NDArray[np.float64]
 RARE = 1e-3
-"""A node that is visited less than so often as another one of its class is rare."""
+"""A node is rare if it is visited less than this fraction as often as another node of its class."""
 
 
 def laplacian(weights: Weights) -> sp.csr_array:
@@ -75,7 +75,7 @@ def laplacian_hitting_time(weights: Weights, source: int, target: int) -> float:
     """Return the paper's hitting time (Table 2): b' pinv(D - W) b, b = e_source - e_target; ``inf`` without a path.
 
     Args:
-        weights: W [n, n], dense or sparse; rows may have any sum, and the diagonal cancels.
+        weights: W [n, n], dense or sparse; rows may have any sum, and the diagonal does not matter.
         source: index of the start node.
         target: index of the goal node.
 
@@ -102,8 +102,8 @@ def laplacian_hitting_time(weights: Weights, source: int, target: int) -> float:
 def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_array:
     """Return the derivative [n, n] CSR of the paper's hitting time by each edge's weight; ``nan`` if it is ``inf``.
 
-    With K = D - W, x = pinv(K) b, z = pinv(K') b, r = b - K x and u = pinv(K) z, the derivative of a pseudo-inverse of
-    constant rank (Golub and Pereyra, 1973, theorem 4.3) gives, as dK / dW_ij = e_i (e_i - e_j)',
+    Let K = D - W, x = pinv(K) b, z = pinv(K') b, r = b - K x and u = pinv(K) z. With dK / dW_ij = e_i (e_i - e_j)',
+    the derivative of a pseudo-inverse of constant rank (Golub and Pereyra, 1973, theorem 4.3) gives
 
         d(b' pinv(K) b) / dW_ij = -z_i (x_i - x_j) + r_i (u_i - u_j).
 
@@ -141,7 +141,7 @@ def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_
 
 
 class LaplacianInverse:
-    """Applies pinv(D - W); D - W is regular without the row and column of one node, the pin, of each closed class."""
+    """Applies pinv(D - W). D - W is regular without the row and column of one node of each closed class, its pin."""
 
     def __init__(self, weights: sp.csr_array) -> None:
         classes = closed_classes(weights)
@@ -149,7 +149,7 @@ class LaplacianInverse:
         if (left.max(axis=0) * RARE > 1).any():  # left is 1 at the pins and grows with the visits of a node
             left = self._pin(weights, classes, left.argmax(axis=0).tolist())
         self._left = left / np.linalg.norm(left, axis=0)
-        # the h_c [n, C] with (D - W) h_c = 0, which are 1 at the pins
+        # the h_c [n, C] with (D - W) h_c = 0, scaled to 1 at the pins
         self._right = np.column_stack([self._solve(weights[:, [pin]].toarray().ravel()) for pin in self._pins])
         self._right[self._pins, np.arange(len(self._pins))] = 1.0
 
@@ -162,14 +162,14 @@ class LaplacianInverse:
         return self._without_right_null(self._solve(self.project(b)))
 
     def apply_transposed(self, b: Vector) -> Vector:
-        """Return pinv(D - W)' b, as `apply` with the roles of the two null spaces exchanged."""
+        """Return pinv(D - W)' b: like `apply`, with the two null spaces exchanged."""
         return self.project(self._solve_transposed(self._without_right_null(b)))
 
     def _without_right_null(self, x: Vector) -> Vector:
         return x - self._right @ np.linalg.solve(self._right.T @ self._right, self._right.T @ x)
 
     def _pin(self, weights: sp.csr_array, classes: list[NDArray[np.int64]], pins: list[int]) -> Vector:
-        """Choose the pins, and return the y_c [n, C] with y_c' (D - W) = 0, which are 1 at the pins."""
+        """Set the pins, and return the y_c [n, C] with y_c' (D - W) = 0, scaled to 1 at the pins."""
         self._pins, self._free = pins, np.setdiff1d(np.arange(n_nodes(weights)), pins)
         rows = weights[self._free]
         self._factors = Elimination(rows[:, self._free], row_sums(rows[:, pins]))
@@ -180,7 +180,7 @@ class LaplacianInverse:
         return left
 
     def _solve(self, b: Vector) -> Vector:
-        """Return the x that is 0 at the pins and solves (D - W) x = b elsewhere."""
+        """Return the solution x of (D - W) x = b at all nodes but the pins, where x is 0."""
         x = np.zeros(len(b))
         x[self._free] = self._factors.solve(b[self._free])
         return x

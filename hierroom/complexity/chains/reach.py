@@ -1,16 +1,16 @@
 """Reach curves: the probability to reach a node within t steps, and the expected number of nodes visited by then.
 
-With Q the transition matrix among the nodes that are not targets and h the probability to reach them ever,
+Let Q be the transition matrix among the nodes that are not targets, and h the probability to reach a target ever. Then
 
     P(T <= t) = h_s - (Q^t h)_s                                                                                 (1)
 
 because Q^t h is the probability to reach the targets later than t.
 
-- **Small walks** raise Q to the requested powers by repeated squaring, about 20 products for t = 10^6.
-- **Large walks** step a vector, w_t = Q^t h, until its decay is geometric. If lo <= 1 - w_{t+1} / w_t <= hi at every
-node, then (1 - hi)^k w_t <= w_{t+k} <= (1 - lo)^k w_t for all k. These are the Collatz-Wielandt bounds, as Q has no
-negative entries. Once the two differ by less than the tolerance for every k, the rest of the curve is known.
-  A walk that mixes slowly is squared after as many steps as squaring costs, if more than that are left.
+- **Small walks**: Q is raised to the requested powers by repeated squaring, about 20 products for t = 10^6.
+- **Large walks**: a vector w_t = Q^t h is stepped until its decay is geometric. If lo <= 1 - w_{t+1} / w_t <= hi at
+every node, then (1 - hi)^k w_t <= w_{t+k} <= (1 - lo)^k w_t for all k. These are the Collatz-Wielandt bounds, as Q has
+no negative entries. Once they differ by less than the tolerance for every k, the rest of the curve is known.
+  If a walk mixes slowly, Q is squared once stepping has cost as much as squaring, if more steps than that are left.
 """
 
 from __future__ import annotations
@@ -37,25 +37,25 @@ from hierroom.complexity.chains.weights import (
 from hierroom.support.slow import said_when_slow
 
 TOLERANCE = 1e-12
-"""Largest error of a probability by the geometric tail (rounding error may be larger for very slow walks)."""
+"""Largest error of a probability due to the geometric tail; rounding may add more for very slow walks."""
 SMALL = 96
 """Up to this number of nodes, squaring a dense matrix is faster than stepping with a sparse one."""
 CHECK_EVERY = 64
-"""Number of steps between two checks whether the decay is geometric."""
+"""Number of steps after which the code checks again whether the decay is geometric."""
 PATIENCE = 16_384
-"""Least number of steps before a walk that mixes very slowly (its decay is not geometric yet) is squared instead."""
+"""Least number of steps without a geometric decay before squaring replaces stepping."""
 STEP_COST, DENSE_GAIN = 16_000, 32
-"""Cost of a step beyond its multiplications, in multiplications, and the dense ones that cost as much as one."""
+"""Overhead of a step, in sparse multiplications; number of dense multiplications that cost as much as a sparse one."""
 LONG = 10**9
-"""So many multiplications may take longer than a second."""
+"""More multiplications than this may take longer than a second."""
 TINY = 1e-200
-"""Smaller entries of a power make no difference, and products of subnormal numbers are slow."""
+"""Smaller entries of a power are set to 0: they make no difference, and products of subnormal numbers are slow."""
 MAX_DENSE_NODES = 10_000
 """With more nodes a dense matrix takes too much memory."""
 
 
 def reach_probability(weights: Weights, source: int, targets: Targets, times: ArrayLike) -> NDArray[np.float64]:
-    """Probability that one of the targets has been reached within t steps, in the shape of the times: equation (1).
+    """Return the probability that a target is reached within t steps, in the shape of the times: equation (1).
 
     Args:
         weights: W [n, n], dense or sparse; rows sum to at most one.
@@ -106,7 +106,10 @@ def expected_states(
 def later_by_squaring(
     moves: sp.csr_array, source: int, targets: NDArray[np.bool_], hits: NDArray[np.float64], times: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Return the probability [m, k] to reach each set [n, m] later than t; ``hits`` [n, m]: ever, 0 at own nodes."""
+    """Return the probability [m, k] to reach each set of targets [n, m] later than t steps, by squaring.
+
+    ``hits`` [n, m] is the probability to reach each set ever, with 0 at the nodes of the set.
+    """
     later = np.empty((targets.shape[1], len(times)))
     chances = with_staying(moves).toarray()
     n_bits, done = int(times.max(initial=0)).bit_length(), 0
@@ -129,7 +132,7 @@ def later_by_squaring(
 def later_by_stepping(
     moves: sp.csr_array, source: int, targets: NDArray[np.bool_], hits: NDArray[np.float64], times: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Return the same as `later_by_squaring`, step by step until the decay is geometric."""
+    """Return the same as `later_by_squaring`, computed step by step until the decay is geometric."""
     later = np.empty((targets.shape[1], len(times)))
     order = np.argsort(times, kind="stable")
     chances, killed = with_staying(moves), np.nonzero(targets)
@@ -163,7 +166,7 @@ def later_by_stepping(
 
 
 def _saying(multiplications: float, progress: Callable[[], str]) -> AbstractContextManager[None]:
-    """Say how far it is where that may take long; a thread for each short curve would cost more than the curve."""
+    """Show progress only if it may take long: a thread for each short curve would cost more than the curve."""
     return said_when_slow(lambda: f"reach curve: {progress()}") if multiplications > LONG else nullcontext()
 
 
@@ -171,7 +174,7 @@ def _reached(
     moves: sp.csr_array, source: int, targets: NDArray[np.bool_], times: NDArray[np.int64]
 ) -> NDArray[np.float64]:
     is_seen = can_reach(moves.T.tocsr(), as_targets(source, n_nodes(moves)))
-    moves, targets = moves[is_seen][:, is_seen], targets[is_seen]  # such nodes lead only to such nodes
+    moves, targets = moves[is_seen][:, is_seen], targets[is_seen]  # these nodes lead to no others
     source = int(is_seen[:source].sum())
     hits, done, n_questions = np.zeros(targets.shape), 0, targets.shape[1]
     with _saying(100 * n_questions * moves.nnz, lambda: f"{done:,} of {n_questions:,} sets of nodes"):
@@ -188,9 +191,9 @@ def _reached(
 def _geometric_tail(
     waves: list[NDArray[np.float64]], source: int, times: NDArray[np.int64]
 ) -> NDArray[np.float64] | None:
-    """Return w_t at the source [m, k] for ``times`` after w_0, w_1, w_2, if the decay in one or two steps fixes it.
+    """Return w_t at the source [m, k] for ``times`` if the decay over one or two steps determines it; else None.
 
-    Two steps are for walks that alternate between two halves of the nodes, as on a grid.
+    ``waves`` are w_0, w_1, w_2. Two steps are for walks that alternate between two halves of the nodes, as on a grid.
     """
     for stride in (1, 2):
         cycles, phases = np.divmod(times, stride)
@@ -204,12 +207,12 @@ def _geometric_tail(
 def _geometric_hazard(
     ahead: NDArray[np.float64], following: NDArray[np.float64], source: int, remaining: int
 ) -> NDArray[np.float64] | None:
-    """Return 1 - w_{t+1} / w_t at the source [m] if the bounds over all nodes fix the rest of each curve."""
+    """Return 1 - w_{t+1} / w_t at the source [m] if the bounds over all nodes determine the rest of each curve."""
     counts = ahead > 0
     ratio = np.divide(ahead - following, ahead, out=np.zeros_like(ahead), where=counts)
     low = np.clip(np.where(counts, ratio, np.inf).min(axis=0), 0.0, 1.0)
     high = np.clip(np.where(counts, ratio, -np.inf).max(axis=0), 0.0, 1.0)
-    # k (1 - low)^(k - 1) (high - low), the most that the two bounds differ by, peaks near k = 1 / low
+    # the two bounds differ by at most k (1 - low)^(k - 1) (high - low), which peaks near k = 1 / low
     longest = np.minimum(remaining, 1 / np.maximum(low, 1 / max(remaining, 1)))
     gap = ahead[source] * np.maximum(high - low, 0.0)
     error = np.minimum(ahead[source], longest * gap)

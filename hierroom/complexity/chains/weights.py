@@ -1,7 +1,7 @@
-"""W, the weights of a random walk: validation, graphs as W, and which nodes can be reached from which.
+"""W, the weights of a random walk: validation, W of graphs, and which nodes can reach which.
 
-W[i, j] is the probability to move from node i to node j in one step. What a row lacks to one is the probability to
-stay, as in the paper, where staying cancels in the Laplacian; an entry on the diagonal has the same meaning.
+W[i, j] is the probability to move from node i to node j in one step. One minus the sum of a row is the probability to
+stay, as in the paper. An entry on the diagonal adds to it. Staying cancels in the Laplacian.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ Weights: TypeAlias = ArrayLike | sp.sparray | sp.spmatrix
 Targets: TypeAlias = int | Iterable[int]
 
 SLACK, ROUNDINGS = 1e-9, 8
-"""Tolerance by which probabilities may exceed one through rounding: absolute, and in steps of coarser floats."""
+"""How far rounding may lift a sum of probabilities above one: absolute, and in machine epsilons of coarser floats."""
 
 
 def rounding_slack(dtype: np.dtype) -> float:
-    """Return by how much probabilities of a dtype may exceed one."""
+    """Return how far a sum of probabilities of a dtype may exceed one."""
     return max(SLACK, ROUNDINGS * float(np.finfo(dtype).eps)) if dtype.kind == "f" else SLACK
 
 
 def as_weights(weights: Weights) -> sp.csr_array:
-    """Check W with rows of any sum, and return a copy as [n, n] float64 CSR without stored zeros."""
+    """Check W, where rows may have any sum, and return a copy as [n, n] float64 CSR without stored zeros."""
     return _read(weights)[0]
 
 
@@ -59,9 +59,9 @@ def _read(weights: Weights) -> tuple[sp.csr_array, np.dtype]:
 
 
 def as_probabilities(weights: Weights) -> sp.csr_array:
-    """Check W with rows that sum to at most one, and return it as `as_weights`.
+    """Check that the rows of W sum to at most one, and return it like `as_weights`.
 
-    Rows of coarse floats, such as float32, may exceed one by their rounding, and are divided by their sum.
+    Rows of coarse floats, such as float32, may exceed one by rounding; they are then divided by their sum.
     """
     matrix, dtype = _read(weights)
     totals, slack = row_sums(matrix), rounding_slack(dtype)
@@ -78,7 +78,7 @@ def as_probabilities(weights: Weights) -> sp.csr_array:
 
 
 def as_moves(weights: Weights) -> sp.csr_array:
-    """Check W with rows that sum to at most one, and return it as [n, n] float64 CSR without its diagonal."""
+    """Check that the rows of W sum to at most one, and return it as [n, n] float64 CSR without its diagonal."""
     matrix = as_probabilities(weights)
     matrix.setdiag(0.0)
     matrix.eliminate_zeros()
@@ -86,7 +86,7 @@ def as_moves(weights: Weights) -> sp.csr_array:
 
 
 def with_staying(moves: sp.csr_array) -> sp.csr_array:
-    """Return P: the moves of `as_moves`, and on the diagonal what each row lacks to one."""
+    """Return P: the moves of `as_moves` with the probability to stay on the diagonal."""
     return sp.csr_array(moves + sp.diags_array(np.maximum(1 - row_sums(moves), 0.0)))
 
 
@@ -170,7 +170,7 @@ def graph_weights(graph: nx.Graph, weight: str | None = "weight", rates: bool = 
             f"{n_weighted} of {graph.number_of_edges()} have it"
         )
     try:
-        attribute: Any = weight if n_weighted else None  # its stubs know of no None
+        attribute: Any = weight if n_weighted else None  # networkx's stubs do not allow None
         given = nx.to_scipy_sparse_array(graph, weight=attribute)  # of the dtype that the numbers have
         given = given if given.dtype.kind in "biuf" else given.astype(np.float64)
     except (TypeError, ValueError) as error:
@@ -179,7 +179,7 @@ def graph_weights(graph: nx.Graph, weight: str | None = "weight", rates: bool = 
 
 
 def normalized(weights: sp.csr_array) -> sp.csr_array:
-    """Divide each row by its sum; an empty row, of a node that is never left, stays empty."""
+    """Divide each row by its sum; an empty row stays empty, and the walk never leaves its node."""
     totals = row_sums(weights)
     return sp.csr_array(weights.multiply(1 / np.where(totals > 0, totals, 1.0)[:, None]))
 
@@ -204,5 +204,5 @@ def node_index(nodes: Sequence[Hashable], node: Hashable) -> int:
 
 
 def first_names(nodes: Sequence[Hashable]) -> str:
-    """Return the first names of many, for an error message."""
+    """Return the names of the first nodes, for an error message."""
     return ", ".join(map(shown, nodes[:5])) + ", ..." * (len(nodes) > 5)

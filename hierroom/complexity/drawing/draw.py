@@ -1,6 +1,6 @@
 """Drawings of a goal graph and its augmented graph: one row per number of open doors, as in the paper's appendix.
 
-The exit is drawn once for every set of open doors from which it can be reached, so that no edge crosses the picture.
+The exit is drawn in each set of open doors from which it can be reached, so that no edge crosses the picture.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from hierroom.support.files import usable_path, write_atomically
 
 PICTURE_FORMATS = (".png", ".pdf", ".svg")
 INCHES, MOST_INCHES, LEAST_SCALE = 0.6, 14.0, 0.55
-"""Inches per unit of the drawing; above so many inches it is shrunk, at most by so much that it can be read."""
+"""Inches per unit of the drawing, the size above which a drawing is shrunk, and the least scale that can be read."""
 
 ROOM_COLOURS = ("#d9d9d9", "#4c8bf5", "#b565d8", "#f28e2b", "#e15759", "#17a2b8", "#c9a400", "#8c6d5a", "#7a8b99")
 """Colours of the start and of rooms 1, 2, ...; a key has the colour of the room it opens."""
@@ -51,7 +51,7 @@ def svg_of(figure: Figure) -> str:
 
 
 def draw_goal_graph(graph: GoalGraph, axes: Axes, scale: float = 1.0) -> None:
-    """Draw a goal graph onto an Axes: the start at the top, and below each node those that it makes possible."""
+    """Draw a goal graph onto an Axes: the start at the top, and below each node the nodes that it makes possible."""
     places = place_goals(graph)
     title = f"goal graph {graph.name}\n{graph.n_rooms} rooms, exit depth {graph.exit_depth}, width {graph.width}"
     pen = Pen(axes, scale, title, list(places.values()))
@@ -86,7 +86,7 @@ def draw_augmented(augmented: AugmentedGraph, axes: Axes, scale: float = 1.0) ->
 
 
 def caption(augmented: AugmentedGraph) -> str:
-    """Explain the symbols of `draw_augmented`, and name the parts not drawn."""
+    """Return the text that explains the symbols of `draw_augmented` and names what is not drawn."""
     walk = augmented.walk
     lines = ["circles: rooms    squares: keys    exit: one node, drawn wherever it is reached    two heads: both ways"]
     lines.append("grey band: each of its rooms leads to every other; an arrow at a band is one at each of its rooms")
@@ -102,7 +102,7 @@ def caption(augmented: AugmentedGraph) -> str:
 
 
 def picture_file(path: str | Path) -> Path:
-    """Check the file into which `save_figure` writes, before a long computation."""
+    """Check the path for `save_figure`, before a long computation, and return it with a suffix."""
     path = usable_path(path)
     if path.is_dir():
         raise InputError(f"a drawing is a file, not the folder {path}")
@@ -116,7 +116,7 @@ def picture_file(path: str | Path) -> Path:
 
 
 def save_figure(figure: Figure, path: str | Path) -> None:
-    """Write a figure to a file, see `draw_graph`, whole or not at all."""
+    """Write a figure to a file atomically; see `draw_graph` for the formats."""
     path, picture = picture_file(path), io.BytesIO()
     figure.savefig(picture, format=path.suffix[1:].lower(), dpi=150, facecolor="white")
     write_atomically(path, picture.getvalue())
@@ -195,7 +195,7 @@ def _colour_of(room: int) -> str:
 
 
 class Pen:
-    """Draws nodes, arrows, boxes and text onto an Axes that is as large as the given points need."""
+    """Draws nodes, arrows, boxes and text onto an Axes, with limits that fit the given points."""
 
     def __init__(self, axes: Axes, scale: float, title: str, points: list[Point]) -> None:
         self.axes, self.scale = axes, scale
@@ -207,7 +207,7 @@ class Pen:
         axes.axis("off")
 
     def node(self, place: Point, colour: str, name: str, is_key: bool = False, count: int = 1) -> None:
-        """Draw a circle, or the square of a key, with the number of nodes that it stands for."""
+        """Draw a circle, or a square for a key, and the number of equivalent nodes if it stands for several."""
         marker, size = ("s", 620) if is_key else ("o", 760)
         lines = self.scale**2 * size
         self.axes.scatter(*place, s=lines, marker=marker, color=colour, edgecolors=INK, linewidths=self.scale, zorder=3)

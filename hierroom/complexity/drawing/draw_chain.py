@@ -32,11 +32,11 @@ DEAD_COLOUR, USED_COLOUR = "#e15759", "#e15759"
 
 
 def figure_of_chain(chain: Chain, unrolled: MarkingGraph | None = None, restarts: bool = True) -> Figure:
-    """Return the figure of a chain; that of rules next to the goals.
+    """Return the figure of a chain; a marking chain is drawn next to the goals of its rules.
 
     Args:
         chain: the chain.
-        unrolled: the rules, if it is their marking chain.
+        unrolled: the unrolled rules, if this is their marking chain.
         restarts: whether to draw the moves to the start.
     """
     n = len(chain.labels)

@@ -1,4 +1,4 @@
-"""Reach curves as pictures: the probability to have escaped within t steps, of chains and of episodes."""
+"""Pictures of reach curves: the probability to escape within t steps, for chains and for episodes."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ POINTS = 200
 
 
 def draw_reach(axes: Axes, chains: Mapping[str, Chain], last: int = 1000, goal: str = EXIT) -> None:
-    """Draw the probability that a goal has been achieved within 0 to ``last`` steps, a line for each chain by name."""
+    """Draw the probability that a goal is achieved within 0 to ``last`` steps: one line for each chain, by its name."""
     times = _times(last)
     for name, chain in chains.items():
         axes.plot(times, chain.reach_probability(times, goal), "--", label=name)
     axes.set_xlabel("steps")
     axes.set_ylabel(f"probability of {goal}")
-    axes.set_ylim(-0.02, 1.02)  # a curve that stays at zero is seen
+    axes.set_ylim(-0.02, 1.02)  # so that a curve that stays at zero can be seen
     axes.legend(frameon=False)
 
 
 def draw_played_reach(
     axes: Axes, played: PlayedChain, last: int | None = None, beside: Mapping[str, Chain] = MappingProxyType({})
 ) -> None:
-    """Draw the reach curves of a measured chain and of its episodes, with Wilson's interval, to their step limit.
+    """Draw the reach curve of a measured chain, and that of its episodes up to their step limit with Wilson's interval.
 
     Args:
-        last: the greatest number of steps; None: that of the longest episode.
-        beside: further chains by their names in the legend.
+        last: the largest number of steps; None: the length of the longest episode.
+        beside: more chains to draw, by their names in the legend.
     """
     last = int(played.counts.lengths.max()) if last is None else last
     times = _times(last)
@@ -51,7 +51,7 @@ def draw_played_reach(
 
 
 def draw_measured_reach(axes: Axes, report: MeasuredReport, last: int | None = None) -> None:
-    """Draw the reach curves of the assumed walk and those of `draw_played_reach`."""
+    """Draw the curves of `draw_played_reach` and that of the assumed walk."""
     draw_played_reach(axes, report, last, {"assumed walk": report.assumed.chain})
     axes.set_title(f"goal graph {report.assumed.graph.name}", parse_math=False)
 

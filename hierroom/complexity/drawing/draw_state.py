@@ -1,4 +1,4 @@
-"""A picture of rules as a graph with their state: achieved, possible and pursued goals, and the counts of facts."""
+"""A picture of rules as a graph that shows the achieved, possible and pursued goals, and the counts of facts."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ LONGEST_NAME = 14
 def rules_picture(
     rules: Rules, achieved: frozenset[str], marking: tuple[int, ...], goal: str | None
 ) -> NDArray[np.uint8]:
-    """Draw rules and their state, all pictures of the same rules of one size: [H, W, 3] uint8.
+    """Draw rules and their state: [H, W, 3] uint8. All pictures of the same rules have the same size.
 
-    Arrows lead from a goal to those that ask for what it gives. A goal that was achieved is filled; where what it gives
-    is there, its name says how many; a goal that cannot be achieved now is faded; the one that is pursued has a frame.
+    Arrows lead from a goal to the goals that require what it gives. An achieved goal is filled, with the count of the
+    fact that it gives after its name. A goal that cannot be achieved now is faded. The pursued goal has a frame.
 
     Args:
         rules: the rules.
         achieved: names of the goals that were achieved in the episode.
-        marking: [F] how many there are of each fact.
+        marking: [F] the count of each fact.
         goal: the name of the goal that is pursued, or None.
     """
     from PIL import Image, ImageDraw, ImageFont

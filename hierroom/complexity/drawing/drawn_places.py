@@ -1,4 +1,4 @@
-"""Places of nodes in drawings: sets of open doors in rows by size, with symmetric ones drawn once."""
+"""Places of nodes in drawings: sets of open doors are in rows by size, and symmetric sets are drawn once."""
 
 from __future__ import annotations
 
@@ -18,15 +18,14 @@ from hierroom.support.errors import InputError
 
 MAX_DRAWN_NODES = 250
 SPACING, PADDING, GAP, LEAST_WIDTH, LINE = 1.2, 0.8, 0.6, 2.6, 4.0
-"""In units of the drawing: between nodes side by side, around the nodes of a box, between boxes, the least width of a
-box, and between lines of boxes."""
+"""In units of the drawing: distance of neighbouring nodes, padding of a box, gap between boxes, least width of a box,
+and distance between lines of boxes."""
 ROOM_ROW, KEY_ROW = 0.55, -1.0
 """Heights of the rooms and keys of a box, relative to its line."""
 COLUMN, LEAST_ROW, TEXT_LINE = 2.4, 2.0, 0.3
-"""In units of a drawing of rules: between nodes of a row, the least distance of two rows, and the height of a line of
-text."""
+"""In units of a drawing of rules: distance of nodes in a row, least distance of rows, and height of a line of text."""
 LONGEST_LINE = 34.0
-"""Width at which a row of boxes continues in a line below."""
+"""Width at which a row of boxes continues on the next line."""
 
 Point = tuple[float, float]
 """(x, y) in units of the drawing."""
@@ -35,22 +34,22 @@ Point = tuple[float, float]
 class Place(NamedTuple):
     """A node of the drawing."""
 
-    node: Node  # the first of the nodes that it stands for
-    count: int  # how many of them the box holds
+    node: Node  # the first of the equivalent nodes that are drawn here
+    count: int  # number of these nodes in the box
     at: Point
 
 
 class Box(NamedTuple):
     """A set of open doors."""
 
-    doors: tuple[int, ...]  # the first of the sets that it stands for
-    count: int  # how many sets it stands for
+    doors: tuple[int, ...]  # the first of the equivalent sets that are drawn here
+    count: int  # number of these sets
     rooms: tuple[Place, ...]  # the exit's room last
     keys: tuple[Place, ...]
     exit_at: Point | None  # None if the exit cannot be reached from here
     corner: Point  # left and bottom
     size: Point  # width and height
-    is_meshed: bool  # whether each of several rooms leads to every other
+    is_meshed: bool  # whether there are several rooms and each leads to every other
 
 
 class _Contents(NamedTuple):
@@ -137,7 +136,7 @@ def _lines(row: Iterable[_Contents]) -> list[list[_Contents]]:
 
 
 def place_goals(graph: GoalGraph) -> dict[str, Point]:
-    """Place the tree of keys, with the exit as one more room: keys and doors in rows."""
+    """Place keys and doors in rows, by the tree of keys; the exit is placed like one more room."""
     places: dict[str, Point] = {}
     for room, (column, depth) in enumerate(tree_places((*graph.key_rooms, graph.exit_room))):
         x, door, key = 1.5 * column, -3.2 * depth, 1.6 - 3.2 * depth
@@ -165,7 +164,7 @@ def place_rows(rows: NDArray[np.floating], edges: NDArray[np.integer], n_lines: 
 
 
 def limits(points: Iterable[Point]) -> tuple[Point, Point]:
-    """Return left and right, bottom and top of a drawing, with a margin around the outermost points."""
+    """Return (left, right) and (bottom, top) of a drawing, with a margin around the outermost points."""
     xs, ys = zip(*points, strict=True)
     middle, half = (min(xs) + max(xs)) / 2, max((max(xs) - min(xs)) / 2 + 1.2, 2.4)  # 2.4: the title fits
     return (middle - half, middle + half), (min(ys) - 1.2, max(ys) + 1.5)

@@ -1,4 +1,4 @@
-"""Measures of the literature on how hard a task is to explore or to learn.
+"""Measures from the literature of how hard a task is to explore or to learn.
 
 | measure | function | source |
 |---|---|---|
@@ -15,9 +15,9 @@
 | cover time | `cover_time`, `sampled_cover_time` | Levin and Peres, chapter 11 |
 | committor | `committor` | Norris, 1.3.2 |
 
-The first six are of a `DeterministicMDP`: of a goal graph (`graph_mdp`), of a Gymnasium environment (`enumerate_env`),
-or of a level (`hierroom.worlds.escape_room.measured_levels.level_mdp`). The others are of W, as `hierroom.complexity`
-has it. Levin and Peres is Markov Chains and Mixing Times, 2nd edition, 2017; Norris is Markov Chains, 1997.
+The first six need a `DeterministicMDP`: of a goal graph (`graph_mdp`), a Gymnasium environment (`enumerate_env`) or a
+level (`hierroom.worlds.escape_room.measured_levels.level_mdp`). The others need W, as defined in `hierroom.complexity`.
+Levin and Peres is Markov Chains and Mixing Times, 2nd edition, 2017; Norris is Markov Chains, 1997.
 """
 
 from hierroom.complexity.chains.ergodic import (

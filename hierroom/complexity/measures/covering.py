@@ -10,30 +10,30 @@ import numpy as np
 from hierroom.complexity.measures.mdp import DeterministicMDP, check_horizon
 
 LEAST_CHANCE = 1e-300
-"""The inverses of smaller numbers are no floats."""
+"""The inverses of smaller numbers may overflow a float."""
 
 
 @dataclass(frozen=True)
 class CoveringLength:
-    """Bounds on the covering length L, in episodes; all are ``inf`` where a pair is less likely than `LEAST_CHANCE`.
+    """Bounds on the covering length L, in episodes; all are ``inf`` if a pair is less likely than `LEAST_CHANCE`.
 
-    L episodes of the random policy try every pair of a state and an action with probability 1/2. (Even-Dar and Mansour,
-    Learning Rates for Q-learning, JMLR 2003, count steps; in episodes as Laidlaw et al. 2023 use it).
+    With probability 1/2, L episodes of the random policy try every pair of a state and an action. Even-Dar and Mansour
+    (Learning Rates for Q-learning, JMLR 2003) count steps; Laidlaw et al. (2023) count episodes, as here.
     """
 
-    low: float  # no fewer episodes suffice: the hardest pair alone is missed with probability above 1/2
-    high: float  # so many suffice, by the union bound over the pairs
+    low: float  # lower bound: with fewer episodes, the hardest pair alone is missed with probability above 1/2
+    high: float  # upper bound, by the union bound over the pairs
     simple: float  # ln(2 S A) / d, the bound of Laidlaw et al., which is above ``high``
-    occupancy: float  # d, the least over the pairs of the greatest probability to try it at one fixed step
+    occupancy: float  # d, the least over all pairs of the greatest probability to try the pair at one fixed step
     n_pairs: int  # number of pairs S A
 
 
 def covering_length(mdp: DeterministicMDP, horizon: int) -> CoveringLength:
-    """Bound the covering length; pairs out of reach within the horizon and absorbing states do not count.
+    """Return bounds on the covering length; absorbing states and pairs out of reach within the horizon do not count.
 
-    With d_t(s, a) the probability that step t takes action a in state s, an episode tries a pair with probability p,
-    max_t d_t <= p <= min(1, sum_t d_t). L is at least ln(1/2) / ln(1 - p) for each pair, and at most the least n with
-    sum over the pairs of (1 - p)^n <= 1/2.
+    Let d_t(s, a) be the probability that step t takes action a in state s. An episode tries a pair with probability p,
+    where max_t d_t <= p <= min(1, sum_t d_t). L is at least ln(1/2) / ln(1 - p) for each pair, and at most the least n
+    with sum over the pairs of (1 - p)^n <= 1/2.
 
     Args:
         mdp: the MDP.
@@ -68,8 +68,8 @@ def covering_length(mdp: DeterministicMDP, horizon: int) -> CoveringLength:
 
 
 def _union_bound(chances: np.ndarray, n_actions: int, low: float, high: float) -> float:
-    """Return, to a relative 1e-6, after how many episodes the chances to miss a pair add up to 1/2."""
-    with np.errstate(divide="ignore"):  # a pair tried for sure is missed never: exp(-inf) is 0
+    """Return the number of episodes after which the chances to miss each pair add up to 1/2, to a relative 1e-6."""
+    with np.errstate(divide="ignore"):  # a pair that is tried for sure is never missed: exp(-inf) is 0
         logs = np.log1p(-chances)
     low, high = math.floor(low / 2), math.ceil(high)
     while high - low > max(1, 1e-6 * high):

@@ -2,8 +2,8 @@
 
 Let Q^1 be the values of the random policy and Q^(k+1)_h(s, a) = r(s, a) + max_a' Q^k_(h-1)(s', a'). An MDP is
 *k-QVI-solvable* if every policy that is greedy in Q^k is optimal: definition 5.1 of Laidlaw, Russell and Dragan,
-Bridging RL Theory and Practice with the Effective Horizon, NeurIPS 2023. If GORP (see `gorp`) finds an optimal policy
-with k and m_k with probability 1/2, H_k = k + log_A m_k, and the effective horizon is H = min_k H_k (definition 5.2).
+Bridging RL Theory and Practice with the Effective Horizon, NeurIPS 2023. GORP (see `gorp`) with m_k rollouts finds an
+optimal policy with probability 1/2. H_k = k + log_A m_k, and the effective horizon is H = min_k H_k (definition 5.2).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from hierroom.complexity.measures.mdp import DeterministicMDP, Values, check_hor
 
 @dataclass(frozen=True)
 class EffectiveHorizon:
-    """The bound of theorem 5.4 on the effective horizon, for each k at which it is finite and can be the least."""
+    """The bound of theorem 5.4 on the effective horizon, for each k where it is finite and may be the least."""
 
     horizon: int  # number of steps T of an episode
     n_actions: int  # number of actions A
@@ -28,7 +28,7 @@ class EffectiveHorizon:
 
     @property
     def min_k(self) -> int | None:
-        """The least k with a bound; None if there is none. It is at least `minimum_k`, and seldom more."""
+        """The least k with a bound; None if there is none. It is at least `minimum_k`, and usually equal to it."""
         return min(self.rollouts, default=None)
 
     @property
@@ -38,7 +38,7 @@ class EffectiveHorizon:
 
     @property
     def value(self) -> float:
-        """The least of the bounds, and never more than T: with k = T a single rollout suffices."""
+        """The least of the bounds, but at most T, because a single rollout suffices with k = T."""
         return min([*self.bounds.values(), float(self.horizon)])
 
 
@@ -48,7 +48,7 @@ def horizon_of(k: int, rollouts: float, n_actions: int) -> float:
 
 
 def samples_of(horizon: int, n_actions: int, effective_horizon: float) -> float:
-    """Return T^2 A^H, which bounds the steps that GORP samples (lemma 5.3); ``inf`` if no float is so large."""
+    """Return T^2 A^H, which bounds the steps that GORP samples (lemma 5.3); ``inf`` if it overflows a float."""
     try:
         return horizon**2 * float(n_actions) ** effective_horizon
     except OverflowError:
@@ -56,14 +56,15 @@ def samples_of(horizon: int, n_actions: int, effective_horizon: float) -> float:
 
 
 def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
-    """Bound the effective horizon by theorem 5.4 of Laidlaw, Russell and Dragan (2023), as their program does.
+    """Return the bound on the effective horizon by theorem 5.4 of Laidlaw, Russell and Dragan (2023).
 
-    At every state s and time t to which actions lead that are better in Q^k than each suboptimal one,
+    As in the authors' program, a number m of rollouts suffices if
 
         m >= 16 (S_t(s) / D_t(s)^2) ln(2 T A^k)
 
-    suffices. D_t(s) is the gap of Q^k between its greatest value and that of the best suboptimal action. S_t(s) bounds
-    the variance of a return: the greatest (Q - Q_worst) (Q_best - Q_worst) after k - 1 further actions.
+    at every state s and time t that can be reached by actions with a higher Q^k than each suboptimal action. D_t(s) is
+    the gap between the greatest Q^k and that of the best suboptimal action. S_t(s) bounds the variance of a return: the
+    greatest (Q - Q_worst) (Q_best - Q_worst) after k - 1 further actions.
 
     Args:
         mdp: the MDP.
@@ -108,7 +109,7 @@ def minimum_k(mdp: DeterministicMDP, horizon: int) -> int:
 
 
 def effective_planning_window(mdp: DeterministicMDP, horizon: int) -> int:
-    """Return the least W such that every plan of W steps that is greedy in their reward alone is optimal: Q^1 = r.
+    """Return the least W such that every policy that is greedy in the rewards of W steps is optimal (Q^1 = r).
 
     Malik, Pacchiano, Srinivasan and Li (Sample Efficient Reinforcement Learning In Continuous State Spaces, ICML 2021).
 

@@ -1,9 +1,9 @@
-"""The rollouts that GORP needs on a deterministic MDP with returns 0 or 1: exactly, or by runs drawn.
+"""The rollouts that GORP needs on a deterministic MDP with returns 0 or 1, computed exactly or from sampled runs.
 
-GORP (greedy over random policy; Laidlaw, Russell and Dragan 2023, algorithm 1) fixes one action after the other. It
-makes m rollouts of the random policy after each of the A^k sequences of k further actions. It fixes the first action of
-the sequence of the greatest mean return; ties are broken at random. With m_k rollouts it finds an optimal policy with
-probability 1/2, and H_k = k + log_A m_k (definition 5.2); `effective_horizon` gives an upper bound only.
+GORP (greedy over random policy; Laidlaw, Russell and Dragan 2023, algorithm 1) chooses one action after the other. It
+makes m rollouts of the random policy after each of the A^k sequences of k further actions. It then takes the first
+action of the sequence with the greatest mean return; ties are broken at random. With m_k rollouts it finds an optimal
+policy with probability 1/2, and H_k = k + log_A m_k (definition 5.2). `effective_horizon` gives only an upper bound.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from hierroom.complexity.measures.mdp import DeterministicMDP, check_horizon
 from hierroom.support.errors import InputError
 
 MAX_SEQUENCES = 1000
-"""Most sequences of k actions, A^k: the authors' limit as well."""
+"""Most sequences of k actions, A^k. The authors have the same limit."""
 MAX_ROLLOUTS = 1_000_000
 NEVER = 2**62
 
@@ -32,7 +32,7 @@ class GorpRollouts:
     rollouts: int | None  # m_k; None if it is more than `MAX_ROLLOUTS`
     horizon: int  # number of steps T of an episode
     n_actions: int  # number of actions A
-    is_exact: bool  # whether the probability was computed; else it is the share of runs drawn
+    is_exact: bool  # whether the probability was computed; else it is the share among sampled runs
 
     @property
     def effective_horizon(self) -> float:
@@ -52,7 +52,7 @@ class Gorp:
     Args:
         horizon: number of steps T of an episode, at least 1.
         k: number of actions of a sequence, at least 1.
-        runs: number of runs to draw, for MDPs too large to compute the probability; None computes it.
+        runs: number of runs to sample, for MDPs too large to compute the probability; None computes it.
 
     Examples:
         >>> from hierroom.complexity.measures import DeterministicMDP, Gorp
@@ -95,7 +95,7 @@ class Gorp:
         return float(success[self.horizon, mdp.start])
 
     def rollouts(self) -> GorpRollouts:
-        """Find m_k by doubling m and then bisecting, as if the probability grew with m between the points tried."""
+        """Return m_k, found by doubling m and then bisecting; this assumes that the probability grows with m."""
         low, high = 0, 1
         while self.success_probability(high) < 0.5:
             if high == MAX_ROLLOUTS:
@@ -124,7 +124,7 @@ class Gorp:
 
 
 def _sequences(mdp: DeterministicMDP, k: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the state after each sequence of k actions, and the step that earns the reward: [S, A ** k] each."""
+    """Return the state after each sequence of k actions, and its first step with a reward: [S, A ** k] each."""
     leaves = np.arange(mdp.n_states)[:, None]
     steps = np.full(leaves.shape, NEVER)
     for step in range(1, k + 1):

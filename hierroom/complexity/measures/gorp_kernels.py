@@ -9,29 +9,29 @@ from hierroom.support.compile.kernel import njit
 SPREAD, SLACK = 10.0, 30.0
 """Numbers of successes further than SPREAD standard deviations plus SLACK from the mean have no weight."""
 LEAST_MASS = 1e-290
-"""Nor have those that are less likely; from a mass that is no float, or one of few digits, no other can be computed."""
+"""Less likely numbers have no weight either: masses are computed from each other, and subnormal ones lose digits."""
 
 
 @njit(cache=True)
 def binomial_mass(x, m, chance):
-    """Return the probability of x successes in m rollouts, each of a chance between 0 and 1."""
+    """Return the probability of x successes in m rollouts that each succeed with a chance strictly within 0..1."""
     log_mass = math.lgamma(m + 1.0) - math.lgamma(x + 1.0) - math.lgamma(m - x + 1.0)
     return math.exp(log_mass + x * math.log(chance) + (m - x) * math.log1p(-chance))
 
 
 @njit(cache=True)
 def choice_probabilities(chances, n_actions, m, nodes, node_weights):
-    """Return the probability [A] that each action has the greatest of its leaves' estimates; ties break at random.
+    """Return the probability [A] that each action has the leaf with the greatest estimate; ties break at random.
 
-    The estimate of a leaf is the mean of m returns that are 0 or 1, so a binomial number over m; leaves are
-    independent. With F_b the distribution function of the greatest number of action b's leaves,
+    The estimate of a leaf is the mean of m returns that are 0 or 1: a binomial number divided by m. Leaves are
+    independent. Let F_b be the distribution function of the greatest number of action b's leaves, and f_b its mass:
 
         P(a) = integral over u in 0..1 of sum over x of f_a(x) prod over b != a of (F_b(x - 1) + u f_b(x)),
 
-    a polynomial in u of degree A - 1, for which Gauss and Legendre's rule with K >= A / 2 nodes is exact.
+    This is a polynomial in u of degree A - 1, for which a Gauss-Legendre rule with K >= A / 2 nodes is exact.
 
-    ``chances`` [A * L] are the probabilities of return 1 after each leaf, those of one action in a row; ``nodes`` and
-    ``node_weights`` [K] are the rule's on 0..1.
+    ``chances`` [A * L] are the probabilities of return 1 after each leaf; leaves of one action are adjacent. ``nodes``
+    and ``node_weights`` [K] are those of the rule on 0..1.
     """
     n_leaves = chances.shape[0] // n_actions
     low, high = np.int64(0), np.int64(0)
@@ -45,7 +45,7 @@ def choice_probabilities(chances, n_actions, m, nodes, node_weights):
         action, chance = leaf // n_leaves, chances[leaf]
         if chance <= 0.0:
             if low > 0:
-                continue  # it surely stays below: F = 1 everywhere
+                continue  # it is always smaller: F = 1 everywhere
             below[action] = 0.0
             continue
         if chance >= 1.0:
@@ -107,9 +107,9 @@ def leaf_chances(leaves, leaf_steps, random_values, state, h, k, chances):
 def success_values(transitions, leaves, leaf_steps, random_values, is_optimal, visited, k, m, nodes, node_weights):
     """Return the probability [T + 1, S] that GORP takes optimal actions only, from the states ``visited`` [T + 1, S].
 
-    After each sequence of k actions, ``leaves`` [S, A ** k] is the state and ``leaf_steps`` [S, A ** k] the step that
-    earns the reward, or a great number. Sequences with the same first action are adjacent. ``random_values`` [T + 1, S]
-    is the random policy's probability of return 1.
+    ``leaves`` [S, A ** k] is the state after each sequence of k actions. ``leaf_steps`` [S, A ** k] is its step that
+    earns the reward, or a very large number if there is none. Sequences with the same first action are adjacent.
+    ``random_values`` [T + 1, S] is the random policy's probability of return 1.
     """
     horizon, n_states, n_actions = random_values.shape[0] - 1, transitions.shape[0], transitions.shape[1]
     success = np.zeros((horizon + 1, n_states))
@@ -131,10 +131,10 @@ def success_values(transitions, leaves, leaf_steps, random_values, is_optimal, v
 def sampled_successes(
     transitions, leaves, leaf_steps, random_values, optimal_values, start, k, m, nodes, node_weights, uniforms
 ):
-    """Run GORP once for each row of uniforms [N, T], and count the runs that only took optimal actions.
+    """Run GORP once for each row of uniforms [N, T], and count the runs that took only optimal actions.
 
-    Each choice is drawn from its exact distribution, so that no rollout has to be made. ``optimal_values`` [T + 1, S]
-    says whether return 1 can still be had; for the other arguments see `success_values`.
+    Each choice is drawn from its exact distribution, so no rollouts are needed. ``optimal_values`` [T + 1, S] says
+    whether return 1 is still possible. For the other arguments see `success_values`.
     """
     horizon, n_actions = random_values.shape[0] - 1, transitions.shape[1]
     chances = np.empty(leaves.shape[1])

@@ -1,6 +1,6 @@
 """Value iteration over a finite horizon on a deterministic MDP, as compiled functions.
 
-Arrays of values are [T + 1, S] by steps left, row 0 being zero; transitions and rewards are [S, A].
+Arrays of values are [T + 1, S], with row h for h steps left and row 0 zero. Transitions and rewards are [S, A].
 """
 
 import numpy as np
@@ -8,12 +8,12 @@ import numpy as np
 from hierroom.support.compile.kernel import njit
 
 TIE = 1e-9
-"""Two values count as equal if they differ by less than this part of the greater one."""
+"""Two values count as equal if they differ by less than this fraction of the greater one."""
 
 
 @njit(cache=True)
 def write_q(transitions, rewards, row, state, q):
-    """Write Q of each action, with ``row`` the values with one step less to go, and return the greatest."""
+    """Write Q of each action into ``q``, and return the greatest; ``row`` has the values with one step less to go."""
     top = -np.inf
     for action in range(transitions.shape[1]):
         q[action] = rewards[state, action] + row[np.uint64(transitions[state, action])]
@@ -34,9 +34,9 @@ def random_values(transitions, rewards, values):
 
 @njit(cache=True, nogil=True)
 def greatest_values(transitions, rewards, values, horizons):
-    """Write V_h(s) = max over a of r(s, a) + V_(h-1)(s') for one horizon h after the other.
+    """Write V_h(s) = max over a of r(s, a) + V_(h-1)(s') for the ``horizons`` h, in their order.
 
-    From the shortest up these are the optimal values; from the longest down each plans one step further.
+    In ascending order this gives the optimal values. In descending order it extends each plan by one step.
     """
     q = np.empty(transitions.shape[1])
     for h in horizons:
@@ -59,7 +59,7 @@ def variance_bounds(transitions, values, worst, best, variances):
 
 @njit(cache=True, nogil=True)
 def look_ahead_variances(transitions, variances):
-    """Take the greatest bound one step further, in place; with one step left it stays as it is."""
+    """Replace each bound, in place, by the greatest bound after one action; with one step left it is unchanged."""
     n_states, n_actions = transitions.shape
     for h in range(variances.shape[0] - 1, 1, -1):
         for state in range(n_states):
@@ -71,7 +71,7 @@ def look_ahead_variances(transitions, variances):
 
 @njit(cache=True, nogil=True)
 def mark_optimal(transitions, rewards, best, is_optimal):
-    """Write which actions are optimal [T + 1, S, A], by the greatest values; rounding errors do not decide."""
+    """Write which actions are optimal [T + 1, S, A], given the greatest values; values within `TIE` count as equal."""
     n_states, n_actions = transitions.shape
     for h in range(1, best.shape[0]):
         row = best[h - 1]
@@ -85,7 +85,7 @@ def mark_optimal(transitions, rewards, best, is_optimal):
 
 @njit(cache=True, nogil=True)
 def greedy_is_optimal(transitions, rewards, values, is_optimal, start):
-    """Return whether every policy greedy in Q takes optimal actions only, ties being followed every way."""
+    """Return whether every policy that is greedy in Q takes only optimal actions, whatever it does at ties."""
     n_states, n_actions = transitions.shape
     q = np.empty(n_actions)
     visited, following = np.zeros(n_states, np.bool_), np.zeros(n_states, np.bool_)
@@ -110,7 +110,7 @@ def greedy_is_optimal(transitions, rewards, values, is_optimal, start):
 def greatest_ratio(transitions, rewards, values, variances, is_optimal, start):
     """Return the greatest variance / gap^2 of the states that may be visited.
 
-    -1 if a greedy action may be suboptimal, or a gap is so small that floating-point numbers do not hold this.
+    Return -1 if a greedy action may be suboptimal, or if a gap is so small that the ratio overflows a float.
     """
     n_states, n_actions = transitions.shape
     q = np.empty(n_actions)

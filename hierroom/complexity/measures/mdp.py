@@ -1,6 +1,6 @@
 """A deterministic Markov decision process with finitely many states, and its values over a finite horizon.
 
-Values [T + 1, S] are undiscounted (Laidlaw, Russell and Dragan, 2023), by the number of steps left; row 0 is zero.
+Values [T + 1, S] are undiscounted (Laidlaw, Russell and Dragan, 2023). Row h is for h steps left; row 0 is zero.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ MAX_VALUES = 100_000_000
 class DeterministicMDP:
     """States 0..S - 1, actions 0..A - 1, and for each pair the next state and the reward.
 
-    An episode that ends leads to an absorbing state: every action stays there and earns nothing.
+    An episode ends in an absorbing state: every action stays there and earns nothing.
 
     Args:
         transitions: [S, A] int, the state after each action.
@@ -106,14 +106,14 @@ class DeterministicMDP:
         return is_optimal
 
     def random_success(self, horizon: int) -> float:
-        """Probability that the random policy earns the most: P_h(s) = sum_optimal P_{h-1}(s') / A, and P_0 = 1."""
+        """Return the random policy's chance of the best return: P_h(s) = sum_optimal P_{h-1}(s') / A, P_0 = 1."""
         is_optimal, success = self.optimal_actions(horizon), np.ones(self.n_states)
         for h in range(1, horizon + 1):
             success = (is_optimal[h] * success[self.transitions]).mean(axis=1)
         return float(success[self.start])
 
     def shortest_solution(self) -> int:
-        """Fewest steps from the start until a reward above 0 is earned; -1 if none can be."""
+        """Return the fewest steps from the start until a reward above 0 is earned; -1 if none can be earned."""
         reached = np.zeros(self.n_states, bool)
         frontier, steps = np.array([self.start]), 0
         while frontier.size:
@@ -136,7 +136,7 @@ class DeterministicMDP:
 
 
 def check_horizon(mdp: DeterministicMDP, horizon: int) -> None:
-    """Check the length of an episode."""
+    """Check that the horizon is a whole number of at least 1, and that arrays of values fit into `MAX_VALUES`."""
     require_number("the horizon of an MDP", horizon, 1, is_whole=True)
     if (horizon + 1) * mdp.n_states > MAX_VALUES:
         raise InputError(
@@ -179,16 +179,16 @@ def enumerate_env(
     seed: int = 0,
     max_states: int = 100_000,
 ) -> DeterministicMDP:
-    """Walk through all states that can be reached after ``env.reset(seed=seed)``, by copies of the environment.
+    """Return the MDP of all states that can be reached after ``env.reset(seed=seed)``, found with copies of ``env``.
 
-    States are numbered as they are found, the start being 0; terminal states become the last, absorbing one. Truncation
-    is ignored, because the measures have a horizon.
+    States are numbered in the order in which they are found, from the start, 0. All terminal states become one
+    absorbing state, the last. Truncation is ignored, because the measures have a horizon.
 
     Args:
         env: a deterministic environment with discrete actions that `copy.deepcopy` can copy.
-        state: returns what decides all that follows in an environment, without the number of steps.
-        actions: which actions to take; all by default.
-        reward: converts a reward, such as ``lambda r: float(r > 0)`` where it shrinks with the number of steps.
+        state: returns all that determines an environment's future, without the number of steps.
+        actions: the actions to take; all by default.
+        reward: converts a reward, such as ``lambda r: float(r > 0)`` if rewards shrink with the number of steps.
 
     Examples:
         >>> from hierroom.complexity.measures import enumerate_env

@@ -1,12 +1,12 @@
-"""Policy information capacity: how much a policy's parameters tell about its return, or about its success.
+"""Policy information capacity: the information of a policy's parameters about its return, or about its success.
 
-Furuta, Matsushima, Kozuno, Matsuo, Levine, Nachum and Gu (Policy Information Capacity, ICML 2021): with parameters
-Theta from a prior, and an episode's return R,
+Furuta, Matsushima, Kozuno, Matsuo, Levine, Nachum and Gu (Policy Information Capacity, ICML 2021) define, for
+parameters Theta drawn from a prior and the return R of an episode,
 
     PIC  = I(R; Theta) = H(R) - E[H(R | Theta)],
     POIC = I(O; Theta), where P(O = 1 | R) = exp((R - R_max) / temperature).
 
-The more a policy's parameters decide, the easier it is to tell good ones from bad ones. Both are in nats.
+Both are in nats. The more the parameters determine, the easier it is to distinguish good ones from bad ones.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ class PolicyInformation(NamedTuple):
 def policy_information(returns: ArrayLike, n_bins: int = 100, temperature: float = 1.0) -> PolicyInformation:
     """Estimate both capacities from episodes of policies drawn from the prior (Furuta et al. 2021, algorithm 1).
 
-    With the shares p of bins b of returns, PIC = H(mean over policies of p) - mean over policies of H(p), where H is
-    the entropy -sum_b p_b ln p_b. POIC is the same for the two shares E[exp((R - R_max) / temperature)] and its rest.
-    From few episodes both are too great on average.
+    Let p_b be the share of a policy's returns in bin b, and H(p) = -sum_b p_b ln p_b. Then PIC = H(mean over policies
+    of p) - mean over policies of H(p). POIC is the same for the two shares q = E[exp((R - R_max) / temperature)] and
+    1 - q. With few episodes, both estimates are too large on average.
 
     Args:
         returns: [P, E] float, the returns of E episodes of each of P policies.
         n_bins: number of bins of equal width, at least 1.
-        temperature: of optimality, above 0, in units of return.
+        temperature: the temperature of optimality, above 0, in units of return.
 
     Examples:
         >>> from hierroom.complexity.measures import policy_information
@@ -68,20 +68,20 @@ def mdp_policy_information(
     temperature: float = 1.0,
     seed: int = 0,
 ) -> PolicyInformation:
-    """Compute both capacities on an MDP with returns 0 or 1, for policies drawn from a prior (Furuta et al. 2021).
+    """Return both capacities on an MDP with returns 0 or 1, for policies drawn from a prior (Furuta et al. 2021).
 
-    With the policies' probabilities p of return 1 and H(p) = -p ln p - (1 - p) ln(1 - p),
+    For the policies' probabilities p of return 1, and H(p) = -p ln p - (1 - p) ln(1 - p),
 
         PIC = H(mean of p) - mean of H(p), and POIC is the same of p + (1 - p) exp(-1 / temperature).
 
-    The prior is a table of independent normal preferences for each state and action; a policy takes action a in state s
-    with probability softmax(preferences(s))_a. Only the draw of the policies is random.
+    The prior draws an independent normal preference for each state and action. A policy takes action a in state s with
+    probability softmax(preferences(s))_a. Only the draw of the policies is random.
 
     Args:
         horizon: number of steps T of an episode, at least 1.
         n_policies: number of policies drawn, at least 1.
         deviation: standard deviation of the preferences, at least 0.
-        temperature: of optimality, above 0; towards 0 POIC becomes PIC.
+        temperature: the temperature of optimality, above 0; as it goes to 0, POIC approaches PIC.
 
     Examples:
         >>> from hierroom.complexity.measures import DeterministicMDP, mdp_policy_information
@@ -114,7 +114,7 @@ def _binary_information(chances: NDArray[np.float64]) -> float:
 
 
 def _information(shares: NDArray[np.float64]) -> float:
-    """Return I(X; Theta) of X with the distributions [P, X] given P equally likely parameters."""
+    """Return I(X; Theta), given the distributions of X [P, X] for P equally likely parameters."""
     return max(0.0, float(entr(shares.mean(axis=0)).sum() - entr(shares).sum(axis=1).mean()))
 
 

@@ -1,4 +1,4 @@
-"""All measures of one MDP, and of one walk, side by side."""
+"""All measures of one MDP and of one walk."""
 
 from __future__ import annotations
 
@@ -44,16 +44,16 @@ class MdpMeasures:
     horizon_bound: float  # upper bound on the effective horizon by theorem 5.4
     rollouts: int | None  # m_1 of GORP; None if it is above a million
     effective_horizon: float  # H_1 = 1 + log_A m_1; ``inf`` if m_1 is not known
-    samples: float  # GORP's sample bound T^2 A^H with the lesser of H_1 and the bound; ``inf`` if no float is so large
+    samples: float  # GORP's sample bound T^2 A^H, H the lesser of H_1 and the bound; ``inf`` if it overflows a float
     covering_low: float  # lower bound on the covering length, in episodes
-    covering_high: float  # upper bound on it
+    covering_high: float  # upper bound on the covering length, in episodes
     pic: float  # policy information capacity, in nats
     poic: float  # policy-optimal information capacity, in nats
 
 
 @dataclass(frozen=True)
 class SampledMeasures:
-    """Those of `MdpMeasures` that do not need the values of all states, estimated from rollouts."""
+    """The measures of `MdpMeasures` that do not need the values of all states, estimated from rollouts."""
 
     states: int | None  # number of states; None if it is not known
     actions: int  # number of actions A
@@ -61,11 +61,11 @@ class SampledMeasures:
     shortest: int  # steps of a shortest solution
     random_success: float  # share of the random policy's episodes that succeed within T steps
     random_success_low: float  # lower end of its 95% interval (Wilson 1927)
-    random_success_high: float  # upper end of it
+    random_success_high: float  # upper end of the interval
     rollouts: int | None  # least m_1 with which half of the runs of GORP succeed; None if it takes too many steps
-    rollouts_tried: int  # the most rollouts with which less than half of them do; 0 if one is enough
+    rollouts_tried: int  # the most rollouts with which less than half of the runs succeed; 0 if one is enough
     effective_horizon: float  # H_1 = 1 + log_A m_1; ``inf`` if m_1 is not known
-    samples: float  # GORP's sample bound T^2 A^H; ``inf`` if no float is so large
+    samples: float  # GORP's sample bound T^2 A^H; ``inf`` if it overflows a float
     pic: float  # policy information capacity, in nats
     poic: float  # policy-optimal information capacity, in nats
 
@@ -73,12 +73,12 @@ class SampledMeasures:
 def measure_mdp(
     mdp: DeterministicMDP, horizon: int, *, n_policies: int = 200, gorp_runs: int | None = None, seed: int = 0
 ) -> MdpMeasures:
-    """Compute every measure of an MDP with returns 0 or 1.
+    """Return every measure of an MDP with returns 0 or 1.
 
     Args:
-        horizon: number of steps T of an episode, at least as many as a shortest solution has.
+        horizon: number of steps T of an episode, at least the length of a shortest solution.
         n_policies: number of policies drawn for the information capacities.
-        gorp_runs: number of runs of GORP to draw, for MDPs too large to compute its probability; None computes it.
+        gorp_runs: number of runs of GORP to sample, for MDPs too large to compute its probability; None computes it.
 
     Examples:
         >>> from hierroom.complexity.measures import DeterministicMDP, measure_mdp
@@ -117,25 +117,25 @@ def measure_mdp(
 
 @dataclass(frozen=True)
 class WalkMeasures:
-    """Measures of the long run of a walk."""
+    """Measures of the long-run behaviour of a walk."""
 
     nodes: int  # number of nodes
     at_exit: float  # long-run fraction of the time at the exit
-    escape: float  # committor of the start, left once: the probability to reach the exit before the start again
+    escape: float  # probability to reach the exit before the start again, once the start is left
     spectral_gap: float  # absolute spectral gap
-    mixing: float  # mixing time in steps, to a total variation distance of 1/4; ``nan`` for a graph too large
+    mixing: float  # mixing time in steps, to a total variation distance of 1/4; ``nan`` if the graph is too large
     commute: float  # commute time between start and exit, in steps
     cover: float  # cover time from the start, in steps
-    cover_error: float  # standard error of the cover time, where it was sampled; 0 where it is exact
+    cover_error: float  # standard error of a sampled cover time; 0 if it is exact
 
 
 def measure_walk(chain: Chain, n_walks: int = 1000, seed: int = 0) -> WalkMeasures:
-    """Compute every measure of the long run of a walk.
+    """Return every measure of the long-run behaviour of a walk.
 
     Args:
         chain: the walk.
         n_walks: number of walks drawn for the cover time of a large graph, at least 2.
-        seed: fixes these walks.
+        seed: determines these walks.
 
     Examples:
         >>> from hierroom.complexity.measures import measure_walk

@@ -146,10 +146,10 @@ def measure_graphs(
     walk: Walk = PAPER_WALK,
     reading: Reading = TABLE_READING,
 ) -> list[MeasuredGraph]:
-    """Measure goal graphs, each as an MDP of ``horizon`` steps over its nodes and as the assumed walk."""
+    """Measure each goal graph as an MDP of ``horizon`` steps over its nodes, and as the assumed walk."""
 
     def measure(graph: GoalGraph) -> MeasuredGraph:
-        report = analyze(graph.canonical(), drop_key, walk, reading)  # what is drawn depends on the rooms' numbers
+        report = analyze(graph.canonical(), drop_key, walk, reading)  # random draws depend on the order of the rooms
         mdp = measure_mdp(graph_mdp(report.augmented), horizon)
         return MeasuredGraph(graph.name, mdp, measure_walk(report.chain))
 
@@ -160,6 +160,6 @@ def with_progress(
     measure: Callable[[Item], MeasuredGraph], items: Iterable[Item], description: str
 ) -> list[MeasuredGraph]:
     """Measure each item, with a progress bar that disappears."""
-    console = Console(stderr=True)  # in a file the bar would leave an empty line
+    console = Console(stderr=True)  # not shown in files, where the bar would leave an empty line
     tracked = track(list(items), description, console=console, transient=True, disable=not console.is_terminal)
     return [measure(item) for item in tracked]

@@ -1,10 +1,10 @@
-"""A test whether play is Markov on the nodes: does the next node depend on the one before the present one?
+"""A test of whether play is Markov on the nodes: does the next node also depend on the previous one?
 
-For each node j, the counts n_ijk of i, j, k one after the other are a table of predecessors i against successors k. If
-play is a Markov chain of order one, rows and columns are independent. Pearson's statistic of the tables, summed over
-the nodes j, is then chi-squared, with the sum of their degrees of freedom. (Anderson and Goodman, Statistical inference
-about Markov chains, 1957, section 3.3; Billingsley, Statistical Inference for Markov Processes, 1961.) Staying counts
-as a step. The test misses a memory of more than two steps that leaves no trace in two, and differences between levels.
+For each node j, the counts n_ijk of the sequences i, j, k form a table of predecessors i by successors k. If play is a
+Markov chain of order one, rows and columns are independent. Pearson's statistic of the tables, summed over the nodes j,
+is then chi-squared, with the sum of their degrees of freedom. (Anderson and Goodman, Statistical inference about Markov
+chains, 1957, section 3.3; Billingsley, Statistical Inference for Markov Processes, 1961.) Staying counts as a step. The
+test cannot find differences between levels, or a longer memory that does not show in the last two nodes.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 LEAST_EXPECTED = 5.0
-"""Rows and columns with smaller expected counts are pooled (Cochran, 1954): the statistic is not chi-squared there."""
+"""Rows and columns with smaller expected counts are pooled (Cochran, 1954), else the statistic is not chi-squared."""
 SIGNIFICANCE = 0.01
-"""Below this p-value play is said not to be Markov."""
+"""With a smaller p-value, play is reported as not Markov."""
 
 
 class MarkovTest(NamedTuple):
-    """Order one against order two."""
+    """The result of a test of order one against order two."""
 
     statistic: float  # Pearson's chi-squared, summed over the nodes
     degrees: int  # degrees of freedom
-    p_value: float  # probability of such a statistic, or a larger one, if play is Markov on the nodes
+    p_value: float  # probability of a statistic at least as large if play is Markov on the nodes
 
     @property
     def is_rejected(self) -> bool:
@@ -34,7 +34,7 @@ class MarkovTest(NamedTuple):
 
 
 def markov_test(triples: NDArray[np.int64]) -> MarkovTest | None:
-    """Test order one by ``triples`` [T, 4], three nodes in a row and their count; None if the counts are too few."""
+    """Test order one with ``triples`` [T, 4], three nodes in a row and their count; None if the counts are too few."""
     from scipy.stats import chi2, chi2_contingency  # loads slowly, and few programs need it
 
     statistic, degrees = 0.0, 0
@@ -52,7 +52,7 @@ def markov_test(triples: NDArray[np.int64]) -> MarkovTest | None:
 
 
 def _pooled(table: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Merge the two smallest rows or columns, whichever are more, until no expected count is too small."""
+    """Merge the two smallest rows, or columns if there are more of them, until no expected count is too small."""
     while min(table.shape) > 1:
         rows, columns = np.sort(table.sum(axis=1)), np.sort(table.sum(axis=0))
         if rows[0] * columns[0] >= LEAST_EXPECTED * rows.sum():

@@ -1,7 +1,7 @@
-"""A chain measured from play: counted transitions between nodes of the augmented graph, and a report on their W.
+"""A report on the chain measured from play: its W comes from counted transitions between nodes of the augmented graph.
 
 Two kinds of edges come from the assumed walk. A truncated episode leads back to the start, like the walk's restart
-("the agent is not able to reach the exit within the time limit"). The exit has only its restart.
+("the agent is not able to reach the exit within the time limit"). The only edge of the exit is its restart.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ class MoveDifference(NamedTuple):
     target: str
     assumed: float  # probability per step
     measured: float  # probability per step
-    count: int  # in the play
+    count: int  # number of times in play
 
 
 class MeasuredReport(PlayedChain):
-    """A report on the chain measured from play, next to the predictions of the assumed walk.
+    """A report on the chain measured from play, with the predictions of the assumed walk.
 
     Args:
         counts: the transitions between the nodes of ``assumed.augmented``.
@@ -37,7 +37,7 @@ class MeasuredReport(PlayedChain):
     assumed: ComplexityReport
 
     def __init__(self, assumed: ComplexityReport, counts: EpisodeCounts, **options: Any) -> None:
-        object.__setattr__(self, "assumed", assumed)  # as it is frozen
+        object.__setattr__(self, "assumed", assumed)  # because the class is frozen
         if counts.n_nodes != assumed.nodes:
             raise InputError(
                 f"the counts are over {counts.n_nodes} nodes, but goal graph {assumed.graph.name} has {assumed.nodes}"
@@ -47,11 +47,11 @@ class MeasuredReport(PlayedChain):
 
     @cached_property
     def predictions(self) -> dict[str, float]:
-        """The prediction of the assumed walk for each of `intervals`."""
+        """The assumed walk's prediction of each quantity in `intervals`."""
         return summary(self.assumed.chain, self.times)
 
     def moves(self) -> list[MoveDifference]:
-        """Every edge of the assumed walk or of the play from a node that was visited, the largest difference first."""
+        """Return every edge from a visited node, in the assumed walk or in play, the largest difference first."""
         assumed, measured, counts = self.assumed.chain.weights, self.chain.weights, self.counts.total()
         edges = (assumed + measured).tocoo()
         labels, visited = self.labels, row_sums(counts) > 0
@@ -83,11 +83,11 @@ class MeasuredReport(PlayedChain):
         return name, "assumed walk", *columns
 
     def rows(self) -> list[tuple[str, ...]]:
-        """Return the rows of `PlayedChain`, with the prediction of the assumed walk."""
+        """Return the rows of `PlayedChain`, each with the prediction of the assumed walk."""
         return [(name, f"{self.predictions[name]:.4g}", *cells) for name, *cells in super().rows()]
 
     def notes(self) -> list[str]:
-        """Return an explanation of `rows`."""
+        """Return sentences that explain `rows`."""
         unforeseen = sum(move.count for move in self.moves() if move.assumed == 0)
         steps = self.counts.counts.sum()
         return [f"{unforeseen} of {steps} steps took an edge that the assumed walk lacks", *super().notes()]

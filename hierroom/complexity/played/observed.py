@@ -1,9 +1,9 @@
-"""Episodes of play as counts, and without a chain their mean, deviation and reach, with intervals over all levels.
+"""Counts of episodes of play, and their mean, deviation and reach without a chain, with intervals over all levels.
 
-- **Reach**: of E episodes k had escaped within t steps; the interval is Wilson's score interval (Wilson, 1927; Brown,
-  Cai and DasGupta, 2001). It has a width even where nobody escaped, about 4 / E.
-- **Times**: percentile intervals of the bootstrap over whole episodes (Efron and Tibshirani, 1993, chapter 13); none
-  for fewer than `FEWEST_EPISODES`, or for resamples that do not differ.
+- **Reach**: the share of E episodes that escaped within t steps, with Wilson's score interval (Wilson, 1927; Brown,
+  Cai and DasGupta, 2001). The interval is about 4 / E wide even if no episode escaped.
+- **Times**: percentile intervals of the bootstrap over whole episodes (Efron and Tibshirani, 1993, chapter 13). There
+  is none for fewer than `FEWEST_EPISODES`, or if the resamples do not differ.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from scipy.special import ndtri
 from hierroom.complexity.chains.weights import as_times
 
 FEWEST_EPISODES = 10
-"""With fewer episodes an interval from resampling them is much too narrow, and none is given."""
+"""With fewer episodes, no interval is given, because one from resampling would be much too narrow."""
 
 
 @dataclass(frozen=True, eq=False)
 class EpisodeCounts:
-    """Counts of each episode's moves from one node to another; staying at a node counts as a transition too."""
+    """Counts of the steps from node to node in each episode; staying at a node counts as a step too."""
 
     n_nodes: int  # number of nodes n
     episodes: NDArray[np.int64]  # [K], the episode of each entry, 0 to ``len(lengths) - 1``
@@ -33,35 +33,35 @@ class EpisodeCounts:
     counts: NDArray[np.int64]  # [K], number of such steps in the episode
     lengths: NDArray[np.int64]  # [E], number of steps of each episode
     escaped: NDArray[np.bool_]  # [E], whether the episode reached the exit
-    triples: NDArray[np.int64] | None = None  # [T, 4], three nodes in a row and how often they came; None: not counted
-    failed: NDArray[np.bool_] | None = None  # [E], whether the episode ended for good without the exit; None: never
+    triples: NDArray[np.int64] | None = None  # [T, 4], three nodes in a row and their count; None: not counted
+    failed: NDArray[np.bool_] | None = None  # [E], whether the episode terminated without the exit; None: never
 
     def total(self, multiplicity: ArrayLike | None = None) -> sp.csr_array:
-        """Sum the transitions [n, n] over the episodes; each counts ``multiplicity`` [E] times, or once."""
+        """Return the sum [n, n] of the transitions; each episode counts ``multiplicity`` [E] times, by default once."""
         times = np.ones(len(self.lengths)) if multiplicity is None else np.asarray(multiplicity, float)
         shape = (self.n_nodes, self.n_nodes)
         return sp.coo_array((self.counts * times[self.episodes], (self.sources, self.targets)), shape=shape).tocsr()
 
     @property
     def step_limit(self) -> float:
-        """The number of steps at which the first episode was truncated; ``inf`` if none was."""
+        """Number of steps of the shortest truncated episode; ``inf`` if none was truncated."""
         was_cut = ~self.escaped if self.failed is None else ~(self.escaped | self.failed)
         return float(self.lengths[was_cut].min()) if was_cut.any() else np.inf
 
     def reach(self, t: ArrayLike) -> NDArray[np.float64]:
-        """Fraction of the episodes that had escaped within t steps; ``nan`` past the step limit."""
+        """Return the fraction of the episodes that escaped within t steps; ``nan`` beyond the step limit."""
         steps = as_times(t)
         share = np.searchsorted(np.sort(self.lengths[self.escaped]), steps, side="right") / len(self.lengths)
         return np.where(steps > self.step_limit, np.nan, share)
 
     @property
     def mean_steps(self) -> float:
-        """Mean steps from a start to the next exit over consecutive episodes, and one for each restart, or ``inf``."""
+        """Mean steps from a start to the next exit across episodes, each restart counting as one, or ``inf``."""
         n_escaped = int(self.escaped.sum())
         return (int(self.lengths.sum()) + len(self.lengths) - n_escaped) / n_escaped if n_escaped else float("inf")
 
     def passages(self) -> NDArray[np.int64]:
-        """Return the steps [n_escaped] from a start to the next exit across episodes, one for each restart."""
+        """Return the steps [n_escaped] from a start to the next exit across episodes; each restart counts as one."""
         ends = np.cumsum(self.lengths + ~self.escaped)[self.escaped]
         return np.diff(ends, prepend=0)
 
@@ -74,7 +74,7 @@ def counts_of(
     triple_keys: NDArray[np.int64] | None = None,
     failed: NDArray[np.bool_] | None = None,
 ) -> EpisodeCounts:
-    """Count ``(episode * n + source) * n + target`` and, in ``triple_keys``, ``(first * n + second) * n + third``."""
+    """Count keys ``(episode * n + source) * n + target``, and triple keys ``(first * n + second) * n + third``."""
     unique, counts = np.unique(keys, return_counts=True)
     episodes, sources, targets = _digits(unique, n_nodes)
     triples = None
@@ -91,7 +91,7 @@ def _digits(keys: NDArray[np.int64], base: int) -> tuple[NDArray[np.int64], NDAr
 
 
 class Interval(NamedTuple):
-    """A value and its confidence interval; low and high are ``nan`` where there is none."""
+    """A value and its confidence interval; low and high are ``nan`` if there is none."""
 
     value: float
     low: float
@@ -102,7 +102,7 @@ class Interval(NamedTuple):
 
 
 def wilson_interval(share: float, n: int, level: float) -> Interval:
-    """Wilson's score interval of a share of successes in n trials."""
+    """Return Wilson's score interval for a share of successes in n trials."""
     z = float(ndtri((1 + level) / 2))
     middle = (share + z**2 / (2 * n)) / (1 + z**2 / n)
     half = z / (1 + z**2 / n) * np.sqrt(share * (1 - share) / n + z**2 / (4 * n**2))
@@ -111,7 +111,7 @@ def wilson_interval(share: float, n: int, level: float) -> Interval:
 
 
 def percentile_interval(value: float, resampled: ArrayLike, n_episodes: int, level: float) -> Interval:
-    """Percentile interval of resampled values; without low and high where it would mislead."""
+    """Return the percentile interval of resampled values; low and high are ``nan`` if it would be misleading."""
     low, high = np.quantile(np.asarray(resampled), ((1 - level) / 2, (1 + level) / 2), method="inverted_cdf")
     if n_episodes < FEWEST_EPISODES or not low < high:
         return Interval(value, np.nan, np.nan)
@@ -123,7 +123,7 @@ def observed(
 ) -> dict[str, Interval]:
     """Return `"expected_steps"` to the exit, their `"std"` and `"exit within N"`; ``nan`` if not observed."""
     n = len(counts.lengths)
-    # One after the other: all at once are too large for the memory where there are many episodes.
+    # one after the other, because with many episodes all draws together do not fit into memory
     draws = (rng.multinomial(n, np.full(n, 1 / n)) for _ in range(n_resamples))
     weights = np.column_stack([counts.lengths + ~counts.escaped, counts.escaped])
     steps, escapes = np.array([drawn @ weights for drawn in draws]).T
@@ -146,5 +146,5 @@ def observed(
 
 
 def within(t: int) -> str:
-    """Name the probability to have escaped within t steps."""
+    """Return the name of the probability to escape within t steps."""
     return f"exit within {t}"

@@ -1,4 +1,4 @@
-"""Rules estimated from play: what had been achieved before a goal was, whenever it was."""
+"""Rules estimated from play: a goal may need what was always achieved before it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hierroom.goals.rules import Rules
 from hierroom.support.errors import InputError
 
 Needs = dict[str, int]
-"""The number of times that each goal must have been achieved."""
+"""For each goal, how many times it must have been achieved."""
 MAX_ALTERNATIVES = 4
 
 
@@ -19,14 +19,14 @@ MAX_ALTERNATIVES = 4
 class PlayedRules:
     """Dependencies of goals as far as play shows them: an upper bound of the true needs.
 
-    What had been achieved before *every* first achievement of a goal may be needed for it; what was missing once is
-    not. Where nothing less was ever enough in any single episode, the goal has alternatives: of the smallest sets that
-    were enough, the fewest that explain all episodes. A requirement that another one has itself is left out.
+    A goal may need what was achieved before *every* first achievement of it, but not what was missing once. If these
+    common achievements alone never sufficed, the goal gets alternatives: the fewest of the smallest sufficient sets
+    that explain all episodes. A requirement that another requirement already has is left out.
 
     Args:
-        episodes: how many were played.
-        seen: in how many of them each goal was achieved, by its name.
-        ways: for each goal that was achieved its alternatives.
+        episodes: number of episodes played.
+        seen: number of episodes in which each goal was achieved, by its name.
+        ways: the alternatives of each goal that was achieved.
         target: the goal that ends an episode with success.
     """
 
@@ -39,9 +39,9 @@ class PlayedRules:
     def of(
         cls, episodes: Iterable[Sequence[str]], goals: Sequence[str], target: str, once: Collection[str] = ()
     ) -> PlayedRules:
-        """Estimate the rules of goals from episodes, each the names of the goals that it achieved, in their order.
+        """Estimate the rules of goals from episodes, each given as the names of its achieved goals, in their order.
 
-        Goals ``once`` are achieved or not, and are not counted: a second time adds nothing.
+        The goals in ``once`` count at most once in an episode.
         """
         before: dict[str, list[Counter[str]]] = {goal: [] for goal in goals}
         n_episodes = 0
@@ -58,12 +58,12 @@ class PlayedRules:
 
     @property
     def never(self) -> tuple[str, ...]:
-        """The goals that were never achieved: nothing is known of them."""
+        """The goals that were never achieved, so that nothing is known about them."""
         return tuple(goal for goal, n in self.seen.items() if not n)
 
     @cached_property
     def rules(self) -> Rules:
-        """The rules of the goals that were achieved; each gives itself, and nothing is used up."""
+        """The rules of the goals that were achieved. Each gives a fact of its own name, and nothing is used up."""
         if self.target not in self.ways:
             raise InputError(
                 f"the target {self.target!r} was never achieved in {self.episodes:,} episodes of play, so no rules "
@@ -89,7 +89,7 @@ class PlayedRules:
 
 
 def _smallest(contexts: list[Counter[str]]) -> tuple[Needs, ...]:
-    """Return the fewest smallest counts such that each context has at least one of them."""
+    """Return few minimal counts such that each context has at least one of them, else the counts common to all."""
     distinct = [dict(one) for one in {tuple(sorted(context.items())) for context in contexts}]
     common = {goal: min(context[goal] for context in contexts) for goal in contexts[0]}
     common = {goal: n for goal, n in common.items() if n}
@@ -110,7 +110,7 @@ def _is_within(needs: Mapping[str, int], context: Mapping[str, int]) -> bool:
 
 
 def _reduced(way: Needs, ways: Mapping[str, tuple[Needs, ...]]) -> Needs:
-    """Leave out what another requirement has in all its alternatives itself."""
+    """Leave out what all alternatives of another requirement already need."""
 
     def is_implied(goal: str, n: int) -> bool:
         others = [ways[other] for other in way if other != goal and other in ways]

@@ -1,4 +1,4 @@
-"""A chain measured from play, in any environment: its numbers next to those of the episodes, all with intervals."""
+"""A chain measured from play in any environment, and its numbers next to those of the episodes, with intervals."""
 
 from __future__ import annotations
 
@@ -32,12 +32,11 @@ from hierroom.support.tables import html_table, text_table
 class PlayedChain:
     """A walk with the same frequencies of moves as the episodes, next to the observed numbers.
 
-    W_ij is the fraction of the steps from node i that led to node j. An episode that misses the exit leads from its
-    last node back to the source, in one more step. This makes the chain's `expected_steps` and `empirical_steps` the
-    same number for every policy, because the counts balance at every node. The exit leads back with probability
-    ``restart``.
+    W_ij is the fraction of the steps from node i that led to node j. An episode that misses the exit returns from its
+    last node to the source, in one more step. Then the counts balance at every node, so the chain's `expected_steps`
+    equal `empirical_steps` for every policy. The exit leads back to the source with probability ``restart``.
 
-    Everything else, such as a probability within t steps, is true of play only if play is Markov on these nodes: see
+    All other numbers, such as a probability within t steps, are true of play only if play is Markov on these nodes: see
     `markov`, and compare with `observed`.
 
     Examples:
@@ -52,10 +51,10 @@ class PlayedChain:
     source: int  # the node at which every episode begins
     goals: Mapping[str, tuple[int, ...]]  # for each goal the nodes at which it has been achieved; "exit" is one node
     restart: float = PAPER_WALK.restart  # probability to leave the exit for the source in one step
-    times: tuple[int, ...] = REPORT_TIMES  # numbers of steps at which the probability to have escaped is reported
+    times: tuple[int, ...] = REPORT_TIMES  # numbers of steps for which the probability to escape is reported
     level: float = 0.95  # confidence level of the intervals, above 0 and below 1
     n_resamples: int = 200  # number of bootstrap resamples of whole episodes, at least 2
-    seed: int = 0  # of the resamples
+    seed: int = 0  # seed of the resamples
 
     def __post_init__(self) -> None:
         n = self.counts.n_nodes
@@ -88,7 +87,7 @@ class PlayedChain:
         return self.counts.mean_steps
 
     def empirical_reach(self, t: ArrayLike) -> NDArray[np.float64]:
-        """Fraction of the episodes that had escaped within t steps; ``nan`` past the step limit."""
+        """Return the fraction of the episodes that escaped within t steps; ``nan`` beyond the step limit."""
         return self.counts.reach(t)
 
     @cached_property
@@ -99,16 +98,16 @@ class PlayedChain:
 
     @cached_property
     def markov(self) -> MarkovTest | None:
-        """Test whether play is Markov on the nodes; None if the counts do not suffice, see `played.markov_order`."""
+        """The test of whether play is Markov on the nodes; None if the counts do not suffice. See `markov_order`."""
         return None if self.counts.triples is None else markov_test(self.counts.triples)
 
     @cached_property
     def intervals(self) -> dict[str, Interval]:
-        """Times to the exit and to each goal, and reach probabilities, of the chain, with intervals over episodes.
+        """The chain's times to the exit and to each goal, and its reach probabilities, with intervals over episodes.
 
-        Resample episodes and compute the whole report again (Efron and Tibshirani, 1993, chapter 13). Resamples without
-        an escape have infinite times, so an interval may end at ``inf``. Where resamples do not differ or episodes are
-        few, a time has no interval, and a probability has Wilson's.
+        Episodes are resampled and the numbers computed again (Efron and Tibshirani, 1993, chapter 13). Resamples
+        without an escape have infinite times, so an interval may end at ``inf``. If resamples do not differ or episodes
+        are few, a time has no interval, and a probability has Wilson's.
         """
         rng = np.random.default_rng(self.seed)
         share = np.full(self.episodes, 1 / self.episodes)
@@ -147,7 +146,7 @@ class PlayedChain:
         return "", "observed", interval, "their chain", interval
 
     def rows(self) -> list[tuple[str, ...]]:
-        """Return for each number its name, the observed one, the chain's, and the interval of each."""
+        """Return a row for each quantity: its name, the observed and the chain's value, each with its interval."""
         rows = []
         for name, measured in self.intervals.items():
             seen = self.observed.get(name)
@@ -161,7 +160,7 @@ class PlayedChain:
         return rows
 
     def notes(self) -> list[str]:
-        """Return an explanation of `rows`, at most a sentence a line."""
+        """Return lines that explain `rows`, with at most one sentence each."""
         notes = self._test_notes()
         if not self.counts.escaped.any():
             notes.append("nobody escaped, so the times to the exit are infinite")
@@ -209,12 +208,12 @@ class PlayedChain:
     def _chain(self, counts: sp.csr_array) -> Chain:
         steps, end = row_sums(counts), self.goals[EXIT][0]
         from_exit = sp.coo_array(([self.restart], ([end], [self.source])), shape=counts.shape)
-        shares = counts.multiply(1 / np.maximum(steps, 1)[:, None])  # a node never visited keeps a row of zeros
+        shares = counts.multiply(1 / np.maximum(steps, 1)[:, None])  # rows of nodes never visited stay zero
         return Chain((shares + from_exit).tocsr(), self.labels, self.source, self.goals)
 
 
 def summary(chain: Chain, times: tuple[int, ...]) -> dict[str, float]:
-    """Return the numbers of a chain that are reported: its times, its reach by ``times``, and the mean to each goal."""
+    """Return the reported numbers of a chain: its times, its reach within ``times``, and mean steps to each goal."""
     reached = chain.reach_probability(times)
     found = {"hitting_time": chain.hitting_time, "expected_steps": chain.expected_steps, "std": chain.std}
     chances = {within(t): float(chance) for t, chance in zip(times, reached, strict=True)}

@@ -1,4 +1,4 @@
-"""Measure a chain from trajectories of nodes, or from play in any Gymnasium environment."""
+"""Functions that measure a chain from trajectories of nodes, or from play in any Gymnasium environment."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ def measure_trajectories(
     failed: Sequence[bool] | None = None,
     seed: int = 0,
 ) -> PlayedChain:
-    """Measure the chain of given trajectories; nodes are in the order in which they were first seen, the target last.
+    """Return the chain measured from trajectories; its nodes are in order of first appearance, the target last.
 
-    Report the probability to have escaped within the median number of steps, and twice and four times as many.
+    It reports the probability to escape within the median number of steps, and within two and four times as many.
 
     Args:
-        trajectories: for each episode its node at every step, from the start on, which must be the same for all. What
-            follows the first visit of the target is left out.
+        trajectories: the node of each episode at every step. All must begin at the same node. Nodes after the first
+            visit to the target are ignored.
         target: the node to reach, where an episode ends; the chain's goal ``"exit"``.
-        may_miss: accept that no trajectory reaches the target; its times are infinite then.
-        failed: for each episode whether it ended for good without the target; by default such episodes were truncated.
-        seed: seed of the bootstrap that gives intervals.
+        may_miss: accept that no trajectory reaches the target; the times are infinite then.
+        failed: for each episode, whether it terminated without the target; by default such episodes were truncated.
+        seed: seed of the bootstrap for the intervals.
 
     Examples:
         >>> walks = [["in", "hall", "in", "hall", "out"], ["in", "hall", "out"]]
@@ -66,7 +66,7 @@ def measure_trajectories(
     n, end = len(labels), len(labels) - 1
     keys, triples = [], []
     for episode, (walk, has_escaped) in enumerate(zip(walks, reached, strict=True)):
-        nodes = np.append(walk, end if has_escaped else 0)  # what missed the target begins anew
+        nodes = np.append(walk, end if has_escaped else 0)  # an episode that missed the target returns to the start
         keys.append((episode * n + nodes[:-1]) * n + nodes[1:])
         seen = nodes if has_escaped else walk
         triples.append((seen[:-2] * n + seen[1:-1]) * n + seen[2:])
@@ -88,14 +88,14 @@ def measure_env(
     max_steps: int | None = None,
     progress: Callable[[int], object] = lambda done: None,
 ) -> PlayedChain:
-    """Play in a Gymnasium environment, and measure the chain of the nodes that it passes through.
+    """Play in a Gymnasium environment, and return the chain measured from the nodes that it visits.
 
     Args:
-        node: returns the node at which an environment is; called after each reset and step.
-        target: the node to reach. An episode that ends elsewhere has missed it, for good if it was terminated.
+        node: returns the current node of an environment; called after each reset and step.
+        target: the node to reach. An episode that ends elsewhere missed it; it failed if it was terminated.
         policy: returns an action for an observation; random actions by default.
         episodes: number of episodes, at least 1.
-        seed: episode e begins with ``env.reset(seed=seed + e)``; also fixes the random actions and the bootstrap.
+        seed: episode e begins with ``env.reset(seed=seed + e)``; also the seed of random actions and the bootstrap.
         max_steps: number of steps after which an episode is truncated, if the environment does not do so.
         progress: called with the number of episodes done.
 
@@ -112,7 +112,7 @@ def measure_env(
     for episode in range(episodes):
         observation, _ = env.reset(seed=seed + episode)
         nodes, has_ended, terminated = [node(env)], False, False
-        check_start(nodes[0], (trajectories or [nodes])[0][0], target)  # before hours of play
+        check_start(nodes[0], (trajectories or [nodes])[0][0], target)  # now, not after hours of play
         while not has_ended:
             action = env.action_space.sample() if policy is None else policy(observation)
             observation, _, terminated, truncated, _ = env.step(action)
@@ -128,7 +128,7 @@ def measure_env(
 
 
 def check_start(node: Hashable, first: Hashable, target: Hashable) -> None:
-    """Check the first node of a trajectory against that of the first trajectory and the target."""
+    """Check that a trajectory begins where the first one does, and not at the target."""
     if node == target:
         raise InputError(NO_STEP)
     if node != first:
@@ -139,5 +139,5 @@ def check_start(node: Hashable, first: Hashable, target: Hashable) -> None:
 
 
 def missed(target: Hashable, seen: Sequence[Hashable]) -> str:
-    """Return a message that no episode reaches the target, perhaps misspelt, with the nodes seen."""
+    """Return a message that no episode reaches the target, with the nodes seen, as the target may be misspelt."""
     return f"no episode reaches the target {shown(target)}; nodes seen are {first_names(seen)}"
