@@ -65,7 +65,7 @@ class TrainConfig:
         threads: threads to compute with, used from 128 environments on; they do not change results.
         device: device of the learner: cpu, cuda, cuda:1, ...
         warm_start: start from the weights of another controller: of a run's folder, a .safetensors file, or a built-in
-            agent (a to g). The two controllers must have the same network and features.
+            agent (a to g). The two controllers must have the same network, features and actions.
 
     Examples:
         >>> config = hierroom.TrainConfig(steps=2_000_000).changed(method="ppo", graph="g", gamma=0.99)
