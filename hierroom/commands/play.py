@@ -22,7 +22,7 @@ class PlayArguments:
     """Play levels yourself in a window, next to a goal graph that lights up as you reach goals.
 
     Keys: arrows or wasd move, space picks up or opens what is in front, o shows the oracle's next action. t lets a
-        trained agent take over, f switches fog, n begins the next level, r this one again, q quits.
+        trained agent take over, f switches fog, x drops a key, n begins the next level, r this one again, q quits.
 
     Args:
         graph: goal graphs, given as in training; each level samples one. By default c, or the agent's own.

@@ -52,7 +52,7 @@ def gif(pictures: Sequence[NDArray[np.uint8]], seconds_per_frame: float = 0.1) -
 
 
 def _mp4(pictures: Sequence[NDArray[np.uint8]], seconds_per_frame: float) -> bytes:
-    """Return pictures as H.264, which browsers play. Pad sides to even numbers, as it halves the colours' resolution."""
+    """Return pictures as H.264, which browsers play. Pad sides to even numbers, as it halves colour resolution."""
     import av  # pyright: ignore[reportMissingImports]
 
     content, rate = io.BytesIO(), Fraction(1 / seconds_per_frame).limit_denominator(1000)

@@ -37,7 +37,7 @@ class CheckpointError(InputError):
 
 
 class DivergenceError(FloatingPointError):
-    """Error for diverged training, with a message on one line: the numbers that are too large or not finite, and advice."""
+    """Error for diverged training, with a message on one line: the numbers too large or not finite, and advice."""
 
 
 class RunError(Exception):

@@ -119,7 +119,7 @@ class Figure5(_PaperFigure):
             for column, label, color in ((quantity, "ours", COLOURS[0]), (f"paper_{quantity}", "paper", COLOURS[1])):
                 place.scatter(times, cells[column], s=14, color=color, label=label)
                 for x, y, graph in zip(times, cells[column], cells["graph"], strict=True):
-                    is_above = quantity == "length"  # ours are at the bottom of its axis, and at the top of success
+                    is_above = quantity == "length"  # our values are low for length, and high for success
                     offset = {"xytext": (0, 4 if is_above else -4), "va": "bottom" if is_above else "top"}
                     place.annotate(graph, (x, y), textcoords="offset points", ha="center", fontsize=7, **offset)
             place.set_ylabel("success (%)" if quantity == "success" else "length (% of 1000)")
@@ -142,7 +142,7 @@ class All:
 
 
 def _limited(curves: Curves, goal: str) -> Curves:
-    """Return curves in which an episode without the goal counts as one that takes the whole limit."""
+    """Return curves in which an episode without the goal counts as one of `LIMIT` steps."""
     limited = {}
     for digest, curve in curves.items():
         share, steps = curve[f"achieved_{goal}"], curve[f"steps_to_{goal}"].fillna(0)
@@ -151,7 +151,7 @@ def _limited(curves: Curves, goal: str) -> Curves:
 
 
 def _draw_curve(axes: Axes, runs: pd.DataFrame, curves: Curves, name: str, scale: float, method: str) -> None:
-    """Draw the mean over seeds and its 95% band; the steps of the seeds' evaluations differ by an update at most."""
+    """Draw the mean over seeds and its 95% band; evaluations of different seeds are at most one update apart."""
     steps = curves_of(runs, curves)[0]["steps"].to_numpy()
     mean, half_width = mean_and_interval(scale * values_at(steps, runs, curves, name))
     number = list(METHODS).index(method)

@@ -26,9 +26,9 @@ _DAY = 24 * 60 * 60
 
 @cache
 def kernel_folder() -> str | None:
-    """Return the first folder that can be written: in ``NUMBA_CACHE_DIR``, the package, the user's cache, temporary files.
+    """Return the first folder that can be written: in NUMBA_CACHE_DIR, the package, the user's cache, temporary files.
 
-    Return None if there is none. Warn if it is the temporary one or None.
+    Return None if there is none. Warn if it is the temporary folder or None.
     """
     chosen = config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
     installation = hashlib.sha256(str(PACKAGE).encode()).hexdigest()[:8]
