@@ -27,7 +27,7 @@ MOVES = {
 
 
 class App:
-    """A window in which a game is played; it sets the steps per second of an agent that has taken over."""
+    """A window to play a game in; an agent that has taken over plays ``steps_per_second`` steps per second."""
 
     def __init__(self, game: Game, steps_per_second: float = STEPS_PER_SECOND) -> None:
         self.game, self.is_open = game, True

@@ -99,7 +99,7 @@ class Game:
             self.message = f"escaped in {n} steps" if self.has_escaped else f"the limit of {n} steps is reached"
 
     def use(self) -> None:
-        """Pick up or open the object in front; if that is impossible, take no step and set a message with the reason."""
+        """Pick up or open the object in front; if impossible, take no step and set a message with the reason."""
         self.is_piloted = False
         level = self.state.levels[0]
         row, col = level.row + ROW_STEP[level.direction], level.col + COL_STEP[level.direction]

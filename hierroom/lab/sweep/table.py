@@ -47,7 +47,7 @@ class SweepTable:
     def curves(self) -> dict[str, pd.DataFrame]:
         """Return each run's learning curve by its digest: numbers ``steps``, ``episodes``, ``success_rate``, ..."""
         rows = _read(self.curves_path).set_index("digest")
-        rows = rows[[*filter(has_range, rows)]].replace("", "nan").astype(float)  # no notes of users
+        rows = rows[[*filter(has_range, rows)]].replace("", "nan").astype(float)  # without users' notes
         return {str(digest): curve for digest, curve in rows.groupby(level=0, sort=False)}
 
     def complete(self, runs: Sequence[PlannedRun]) -> None:
