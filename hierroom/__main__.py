@@ -1,4 +1,4 @@
-"""The command line: ``python -m hierroom COMMAND``, or ``hierroom COMMAND`` where the script is on the path."""
+"""The command line: ``python -m hierroom COMMAND``, or ``hierroom COMMAND`` if the script is on the path."""
 
 from __future__ import annotations
 

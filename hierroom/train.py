@@ -36,12 +36,12 @@ class TrainArguments:
 
     Args:
         config_file: a TOML file of options named as here, with underscores (num_envs = 32), or the config.json of a run
-            to repeat; options on the command line win.
-        out: the run folder, new; by default runs/ and a name that shows what differs from the preset.
+            to repeat; options on the command line override it.
+        out: the run folder, new; by default, one in runs/ named after the differences from the preset.
         resume: a run folder to continue; it allows only --steps, --threads and --device.
         trust_run: run custom code that the config.json of --config or --resume names, but this command line does not.
         log: where to show the run while it trains: tensorboard, wandb, mlflow (install these two), joined by commas, or
-            none. Name it again for a resumed run.
+            none. Give this option again for a resumed run.
     """
 
     config: Annotated[TrainConfig, tyro.conf.arg(name="")]

@@ -28,7 +28,7 @@ from hierroom.worlds.make import find_task
 MAX_LISTED_ROOMS = 8  # with 612 goal graphs; the 1,747 of 9 rooms would take most of a minute
 FORMATS = ("json", "csv", "latex", "markdown")
 OF_PLAY = ("episodes", "size", "max_steps", "trust_run")  # options of --from-play alone
-LARGE = 2000  # with at least so many nodes, a line says what takes long
+LARGE = 2000  # nodes; with as many or more, a line announces slow work
 WITH_RULES = ("rules", "task", "sort", *FORMATS, "draw", "walk")  # options that --rules allows
 
 
@@ -100,7 +100,7 @@ class ComplexityArguments:
 
 
 def show(options: ComplexityArguments) -> None:
-    """Print or draw what the options ask for."""
+    """Print or draw the results for the options."""
     formats = [name for name in FORMATS if getattr(options, name)]
     if len(formats) > 1:
         raise InputError(f"choose one of {', '.join(f'--{name}' for name in FORMATS)}, not {len(formats)}")

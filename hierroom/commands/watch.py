@@ -26,7 +26,7 @@ _SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER")
 class WatchArguments(AgentArguments):
     """Watch a trained agent play: in a window, in the terminal, or in a file.
 
-    Without --out a window opens where there is a screen; elsewhere the episodes are printed as text. Keys: space
+    Without --out, a window opens if there is a screen; otherwise the episodes are printed as text. Keys: space
     pauses, the right arrow takes one step, up and down change the speed, n shows the next episode, q quits.
 
     Args:
@@ -36,7 +36,7 @@ class WatchArguments(AgentArguments):
         greedy: let the controller take its most probable action instead of drawing one.
         out: write a file instead: an animation (.gif, or .mp4, which needs PyAV), text (.txt) or labelled data (.json).
             A .gif shows only the first and the last 100 steps of an episode of more than 200; an .mp4 shows all.
-        text: print text even where a window could be opened.
+        text: print text even if a window could be opened.
     """
 
     episodes: int = 1

@@ -23,7 +23,7 @@ def make_turns(
     autoreset: bool = True,
     measure_shortest: bool = False,
 ) -> Turns:
-    """Make the environments of a config, and their turns; only training has the stages of its curriculum."""
+    """Make the environments of a config, and their turns; only training levels come in stages of the curriculum."""
     method = config.resolved_method
     stages = config.env.curriculum_stages if levels == "training" else 1
     memories = controller_features(config).memories  # parts of an episode that these features need

@@ -58,7 +58,7 @@ class TrainedAgent:
         ('a',)
     """
 
-    config: TrainConfig  # what was trained
+    config: TrainConfig  # the config of its training
     meta: PPOAgent | ScriptedAgent  # the meta-controller, or another one that replaces it
     controller: PPOAgent
     steps: int  # primitive steps it was trained for

@@ -231,11 +231,11 @@ def _as_array(saved: Any, like: np.ndarray, name: str) -> np.ndarray:
         return as_array(saved, f"turns.{name}")
     array = np.zeros_like(like)
     if not isinstance(saved, dict) or saved.keys() != {*like.dtype.names}:
-        Table(dict.fromkeys(like.dtype.names, Schema())).check(saved, name)  # says what is wrong
+        Table(dict.fromkeys(like.dtype.names, Schema())).check(saved, name)  # raises the right message
     for field in like.dtype.names:
         value, kind = saved[field], like[field]
         given = value.numpy(force=True) if isinstance(value, torch.Tensor) and value.layout is torch.strided else value
         if not isinstance(given, np.ndarray) or given.dtype != kind.dtype or given.shape != kind.shape:
-            Array(kind.dtype, kind.shape).check(value, f"{name}.{field}")  # says what is wrong
+            Array(kind.dtype, kind.shape).check(value, f"{name}.{field}")  # raises the right message
         array[field] = given
     return array

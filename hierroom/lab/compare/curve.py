@@ -42,7 +42,7 @@ class Curve:
     """A metric over the steps trained, linear between the evaluations."""
 
     steps: NDArray[np.float64]  # [P] float, steps trained at each evaluation, increasing
-    values: NDArray[np.float64]  # [P] float, the metric there; NaN where it has no value
+    values: NDArray[np.float64]  # [P] float, the metric at these steps; NaN if it has no value
 
     def at(self, steps: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the values [Q] at some steps [Q] between the first evaluation and the last."""
@@ -65,7 +65,7 @@ class Curve:
 
 
 def shared_steps(curves: Sequence[Curve]) -> NDArray[np.float64]:
-    """Return the steps [Q] of all evaluations, from the step where all curves have begun to where the first ends."""
+    """Return the steps [Q] of all evaluations, in the range of steps that all curves cover."""
     start, end = max(curve.steps[0] for curve in curves), min(curve.steps[-1] for curve in curves)
     steps = np.unique(np.concatenate([curve.steps for curve in curves]))
     return steps[(start <= steps) & (steps <= end)]

@@ -25,7 +25,7 @@ _ENTRIES_AT_ONCE = 4_000_000  # scores in a batch of resamples
 class Estimate:
     """Estimates with their 95% intervals."""
 
-    values: Scores  # [Q] from all runs; NaN where a run has no score
+    values: Scores  # [Q] from all runs; NaN if any run has no score
     lows: Scores  # [Q] lower ends; NaN if a stratum has a single run
     highs: Scores  # [Q] upper ends
 

@@ -52,7 +52,7 @@ class _PaperFigure(ABC):
 
 @dataclass(frozen=True)
 class Figure3(_PaperFigure):
-    """Learning curves of four methods (Figure 3), with 95% bands over seeds; trains what is missing."""
+    """Draw learning curves of four methods (Figure 3), with 95% bands over seeds; train missing runs first."""
 
     def draw(self, sweep: Sweep, size: int) -> Figure:
         """Draw the figure from the sweep's rows."""
@@ -73,12 +73,12 @@ class Figure3(_PaperFigure):
 
 @dataclass(frozen=True)
 class Figure4(_PaperFigure):
-    """Steps to each intermediate goal on graph c while four methods learn (Figure 4); trains what is missing."""
+    """Draw steps to each intermediate goal on graph c while four methods learn (Figure 4); train missing runs first."""
 
     graphs: ClassVar[str] = "c"
 
     def run(self) -> None:
-        """Train what is missing, and draw."""
+        """Train missing runs, and draw the figure."""
         if "c" not in self.runs.graphs:
             raise InputError(f"figure 4 is of graph c alone, not of {', '.join(self.runs.graphs)}")
         _PaperFigure.run(replace(self, runs=replace(self.runs, graphs=("c",))))
@@ -101,7 +101,7 @@ class Figure4(_PaperFigure):
 
 @dataclass(frozen=True)
 class Figure5(_PaperFigure):
-    """The hitting time against success and length of HiPPO (Figure 5), ours and the paper's; trains what is missing."""
+    """Draw success and length of HiPPO over the hitting time (Figure 5), ours and the paper's; train missing runs."""
 
     methods: ClassVar[tuple[str, ...]] = ("hippo",)
 
@@ -129,7 +129,7 @@ class Figure5(_PaperFigure):
 
 @dataclass(frozen=True)
 class All:
-    """Table 2, Table 3 and all figures, after training what is missing."""
+    """Print Table 2 and Table 3 and draw all figures; train missing runs first."""
 
     runs: tyro.conf.OmitArgPrefixes[PaperRuns]
 

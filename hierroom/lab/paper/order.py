@@ -15,7 +15,7 @@ from hierroom.lab.paper.published import METHODS, PAPER_TABLE_2, PAPER_TABLE_3
 if TYPE_CHECKING:
     import pandas as pd
 
-_DIGITS = 9  # means of the same numbers in another order agree in so many digits
+_DIGITS = 9  # digits in which means of the same numbers agree, whatever the order of summing
 _FEWEST = 4  # graphs; the ranks of fewer agree too often by chance
 _ALL = 10_000  # more than the orders of seven graphs, so that a permutation test uses all of them
 _DASH = 99.9  # the paper's dash means about the whole limit, like its 99.9

@@ -60,7 +60,7 @@ def table_2(reading: Reading = TABLE_READING) -> list[TableCell]:
 
 @dataclass(frozen=True)
 class Table2:
-    """Depth, width and hitting times of the seven environments (Table 2)."""
+    """Print depth, width and hitting times of the seven environments (Table 2)."""
 
     csv: Flag = False
     """Print one line per number as CSV, with our values unrounded."""

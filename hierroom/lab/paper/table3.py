@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Table3:
-    """Success and episode length of four methods (Table 3), ours next to the paper's; trains what is missing."""
+    """Print success and episode length of four methods (Table 3), with the paper's; train missing runs first."""
 
     runs: tyro.conf.OmitArgPrefixes[PaperRuns]
     csv: Flag = False

@@ -26,7 +26,7 @@ class Game:
         agent: a trained agent that can take over, and that made the ``turns``; None: no agent.
 
     Attributes:
-        message: what the last step did, or why it did nothing.
+        message: the effect of the last step, or the reason why it had none.
         achieved: the goal ids achieved in this level, in order.
         seen: [size, size] bool, the cells that have been in view.
     """

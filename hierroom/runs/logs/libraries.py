@@ -33,7 +33,7 @@ class _Wandb(Logger):
             resume="allow",
             config=dict(hyperparameters),
             dir=str(path),
-            settings=library.Settings(console="off"),  # W&B must not change what the run prints
+            settings=library.Settings(console="off"),  # W&B must not capture printed lines
         )
         self.identity: str = self._run.id
         self._run.define_metric("steps")
