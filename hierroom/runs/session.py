@@ -151,7 +151,7 @@ def train(
     spent: TimeSpent | None = None,
     callback: Callback | None = None,
 ) -> bool:
-    """Train until the end, an interrupt, a `DivergenceError` or the callback's stop; return whether the callback did.
+    """Train until the end, an interrupt, a `DivergenceError`, or the callback stops it; return whether that did.
 
     Write tables, events for loggers, and checkpoints. A checkpoint is written last, so that a run resumed from it never
     repeats rows. ``report`` gets a short status after each update. If the callback raises an error, the run is saved

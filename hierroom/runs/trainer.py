@@ -34,7 +34,7 @@ MOST_EPISODES, ROUND = 100, 25
 
 
 class Trainer:
-    """Trains the agents of a config; if the run ``begins``, the controller has the weights of the warm start, if any.
+    """Trains the agents of a config; if the run ``begins``, the controller starts from the warm start, if any.
 
     The callback of `hierroom.train` gets the trainer after each update, and may use `metrics`, `evaluate` and:
 

@@ -42,7 +42,7 @@ class CSVTable:
         return self._n_rows or 0
 
     def keep(self, n_rows: float = math.inf, steps: float = math.inf) -> int:
-        """Keep the first ``n_rows`` rows, delete the rest, and return how many are left; no row may pass ``steps``."""
+        """Keep the first ``n_rows`` rows, delete the rest, and return how many are left; refuse rows past ``steps``."""
         n_kept, end = self.measure(n_rows, steps)
         if self.path.exists() and self.path.stat().st_size > end:
             truncate(self.path, end)
