@@ -1,4 +1,4 @@
-"""The command line: ``python -m hierroom COMMAND``, or ``hierroom COMMAND`` where the script is on the path."""
+"""The command line: ``python -m hierroom COMMAND``, or ``hierroom COMMAND`` if the script is on the path."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def main(argv: Sequence[str]) -> int:
         case ["--version", *_]:
             print(hierroom.__version__)
         case [*_, "--tyro-print-completion", "bash" | "zsh" | "fish"]:
-            # Complete all commands, as a shell asks for the first word alone.
+            # Write one completion script for all commands, as shells look it up by the program's name alone.
             kinds = {name: getattr(_module(name), f"{name.capitalize()}Arguments") for name in COMMANDS}
             tyro.extras.subcommand_cli_from_dict(kinds, prog="hierroom", args=argv[-2:])
         case [name, *words] if name in COMMANDS:

@@ -36,12 +36,12 @@ class TrainArguments:
 
     Args:
         config_file: a TOML file of options named as here, with underscores (num_envs = 32), or the config.json of a run
-            to repeat; options on the command line win.
-        out: the run folder, new; by default runs/ and a name that shows what differs from the preset.
+            to repeat; options on the command line override it.
+        out: the run folder, new; by default, one in runs/ named after the differences from the preset.
         resume: a run folder to continue; it allows only --steps, --threads and --device.
         trust_run: run custom code that the config.json of --config or --resume names, but this command line does not.
         log: where to show the run while it trains: tensorboard, wandb, mlflow (install these two), joined by commas, or
-            none. Name it again for a resumed run.
+            none. Give this option again for a resumed run.
     """
 
     config: Annotated[TrainConfig, tyro.conf.arg(name="")]
@@ -53,10 +53,10 @@ class TrainArguments:
 
 
 def parse(argv: Sequence[str]) -> TrainArguments:
-    """Read the command line; options that it does not name come from a file, the preset or the resumed run."""
+    """Read the command line; other options come from a file, the preset or the resumed run."""
     first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     for name in ("preset", *_CODE, "config", "resume", "out"):
-        first.add_argument(f"--{name}", nargs="?")  # tyro says later that a value is missing
+        first.add_argument(f"--{name}", nargs="?")  # tyro reports a missing value later
     for name in _LEVELS:
         first.add_argument(f"--{name}", nargs="*")
     known, _ = first.parse_known_args(argv)
@@ -65,7 +65,7 @@ def parse(argv: Sequence[str]) -> TrainArguments:
         raise InputError(_ONLY_BESIDE_RESUME)
     named = {name: getattr(known, name) for name in ("preset", *_CODE) if getattr(known, name) is not None}
     if known.resume:
-        from hierroom.runs.folder.run_folder import RunFolder  # it brings torch along
+        from hierroom.runs.folder.run_folder import RunFolder  # imports torch
         from hierroom.runs.folder.trust import require_trust
 
         default = RunFolder.open(known.resume).config()
@@ -76,7 +76,7 @@ def parse(argv: Sequence[str]) -> TrainArguments:
         default = find_preset(known.preset or implied_preset(known.meta)).changed(task=known.task)
     if known.graph and known.layout:
         raise InputError("--graph and --layout are both given; a layout has a goal graph of its own, so leave one out")
-    for name in () if known.resume else _LEVELS:  # one replaces the other, whatever the preset or the file says
+    for name in () if known.resume else _LEVELS:  # each replaces the other in the preset or file
         if words := getattr(known, name):
             default = default.changed(**{name: words})
     arguments = read_arguments(TrainArguments, "train", argv, TrainArguments(config=default))
@@ -97,16 +97,16 @@ def train(
 ) -> TrainedAgent:
     """Train an agent, with a progress bar and a run folder; return it as `hierroom.load` does.
 
-    Ctrl-C saves, and then raises KeyboardInterrupt; the command line goes on with ``--resume``.
+    Ctrl-C saves the run and raises KeyboardInterrupt; continue on the command line with ``--resume``.
 
     Args:
-        config: a config, such as from `hierroom.find_preset`. None: the ``preset`` among the entries, else ``default``,
-            or ``learned`` with ``meta="learned"``.
-        out: the run folder, new or empty; None: a new one in ``runs/``, named after what differs from the preset.
+        config: a config, such as from `hierroom.find_preset`. None: the ``preset`` among the entries; without one,
+            ``learned`` if ``meta="learned"``, else ``default``.
+        out: the run folder, new or empty; None: a new one in ``runs/``, named after the differences from the preset.
         log: ``"tensorboard"``, ``"wandb"``, ``"mlflow"``, several joined by commas, or ``"none"``.
         callback: called with the `Trainer` after each update. If it returns a true value, the run is saved and stops,
-            as after Ctrl-C; ``--resume`` goes on with it. Its errors are raised here, after the run is saved.
-        quiet: print nothing: no progress, results or warnings of the run.
+            as after Ctrl-C; ``--resume`` continues it. Its errors are raised here, after the run is saved.
+        quiet: whether to print nothing: no progress, results or warnings of the run.
         **entries: changed entries of the config, named as on the command line but with underscores: ``graph="f"``,
             ``steps=2_000_000``, ``method="ppo"``. The ``task`` may be a `hierroom.Task` that a module holds.
 
@@ -138,7 +138,7 @@ def train(
         rehearse(config)
         from hierroom.learners.networks.initial_weights import plain_torch
         from hierroom.runs.logs.logs import logger_names
-        from hierroom.runs.session import (  # they load torch and compile, which a rehearsal does sooner
+        from hierroom.runs.session import (  # they import torch and compile; a rehearsal does both faster
             begin,
             run_session,
         )
@@ -150,11 +150,11 @@ def train(
         _warn_of_what_does_nothing(config)
         if run_session(trainer, folder, loggers, spent, callback):
             raise KeyboardInterrupt
-    return load(folder.path, trust=True)  # what it names was named in this call
+    return load(folder.path, trust=True)  # this call has named all code that it loads
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run the command on its words."""
+    """Run the command with its arguments."""
     arguments = parse(argv)
     from hierroom.runs.rehearsal import rehearse
     from hierroom.runs.time_spent import TimeSpent
@@ -162,7 +162,7 @@ def main(argv: Sequence[str]) -> int:
     spent = TimeSpent(started=hierroom._started)
     rehearse(arguments.config)
     from hierroom.runs.logs.logs import logger_names
-    from hierroom.runs.session import begin, resume, run_session  # slow to load, and --help needs none of it
+    from hierroom.runs.session import begin, resume, run_session  # slow to load, and --help does not need it
 
     loggers = logger_names(arguments.log)
     if arguments.resume:
@@ -177,7 +177,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _warn_of_what_does_nothing(config: TrainConfig) -> None:
-    """Warn of graphs that another one stands for, and of entries that the method does not read."""
+    """Warn of graphs that are equal to another one and left out, and of entries that the method does not use."""
     from hierroom.complexity.graph_set import find_graphs
     from hierroom.runs.config.unread_entries import unread_note
     from hierroom.runs.logs.output import warn

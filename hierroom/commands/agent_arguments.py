@@ -21,18 +21,18 @@ class AgentArguments:
     """A trained agent, and the environments it plays in.
 
     Args:
-        run: the run's folder, an agent's .safetensors file, or an agent that ships (a to g, learned-g); it comes
-            before --graph, --exclude and --layout, which take all words up to the next option.
+        run: the run's folder, an agent's .safetensors file, or a built-in agent (a to g, learned-g); give it before
+            --graph, --exclude and --layout, which take all words up to the next option.
         checkpoint: steps of an earlier checkpoint; by default the newest is loaded.
         trust_run: run custom code that the run's config names (a network, a reward, a meta-controller).
-        graph: other goal graphs than those trained on, given as in training.
+        graph: goal graphs other than those trained on, given as in training.
         exclude: goal graphs to leave out; without --graph, in addition to those left out in training.
-        layout: other layouts than those trained on, as paths of text maps: see train.
-        size: another grid size than the one trained on.
+        layout: layouts other than those trained on, as paths of text maps: see train.
+        size: a grid size other than the one trained on.
         meta: another meta-controller for the trained controller: fixed-dfs, random, oracle, none, an entry point,
             package.module:Class or package.module:function.
         goal_mask: other goals that may be chosen: reachable, existing, seen or none.
-        seed: fixes the levels and the actions; training never sees the levels, whatever its seed.
+        seed: determines the levels and the actions; training never uses these levels, whatever its seed.
     """
 
     run: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
@@ -47,8 +47,8 @@ class AgentArguments:
     seed: int = 0
 
     def load(self, greedy: bool = False) -> TrainedAgent:
-        """Return the agent, which computes on one thread, as in training."""
-        import torch  # slow to load, and --help needs none of it
+        """Return the agent, and make torch use one thread, as in training."""
+        import torch  # slow to load, and --help does not need it
 
         from hierroom.runs.trained_agent import load
 
@@ -56,11 +56,11 @@ class AgentArguments:
         return load(self.run, checkpoint=self.checkpoint, meta=self.meta, greedy=greedy, trust=self.trust_run)
 
     def env(self, agent: TrainedAgent) -> EnvConfig:
-        """Return the config of the environments it plays in."""
+        """Return the config of the environments in which the agent plays."""
         return agent.env(**given(self, "graph", "exclude", "layout", "size", "goal_mask"))
 
     def warn_of_changes(self, agent: TrainedAgent) -> None:
-        """Warn of custom code that has changed since training; call it after the environments import a reward."""
+        """Warn of custom code that has changed since training; call it after the environments have imported theirs."""
         from hierroom.runs.folder.provenance import warn_of_changed_modules
 
         warn_of_changed_modules(self.run, agent.config.changed(meta=None) if self.meta else agent.config)

@@ -30,14 +30,14 @@ class CompareArguments:
 
     Args:
         runs: folders of runs, or folders that contain them.
-        by: entries of the config that make a group, named as in training and joined by commas: meta, or method,gamma;
+        by: entries of the config to group runs by, named as in training and joined by commas: meta, or method,gamma;
             or variant, the name that a sweep's plan gave. By default those that differ between the runs, variant and
             method first; not seed, graph, steps, threads, device or evaluations.
         metric: what to compare, over the steps trained.
         out: the folder to write to: new, empty, or of an earlier comparison, which is replaced; by default a new one,
             compare, compare-2, ...
         resamples: resamples of the bootstrap.
-        seed: fixes the resamples.
+        seed: determines the resamples.
         json: print comparison.json instead of tables.
     """
 
@@ -53,7 +53,7 @@ class CompareArguments:
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run the command on its words."""
+    """Run the command with its arguments."""
     arguments = read_arguments(CompareArguments, "compare", argv)
     if not arguments.runs:
         raise InputError("give the folders of the runs to compare, or a folder that contains them")
@@ -65,7 +65,7 @@ def main(argv: Sequence[str]) -> int:
     comparison, notes = _compared(arguments)
     report = _report(comparison, notes, arguments)
     if out is None:
-        from hierroom.runs.folder.run_folder import claim_folder  # it brings torch along
+        from hierroom.runs.folder.run_folder import claim_folder  # imports torch
 
         out = claim_folder(Path("compare"))
     written = _write(comparison, report, out)
@@ -81,7 +81,7 @@ def _may_be_replaced(out: Path) -> bool:
 
 
 def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
-    # These bring torch, scipy and matplotlib along, and --help needs none of them.
+    # These import torch, scipy and matplotlib, and --help does not need them.
     from hierroom.lab.compare.caveats import caveats
     from hierroom.lab.compare.comparison import compare
     from hierroom.lab.compare.evaluated_run import find_runs, read_each, read_run, refuse_without_overlap

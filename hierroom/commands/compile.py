@@ -22,14 +22,14 @@ STAMP = "hierroom-compiled.json"
 
 @dataclass(frozen=True)
 class CompileArguments:
-    """Compile all kernels now, so that nothing waits for it later; kernels compiled before are kept.
+    """Compile all kernels now, so that no command waits for it later; kernels that are compiled already are kept.
 
     The compiled code is kept on disk, for this machine's processor and this version of Numba.
     """
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run the command on its words."""
+    """Run the command with its arguments."""
     read_arguments(CompileArguments, "compile", argv)
     from numba.core import config
 
@@ -54,9 +54,9 @@ def main(argv: Sequence[str]) -> int:
 
 
 def compile_all() -> int:
-    """Use every kernel once in each way it is used, in two processes; return how many were compiled.
+    """Call every kernel with all types of arguments that it gets, in two processes; return how many were compiled.
 
-    This process then uses all of them: it reads kernels that another process has compiled from the disk.
+    In the end, this process calls all of them and loads from the disk those that the other process has compiled.
     """
     from hierroom.support.compile.clock import compile_clock
     from hierroom.support.compile.side_by_side import n_compiled, side_by_side
@@ -75,7 +75,7 @@ SHOP: Mapping[str, Any] = {"task": "workshop:2", "max_steps": 30}
 
 
 def play_in_worlds() -> None:
-    """Use the kernels that need no learner: of the worlds, the turns and the measures of levels."""
+    """Use the kernels of the worlds, the turns and the measures of levels, which need no learner."""
     import hierroom
     from hierroom.complexity.measures.table import measure_graphs
     from hierroom.gym_env import EscapeRoom
@@ -131,7 +131,7 @@ def play_with_learners() -> None:
 
 
 def play_as_trained() -> None:
-    """Use the kernels that agents call in EscapeRooms when they learn, and what plays these."""
+    """Use the kernels of learning in EscapeRooms, of rollouts, and of measuring chains from play."""
     import hierroom
     from hierroom.lab.measure import measure_named
     from hierroom.worlds.escape_room.features import FEATURES
@@ -163,7 +163,7 @@ def _train(**entries: Any) -> None:
     for _ in range(12 if entries.get("meta") == "learned" else 2):
         trainer.advance()
     trainer.evaluate()
-    trainer.turns.set_state(trainer.turns.get_state())  # as a run that goes on does
+    trainer.turns.set_state(trainer.turns.get_state())  # as a resumed run does
 
 
 def _step(env: Any, n: int | None) -> None:

@@ -28,7 +28,7 @@ from hierroom.worlds.make import find_task
 MAX_LISTED_ROOMS = 8  # with 612 goal graphs; the 1,747 of 9 rooms would take most of a minute
 FORMATS = ("json", "csv", "latex", "markdown")
 OF_PLAY = ("episodes", "size", "max_steps", "trust_run")  # options of --from-play alone
-LARGE = 2000  # number of nodes from which on a line says what takes long
+LARGE = 2000  # nodes; with as many or more, a line announces slow work
 WITH_RULES = ("rules", "task", "sort", *FORMATS, "draw", "walk")  # options that --rules allows
 
 
@@ -41,11 +41,11 @@ class ComplexityArguments:
 
     Args:
         rules: TOML files of rules, dependencies of any kind, instead of goal graphs; see hierroom.Rules.
-        task: a task instead, by its rules: package.module:name of a hierroom.Task, or a world that ships.
+        task: a task instead, by its rules: package.module:name of a hierroom.Task, or a built-in world.
         graph: letters from a to g, names such as keys-0-1-exit-2 (the room of each key, and of the exit), TOML files,
             rooms:N for every graph of N rooms, 2 to 8, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH.
         layout: your own levels instead, as paths of text maps (see train); each gives its goal graph.
-        exclude: goal graphs to leave out, in the same forms and whatever the numbers of their rooms.
+        exclude: goal graphs to leave out, in the same forms; they may have any number of rooms.
         all: list the paper's seven graphs.
         drop: let the controller drop keys.
         sort: sort the list by this column in ascending order.
@@ -60,10 +60,10 @@ class ComplexityArguments:
             dropping a key leads (accessible, key room, start).
         from_play: measure the chain from play instead of assuming the random walk. Give a run's folder for its trained
             agents, random for random actions, or oracle for shortest solutions; by default on the run's graph, or c.
-            With --task or --out: estimate the order of goals from play, an upper bound of the true needs.
+            With --task or --out: estimate from play which goals need which others, an upper bound of the true needs.
         out: with --from-play, write the rules that play showed into this .toml file.
         measures: list measures such as the effective horizon and the covering length, on the augmented graph's MDP.
-        levels: with --measures, measure so many levels of each graph by their exact states instead.
+        levels: with --measures, measure this number of levels of each graph by their exact states instead.
         horizon: with --measures, steps of an episode: by default 20 on goal graphs and 1000 in levels.
         size: cells of the grid's side in play; by default the run's, or 19 for random and oracle.
         max_steps: steps after which an episode of play is truncated; by default the run's, or 1000.
@@ -100,7 +100,7 @@ class ComplexityArguments:
 
 
 def show(options: ComplexityArguments) -> None:
-    """Print or draw what the options ask for."""
+    """Print or draw the results for the options."""
     formats = [name for name in FORMATS if getattr(options, name)]
     if len(formats) > 1:
         raise InputError(f"choose one of {', '.join(f'--{name}' for name in FORMATS)}, not {len(formats)}")
@@ -108,7 +108,7 @@ def show(options: ComplexityArguments) -> None:
     if options.draw is not None:
         from hierroom.complexity.drawing.draw import picture_file  # matplotlib loads slowly, and few commands draw
 
-        picture_file(options.draw)  # before long play or computation
+        picture_file(options.draw)  # check it before long play or computation
     if options.out is not None and options.from_play is None:
         raise InputError("--out writes the rules that play showed, and goes with --from-play, which is missing")
     if options.from_play is not None and (options.task is not None or options.out is not None):
@@ -185,7 +185,7 @@ def _print_reports(options: ComplexityArguments, reports: list[WalkReport], is_l
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run the command on its words."""
+    """Run the command with its arguments."""
     show(read_arguments(ComplexityArguments, "complexity", argv))
     return 0
 
@@ -200,7 +200,7 @@ def _show_play(options: ComplexityArguments, player: str, walk: Walk, reading: R
             "--from-play measures one goal graph and allows only --graph, --layout, --drop, --walk, --reading, --json, "
             "--draw, --size, --max-steps, --episodes, --seed and --trust-run"
         )
-    from hierroom.lab.measure import measure_named  # it loads the world and the learners
+    from hierroom.lab.measure import measure_named  # imports the world and the learners
 
     entries = given(options, "layout", "size", "max_steps") | ({"graph": specs[0]} if specs else {})
     report = measure_named(
@@ -221,7 +221,7 @@ def _show_played_rules(options: ComplexityArguments, player: str, walk: Walk) ->
             raise InputError(f"rules from play allow only {named}, not --{entry.name.replace('_', '-')}")
     if options.out is not None and (options.out.suffix != ".toml" or not options.out.parent.is_dir()):
         raise InputError(f"rules are written to a .toml file in a folder that is there, not to {options.out}")
-    from hierroom.lab.measure import play_rules_named  # it loads the world and the learners
+    from hierroom.lab.measure import play_rules_named  # imports the world and the learners
 
     specs = graph_specs(options.graph)
     if len(specs) > 1:
@@ -255,7 +255,7 @@ def _show_measures(
     drop = "with" if options.drop else "without"
     what = f"{_counted(levels)}, {drop} drop, horizon {horizon}"
     if options.levels:
-        from hierroom.worlds.escape_room.measured_levels import measure_levels  # it loads the world
+        from hierroom.worlds.escape_room.measured_levels import measure_levels  # imports the world
 
         measured = measure_levels(levels, options.levels, horizon, options.drop, options.seed)
     else:
@@ -278,7 +278,7 @@ def _print_table(options: ComplexityArguments, reports: list[WalkReport]) -> Non
     if options.rules:
         title = f"{len(reports)} sets of rules"
     headings = [heading for heading, _ in COLUMNS.values()]
-    table = named_table(headings, map(report_cells, reports), title=title, padding=0)  # narrow, as names are long
+    table = named_table(headings, map(report_cells, reports), title=title, padding=0)  # no padding, as names are long
     table.columns[0].no_wrap = True
     print_table(table)
     restart = options.walk[2]

@@ -22,17 +22,17 @@ if TYPE_CHECKING:
     from hierroom.runs.evaluation import Evaluation
 
 MOST_EPISODES = 1000
-"""Most episodes to play by default."""
+"""The most episodes to play by default."""
 
 
 @dataclass(frozen=True)
 class EvaluateArguments(AgentArguments):
-    """Evaluate a trained agent: success, length and steps to each goal, sampling its actions and greedily.
+    """Evaluate a trained agent: success, length and steps to each goal, with sampled and with greedy actions.
 
     Args:
         episodes: episodes to play; by default 1000, or fewer once the success rate of a failing agent is clear.
         num_envs: number of environments that play in parallel.
-        json: print JSON for machines; what has no value, such as the mean step of a goal never reached, is null.
+        json: print JSON for machines; missing values, such as the mean step of a goal never reached, are null.
     """
 
     episodes: int | None = None
@@ -41,7 +41,7 @@ class EvaluateArguments(AgentArguments):
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run the command on its words."""
+    """Run the command with its arguments."""
     arguments = read_arguments(EvaluateArguments, "evaluate", argv)
     for name, most in (("episodes", 10**9), ("num_envs", 2**20)):
         if getattr(arguments, name) is not None:

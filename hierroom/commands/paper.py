@@ -15,7 +15,7 @@ from hierroom.support.cli import read_arguments
 
 @dataclass(frozen=True)
 class PaperArguments:
-    """The paper's tables and figures, ours next to its own numbers."""
+    """Print or draw the paper's tables and figures, with our numbers next to the paper's."""
 
     part: tyro.conf.OmitSubcommandPrefixes[
         tyro.conf.OmitArgPrefixes[Table2 | Table3 | Figure3 | Figure4 | Figure5 | All]
@@ -23,6 +23,6 @@ class PaperArguments:
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run the command on its words."""
+    """Run the command with its arguments."""
     read_arguments(PaperArguments, "paper", argv).part.run()
     return 0

@@ -22,20 +22,20 @@ class PlayArguments:
     """Play levels yourself in a window, next to a goal graph that lights up as you reach goals.
 
     Keys: arrows or wasd move, space picks up or opens what is in front, o shows the oracle's next action. t lets a
-        trained agent take over, f switches fog, n begins the next level, r this one again, q quits.
+        trained agent take over, f switches fog, x drops a key, n begins the next level, r this one again, q quits.
 
     Args:
         graph: goal graphs, given as in training; each level samples one. By default c, or the agent's own.
         layout: your own levels, as paths of text maps: see train.
         size: cells of the grid's side; by default 13, or the agent's own.
         max_steps: steps after which a level ends; by default 1000, or the agent's own.
-        drop_key: whether keys can be dropped; with --agent as that was trained.
-        agent: a run's folder, an agent's .safetensors file, or an agent that ships (a to g, learned-g). The agent can
-            take over, and its subgoals are shown.
+        drop_key: whether keys can be dropped; with --agent, as in the agent's training.
+        agent: a run's folder, an agent's .safetensors file, or a built-in agent (a to g, learned-g). The agent can take
+            over, and its subgoals are shown.
         trust_run: run custom code that the agent's config names.
         greedy: let the agent take its most probable action instead of drawing one.
-        fog: begin with fog, which hides what was not seen yet.
-        seed: fixes the levels and the agent's actions.
+        fog: begin with fog, which hides cells that were not seen yet.
+        seed: determines the levels and the agent's actions.
     """
 
     graph: Annotated[GraphSpecs, GRAPHS] = ()
@@ -51,7 +51,7 @@ class PlayArguments:
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run the command on its words."""
+    """Run the command with its arguments."""
     arguments = read_arguments(PlayArguments, "play", argv)
     require_number("seed", arguments.seed, 0, 2**63 - 1, is_whole=True)
     game = make_game(arguments)
@@ -65,7 +65,7 @@ def main(argv: Sequence[str]) -> int:
 
 def make_game(arguments: PlayArguments) -> Game:
     """Return the game that the options describe."""
-    from hierroom.lab.play.game import Game  # these bring torch along, and --help needs none of it
+    from hierroom.lab.play.game import Game  # imports torch, which --help does not need
     from hierroom.runs.trained_agent import load
     from hierroom.turns.turns import Turns
 

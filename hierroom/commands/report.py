@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hierroom.lab.report.runs import ReportedRun
 
 
-_DASHES = ("solid", "dash", "dot", "dashdot")  # those of `compare.style`, as the page calls them
+_DASHES = ("solid", "dash", "dot", "dashdot")  # the page's names for `compare.style.DASHES`
 
 
 @dataclass(frozen=True)
@@ -31,11 +31,11 @@ class ReportArguments:
     Args:
         runs: folders of runs, or folders that contain them, such as that of a sweep.
         out: the file to write or replace; by default a new one, report.html, report-2.html, ...
-        by: entries of the config that make a group: meta, or method,gamma; the default is that of compare.
+        by: entries of the config to group runs by: meta, or method,gamma; the default is that of compare.
         replays: number of runs with agents that play, the first of each group and graph; 0: none.
-        episodes: episodes of each that the page replays; a success and a failure come first, where there are.
-        played: episodes of each that measure success and steps to each goal.
-        seed: fixes the levels and the actions; training never sees the levels, whatever its seed.
+        episodes: episodes that the page replays of each such run; a success and a failure come first, if there are any.
+        played: episodes of each such run that measure success and steps to each goal.
+        seed: determines the levels and the actions; training never uses these levels, whatever its seed.
         greedy: let the controllers take their most probable actions instead of drawing them.
         trust_run: run custom code that a run's config names (a network, a reward, a meta-controller).
     """
@@ -54,7 +54,7 @@ class ReportArguments:
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run the command on its words."""
+    """Run the command with its arguments."""
     arguments = read_arguments(ReportArguments, "report", argv)
     if not arguments.runs:
         raise InputError("give the folders of the runs, or a folder that contains them")
@@ -80,7 +80,7 @@ def _fresh(path: Path) -> Path:
 
 
 def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
-    import torch  # slow to load, as is what follows, and --help needs none of it
+    import torch  # this and the next imports are slow, and --help does not need them
 
     from hierroom import Rules, __version__
     from hierroom.lab.compare.curve import METRICS
@@ -99,7 +99,7 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
         bar.update(task, description="comparing", total=len(METRICS))
         curves = compare_runs(runs, arguments.by, lambda: bar.advance(task))
         untried, goals, replays, films = deque(_in_turn(runs, curves)), [], [], []
-        rules: dict[str, Rules] = {}  # of tasks; only what may be played may be imported
+        rules: dict[str, Rules] = {}  # of tasks that played; others are not imported
         bar.update(task, description="playing", total=min(len(untried), arguments.replays), completed=0)
         while untried and len(goals) < arguments.replays:
             one = untried.popleft()
@@ -157,7 +157,7 @@ def _in_turn(runs: Sequence[ReportedRun], curves: Curves) -> list[ReportedRun]:
 def _play(
     one: ReportedRun, arguments: ReportArguments, notes: list[str]
 ) -> tuple[dict[str, Any], list[Any], Any] | None:
-    """Return what a run's agents achieve, some episodes, and what must be achieved before what.
+    """Return the goals that a run's agents achieve, some episodes, and the rules of their goals.
 
     None, with a note, if they cannot play.
     """

@@ -23,16 +23,16 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _ENTRY = re.compile(r"[A-Za-z_][\w.-]*=")
-_FLAGS = ("--list", "--markdown", "--help", "-h")  # options without a word
-_OF_SEVERAL = ("--graphs", "--metas")  # options with words up to the next option or entry; all others take one
+_FLAGS = ("--list", "--markdown", "--help", "-h")  # options without a value
+_OF_SEVERAL = ("--graphs", "--metas")  # options with all words up to the next option or entry; others take one value
 
 
 @dataclass(frozen=True)
 class SweepArguments:
     """Train every combination of some values, and gather the results in one table.
 
-    Writes OUT/sweep.csv, a row for each finished run, and OUT/runs/, a complete folder for each run. The same command
-    trains missing runs, and repeats a run if its config has changed, as with another preset.
+    Writes OUT/sweep.csv, with a row for each finished run, and OUT/runs/, with a complete folder for each run. Giving
+    the same command again trains missing runs, and repeats a run if its config has changed, as with another preset.
 
     Args:
         what: entries of training, each with the values to try (method=hippo,ppo-bonus gamma=0.9,0.99 steps=200_000),
@@ -43,11 +43,11 @@ class SweepArguments:
         episodes: episodes of the evaluations at the end of each run; by default 1000, or as many as take a quarter of
             the steps of training together, but no fewer than 100.
         metas: further meta-controllers to evaluate the trained controllers with, if these see goals.
-        processes: runs at a time; by default one for each core.
-        shard: a part of the runs, such as 3/8 for the third of eight machines, with or without a shared OUT.
+        processes: number of runs at a time; by default one for each core.
+        shard: train only a part of the runs, such as 3/8 on the third of eight machines, with or without a shared OUT.
         ray: address of a Ray cluster that trains the runs: auto, HOST:6379 or ray://HOST:10001.
-        list: list the runs, and which of them are done, and train nothing.
-        markdown: print the table of medians in Markdown, of the runs that are done, and train nothing.
+        list: list the runs and say which are done; train nothing.
+        markdown: print the table of medians of the finished runs in Markdown; train nothing.
     """
 
     what: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="[PLAN.toml] [ENTRY=VALUES ...]")] = ()
@@ -73,7 +73,7 @@ class SweepArguments:
 
     @property
     def command(self) -> str:
-        """The command without options that change no result (folder, processes), so that it names no machine."""
+        """The command without options that do not change results (folder, processes); so it depends on no machine."""
         words = [Path(word).name if Path(word).is_absolute() else word for word in self.what]
         for name, value in self._settings.items():
             words += [f"--{name}", *map(str, value if isinstance(value, tuple) else (value,))]
@@ -81,7 +81,7 @@ class SweepArguments:
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run the command on its words."""
+    """Run the command with its arguments."""
     arguments = read_arguments(SweepArguments, "sweep", _entries_first(argv))
     if not arguments.what and not arguments.graphs:
         entries = "entries with values to try such as method=hippo,ppo"
@@ -163,7 +163,7 @@ def _notes(plan: Plan, runs: Sequence[PlannedRun]) -> list[str]:
     unread = given.intersection(*(entries_without_effect(run.config) for run in runs))
     lines = [f"{name} is given, and has no effect on any run of the sweep" for name in sorted(unread)]
     if plan.graphs:
-        from hierroom.complexity.graph_set import GraphSet  # it brings scipy along
+        from hierroom.complexity.graph_set import GraphSet  # imports scipy
 
         lines += GraphSet(plan.graphs).notes
     return lines

@@ -26,17 +26,17 @@ _SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER")
 class WatchArguments(AgentArguments):
     """Watch a trained agent play: in a window, in the terminal, or in a file.
 
-    Without --out a window opens where there is a screen; elsewhere the episodes are printed as text. Keys: space
+    Without --out, a window opens if there is a screen; otherwise the episodes are printed as text. Keys: space
     pauses, the right arrow takes one step, up and down change the speed, n shows the next episode, q quits.
 
     Args:
         episodes: number of episodes to show.
         failures: show only episodes that did not reach their target, such as the exit; see --most.
-        most: the most episodes to play in search of failures.
+        most: the most episodes to play to find failures.
         greedy: let the controller take its most probable action instead of drawing one.
-        out: write a file instead: an animation, .gif or .mp4 (which needs PyAV), text, .txt, or labelled data, .json.
-            Of an episode of more than 200 steps a .gif shows the first and the last 100; an .mp4 shows all.
-        text: print text even where a window could be opened.
+        out: write a file instead: an animation (.gif, or .mp4, which needs PyAV), text (.txt) or labelled data (.json).
+            A .gif shows only the first and the last 100 steps of an episode of more than 200; an .mp4 shows all.
+        text: print text even if a window could be opened.
     """
 
     episodes: int = 1
@@ -48,7 +48,7 @@ class WatchArguments(AgentArguments):
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run the command on its words."""
+    """Run the command with its arguments."""
     arguments = read_arguments(WatchArguments, "watch", argv)
     for name in ("episodes", "most"):
         require_number(name, getattr(arguments, name), 1, 10**9, is_whole=True)
@@ -124,7 +124,7 @@ def _show(episodes: Sequence[Episode]) -> None:
             tile_size = episode.replayer.window_tile_size(episode.start)
             if window.play(film([episode], tile_size=tile_size)) == "closed":
                 break
-    except InputError as error:  # no screen after all
+    except InputError as error:  # no screen can be used
         print(f"{str(error).partition(';')[0]}; as text:\n", file=sys.stderr)
         _print(episodes)
     finally:

@@ -1,4 +1,4 @@
-"""The agents of a config put together, and the pair that a run has trained."""
+"""Make the two agents of a config, and copies of trained agents that only play."""
 
 from __future__ import annotations
 
@@ -62,18 +62,18 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
 def freeze(
     meta: PPOAgent | ScriptedAgent, controller: PPOAgent, num_envs: int, *, seed: int, is_greedy: bool = False
 ) -> Pair:
-    """Return the two agents as a pair for other environments, where they learn no more; see `load` for greedy."""
+    """Return copies of the two agents, to play in other environments without learning; see `load` for greedy."""
     meta_agent = meta.frozen(num_envs, seed=meta_seed(seed))
     return Pair({META: meta_agent, CONTROLLER: controller.frozen(num_envs, seed=seed, is_greedy=is_greedy)})
 
 
 def meta_seed(seed: int) -> int:
-    """Return a seed for a meta-controller's draws; the controller has the run's own seed."""
+    """Return a seed for the meta-controller's random numbers; the controller uses the run's seed itself."""
     return _derived(seed, 1)
 
 
 def evaluation_seed(seed: int) -> int:
-    """Return a seed for evaluating while a run trains, so that it plays other levels than it learns from."""
+    """Return a seed for evaluations during training, so that they play other levels than training does."""
     return _derived(seed, 2)
 
 
@@ -82,7 +82,7 @@ def _derived(seed: int, purpose: int) -> int:
 
 
 def _checked(device: str) -> str:
-    """Write a number on the device and read it: torch names some that are not there, or keep nothing."""
+    """Write a number to the device and read it, as torch knows names of devices that do not exist or hold no data."""
     try:
         torch.ones(1, device=device).item()
     except Exception as error:  # each kind of device fails in its own way

@@ -1,4 +1,4 @@
-"""The environments of a config, and the features of its agents; none of it needs torch."""
+"""The environments of a config, and the features of its agents. This module does not import torch."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ def make_turns(
     autoreset: bool = True,
     measure_shortest: bool = False,
 ) -> Turns:
-    """Make the environments of a config, of all stages, with ``levels`` to train or to evaluate on, and their turns."""
+    """Make the environments of a config, and their turns; only training levels come in stages of the curriculum."""
     method = config.resolved_method
     stages = config.env.curriculum_stages if levels == "training" else 1
-    memories = controller_features(config).memories  # what levels remember for the features of the agents that learn
+    memories = controller_features(config).memories  # parts of an episode that these features need
     if method.meta == LEARNED:
         memories += meta_features(config).memories
     return Turns(

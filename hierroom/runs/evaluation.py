@@ -1,4 +1,4 @@
-"""Evaluation of a player: success, length, and steps to each goal over some episodes, in all and by goal graph."""
+"""Evaluation of a player: success, length, and steps to each goal, over all episodes and for each goal graph."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Score:
 
 @dataclass(frozen=True)
 class Evaluation(Score):
-    """The results of a player over some episodes, also for each goal graph that was played."""
+    """The results of a player over all episodes, and over those of each goal graph."""
 
     graphs: dict[str, Score]  # by name, the easiest first
 
@@ -57,11 +57,11 @@ def evaluate(
     *,
     may_stop: bool = False,
 ) -> Evaluation:
-    """Let a player play the first episodes of each of some new environments, which measure shortest lengths.
+    """Let a player play episodes, the first ones of each environment; ``turns`` are new and measure shortest lengths.
 
-    ``may_stop`` ends the evaluation of a failing player early, as its episodes take long. It stops after equally many
-    episodes of each environment, when the interval of the success rate is as narrow as that of all episodes at a rate
-    of 50%.
+    With ``may_stop``, the evaluation stops early for a player that succeeds in fewer than half of the episodes, as
+    failures take long. It then has equally many episodes of each environment. It stops when the interval of the success
+    rate is at most as wide as it would be for all episodes at a rate of 50%.
     """
     facts, play, parts = EpisodeFacts(len(turns)), Play(turns, player, episodes, progress), []
     rounds, width = 0, _width(0.5, episodes)

@@ -1,4 +1,4 @@
-"""Stopping training between two updates on request."""
+"""Stop training between two updates when a signal asks for it."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import threading
 from types import FrameType
 
 _UNLESS_TAKEN = ("SIGHUP", "SIGUSR1", "SIGUSR2", "SIGXCPU")
-"""Signals of terminals and schedulers that are left to the caller who ignores them, as nohup does, or handles them."""
+"""Signals of terminals and schedulers; they are left alone if the process ignores (as under nohup) or handles them."""
 
 
 class Interrupt:
     """A context in which a signal to stop only sets `is_requested`, so that training can stop in a consistent state.
 
-    The signals are Ctrl-C, SIGTERM, and where nobody else handles them SIGHUP, SIGUSR1, SIGUSR2 and SIGXCPU. A second
-    Ctrl-C raises KeyboardInterrupt; the others do not, because they may be sent more than once. Outside the main thread
-    the context does nothing. ``hears_ctrl_c`` is False where the parent process hears Ctrl-C and sends SIGTERM.
+    The signals are Ctrl-C and SIGTERM, and also SIGHUP, SIGUSR1, SIGUSR2 and SIGXCPU if nothing else handles them. A
+    second Ctrl-C raises KeyboardInterrupt; the others do not, because they may be sent more than once. Outside the main
+    thread the context does nothing. ``hears_ctrl_c`` is False if the parent process answers Ctrl-C with SIGTERM.
     """
 
     def __init__(self, *, hears_ctrl_c: bool = True) -> None:

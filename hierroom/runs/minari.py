@@ -1,4 +1,4 @@
-"""Episodes of any player as a Minari data set, for offline learning."""
+"""Write episodes of any player as a Minari data set, for offline learning."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def minari_dataset(
     """Let an agent play, and write its episodes as a Minari data set.
 
     An episode has the controller's observations, actions and rewards. The data set's ``recover_environment`` makes the
-    same environment, unless its reward or task is an object. It has the agent's meta-controller if that ships and
-    learns nothing, else no goals. Needs the package minari with its extra hdf5.
+    same environment, unless its reward or task is an object. This environment uses the agent's meta-controller if it is
+    a built-in scripted one; otherwise it has no goals. Needs the package minari with its extra hdf5.
 
     Args:
         dataset_id: a new name, such as ``"hierroom/c/hippo-v0"``.
@@ -42,7 +42,7 @@ def minari_dataset(
         env: the environment, as for `rollout`.
         episodes: number of episodes.
         num_envs: environments that play in parallel.
-        seed: fixes the environments and the actions.
+        seed: determines the environments and the actions.
         **details: ``author``, ``description`` and so on, for ``minari.create_dataset_from_buffers``.
 
     Returns:
@@ -84,7 +84,7 @@ def minari_dataset(
         env=_spec(turns.config, meta),
         observation_space=turns.observation_space(CONTROLLER),
         action_space=turns.action_space(CONTROLLER),
-        jpeg_encoding=False,  # which loses what symbols mean
+        jpeg_encoding=False,  # JPEG would change the symbols
         **details,
     )
 
@@ -92,7 +92,7 @@ def minari_dataset(
 def _spec(config: EnvConfig, meta: str | None) -> Any:
     plain = {entry.name: getattr(config, entry.name) for entry in fields(EnvConfig)}
     plain = {name: value for name, value in plain.items() if value != getattr(EnvConfig(task=config.task), name)}
-    plain["reward"] = "intrinsic" if config.reward is None else config.reward  # as `Turns` has it
+    plain["reward"] = "intrinsic" if config.reward is None else config.reward  # the default of `Turns`
     if not all(isinstance(plain.get(name, ""), str) for name in ("task", "reward")):
         return None
     plain |= {name: plain_specs(plain[name]) for name in ("graph", "exclude") if name in plain}

@@ -1,4 +1,4 @@
-"""A rehearsal of a run in two processes, which compiles what the run calls before it begins."""
+"""A rehearsal of a run, which compiles the run's kernels in two processes before it begins."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
 MOST_ENVS = 64
 LAST = "recurrent_kernels.lstm_backward-*.nbc"
-"""The kernel that a learner needs last: where it is on disk, there is next to nothing left to compile."""
+"""The kernel that a learner needs last: if it is on disk, almost nothing is left to compile."""
 
 
 def rehearse(config: TrainConfig) -> None:
-    """Compile what a run will call, unless it has custom code or most of it is compiled already."""
+    """Compile the kernels of a run on the CPU, unless it has custom code or most kernels are compiled already."""
     folder = kernel_folder()
     if folder is None or named_code(config) or config.device != "cpu" or any(Path(folder).rglob(LAST)):
         return
@@ -53,7 +53,7 @@ def rehearse_world(config: TrainConfig) -> None:
 
 
 def rehearse_learner(text: str) -> None:
-    """Let the learners of a config, given as JSON, learn once from nothing, and look for a shortest solution."""
+    """Update the learners of a config, given as JSON, once on dummy data, and compile the search for shortest paths."""
     from hierroom.agents.ppo_agent import PPOAgent
     from hierroom.learners.networks.actor_critic import RecurrentActorCritic
     from hierroom.learners.networks.initial_weights import one_torch_thread

@@ -30,7 +30,7 @@ from hierroom.turns.records import META
 MANY_ILLEGAL = 0.1
 """A larger share of illegal goals suggests a mistake in the meta-controller."""
 N_PICTURED = 20
-"""Episodes to choose the pictured one from."""
+"""Number of episodes from which the one for the picture is chosen."""
 
 
 def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: TimeSpent) -> None:
@@ -55,7 +55,7 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: 
         good = "escape" if trainer.config.env.task is None else "success"
         name, other = (good, "failure") if episode.success else ("failure", good)
         film = _film(episode, folder.path / f"{name}.gif")
-    delete(folder.path / f"{other}.gif")  # of a run that has gone on since
+    delete(folder.path / f"{other}.gif")  # left by an earlier session of this run
     folder.save_summary(summary | {"session_seconds": spent.seconds()})
     none, failures = ("", ()) if episode.success else (f" (no {good} in {N_PICTURED} episodes)", ("--failures",))
     for what, text in {
@@ -69,13 +69,13 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: 
 
 
 def telling_episode(agent: TrainedAgent, seed: int, episodes: int = N_PICTURED) -> Episode:
-    """Return the first of some episodes in which an agent succeeds, or the first of all if it never does."""
+    """Return the first episode in which an agent succeeds; if it never does, the first episode."""
     played = list(rollout(agent, None, episodes, num_envs=episodes, seed=seed))
     return next((episode for episode in played if episode.success), played[0])
 
 
 def _film(episode: Episode, path: Path) -> Path | str:
-    """Write the film of an episode; a user's environment that cannot draw itself does not cost the results."""
+    """Write the film of an episode, or only warn if the user's environment cannot be drawn."""
     try:
         save_episodes([episode], path)
     except InputError as error:

@@ -31,18 +31,18 @@ def rollout(
     """Let an agent play, and yield each episode with its subgoals, actions, rewards and end.
 
     Number and order of episodes are fixed: the first of each environment, then the second of each. Taking the first to
-        end would prefer short ones. The seed and ``num_envs`` fix the levels and, for a trained agent or a named
+        end would prefer short ones. The seed and ``num_envs`` determine the levels and, for a trained agent or a named
         player, the actions.
 
     Args:
         agent: a trained agent from `hierroom.load` or `hierroom.train`, ``"random"``, ``"oracle"`` (a shortest way to
             the exit), or a `Player`: any object with a method ``step(turns)``.
-        env: an `EnvConfig`, or an environment of hierroom of any API; new environments of its config play. None: that
-            of the agent's training, or graph c for others. Without a reward, an `EnvConfig` has that of the agent's
-            training. Without ``levels``, they are the evaluation levels, which training never uses.
+        env: an `EnvConfig`, or an environment of hierroom of any API; new environments of its config are made. None:
+            as in the agent's training, or graph c for other players. Without a reward, an `EnvConfig` uses that of the
+            agent's training. Without ``levels``, it uses the evaluation levels, which training never uses.
         episodes: number of episodes, at least 1.
         num_envs: environments that play in parallel, at most as many as episodes.
-        seed: fixes the environments and the actions.
+        seed: determines the environments and the actions.
         progress: called with the number of episodes played so far.
         observations: whether to record the controller's observations in `Episode.observations`.
 
@@ -75,7 +75,7 @@ def prepare(agent: Any, env: Any, episodes: Any, num_envs: Any, seed: Any) -> tu
 
 
 class _Given:
-    """A user-defined player; its errors become one line."""
+    """A user-defined player, with its errors reported on one line."""
 
     def __init__(self, player: Player) -> None:
         self._player = player
@@ -92,7 +92,7 @@ class _Given:
 def _config_of(env: Any) -> EnvConfig:
     if isinstance(env, EnvConfig):
         return env
-    inner = getattr(env, "escape_room", getattr(env, "envs", env))  # what is behind minigrid_view and sb3_view
+    inner = getattr(env, "escape_room", getattr(env, "envs", env))  # under minigrid_view and sb3_view
     inner = getattr(inner, "unwrapped", None)
     turns = getattr(getattr(inner, "single", inner), "turns", None)
     if not isinstance(turns, Turns):

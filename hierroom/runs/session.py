@@ -35,7 +35,7 @@ from hierroom.support.files import to_json
 from hierroom.turns.records import META
 
 ROWS, CHECKPOINTS = 500, 10
-"""Rows of ``metrics.csv`` that a run writes, besides that after the first update, and checkpoints."""
+"""Rows of ``metrics.csv`` that a run writes, without the one after the first update, and number of checkpoints."""
 
 Callback = Callable[[Trainer], object]
 """Called after each update; a true value stops the run."""
@@ -44,9 +44,9 @@ Callback = Callable[[Trainer], object]
 def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Trainer, RunFolder]:
     """Create a run and lock it until `run_session` returns; ``variant`` is its name in the plan of a sweep.
 
-    ``out`` is its folder, new or empty, by default a new folder in ``runs/``, called `run_name` of the config.
+    ``out`` is its folder, new or empty; by default, a new folder in ``runs/`` named by `run_name`.
     """
-    TrainConfig.from_dict(json.loads(to_json(config.to_dict())))  # refuse now what could not be read back
+    TrainConfig.from_dict(json.loads(to_json(config.to_dict())))  # refuse now a config that could not be read back
     trainer = Trainer(config)
     if named_code(config):
         _try_out(trainer)
@@ -56,13 +56,13 @@ def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Tra
         weights = trainer.controller.weights["learner"]["backend"]["network"]
         _record(folder, config, variant, digest({}, weights) if config.warm_start else "")
         folder.save_checkpoint(trainer.state_dict())  # so that the run can be resumed from the very start
-        folder.load_checkpoint()  # a disk that loses what is written is noticed now
+        folder.load_checkpoint()  # notice now if the disk loses data
         stack.pop_all()  # `run_session` releases it
     return trainer, folder
 
 
 def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
-    """Lock a run and continue from its newest checkpoint; the config may have more steps, other threads and device."""
+    """Lock a run and continue from its newest checkpoint; only steps, threads and device of its config may differ."""
     folder = RunFolder.open(path)
     with ExitStack() as stack:
         stack.enter_context(folder.lock)
@@ -91,7 +91,7 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
 
 
 def _warn_of_learning_rates(trainer: Trainer, steps: int) -> None:
-    """Warn of each agent with a jump in its learning rate, which falls over other total steps than before."""
+    """Warn of each agent with a learning rate that jumps, because its schedule now ends at another number of steps."""
     ends = trainer.steps / steps, trainer.steps / trainer.config.steps
     for name, agent in trainer.agents.items():
         if isinstance(agent, PPOAgent) and steps != trainer.config.steps:
@@ -114,7 +114,7 @@ def run_session(
     """
     spent = TimeSpent() if spent is None else spent
     spent.end_of_imports()
-    with one_torch_thread(), folder.lock, lasting_output():  # more threads gain nothing at these sizes
+    with one_torch_thread(), folder.lock, lasting_output():  # more threads do not help such small networks
         console = Console(quiet=is_quiet())
 
         def say(line: str) -> None:
@@ -151,13 +151,13 @@ def train(
     spent: TimeSpent | None = None,
     callback: Callback | None = None,
 ) -> bool:
-    """Train until the end, an interrupt, a `DivergenceError` or the callback's stop; return whether it was the latter.
+    """Train until the end, an interrupt, a `DivergenceError`, or the callback stops it; return whether that did.
 
-    Tables, loggers and checkpoints are written. A checkpoint is written last, so that a run that is resumed from it
-    never repeats rows. ``report`` gets a few words after each update on how training stands. What the callback raises
-    ends the run, saved.
+    Write tables, events for loggers, and checkpoints. A checkpoint is written last, so that a run resumed from it never
+    repeats rows. ``report`` gets a short status after each update. If the callback raises an error, the run is saved
+    before it ends.
     """
-    logs = Logs(folder.path, trainer.config, trainer.steps or -1, log)  # -1: a run that begins has logged nothing
+    logs = Logs(folder.path, trainer.config, trainer.steps or -1, log)  # -1: a new run has logged nothing yet
     try:
         return _train(trainer, folder, interrupt, report, logs, TimeSpent() if spent is None else spent, callback)
     finally:
@@ -173,7 +173,7 @@ def _train(
     spent: TimeSpent,
     callback: Callback | None,
 ) -> bool:
-    """Train; everything due depends on the steps alone, so that a resumed run keeps to it."""
+    """Train. Only the steps decide when to write or evaluate, so that a resumed run does the same."""
     total, evaluated = trainer.config.steps, ""
     points = evaluation_points(total, trainer.config.evaluations)
 
@@ -210,7 +210,7 @@ def _train(
         if trainer.is_done:
             logs.add_results(LearningCurve.of_rows(folder.evaluations.read()))
         logs.sync()
-        stops = True  # where the callback raises
+        stops = True  # if the callback raises
         try:
             stops = callback is not None and bool(callback(trainer))
         finally:
@@ -225,7 +225,7 @@ def _train(
 def _status(trainer: Trainer, row: Mapping[str, float], evaluated: str) -> str:
     stages = trainer.turns.world.stage_titles
     stage = f"stage {row['stage']:.0f} of {len(stages)}, " if stages else ""
-    length = "" if stage else f" length {row['episode_length']:.0f},"  # they fit into 80 columns
+    length = "" if stage else f" length {row['episode_length']:.0f},"  # so that the line fits into 80 columns
     return f"{trainer.steps_per_second:,.0f} steps/s, {stage}success {row['success_rate']:.0%}{evaluated},{length}"
 
 
@@ -245,7 +245,7 @@ def _progress_bar(trainer: Trainer, console: Console) -> Iterator[Callable[[str]
 
 
 def _restart_advice(folder: RunFolder) -> str:
-    """Say how to go on with a run that has diverged; resuming it unchanged would repeat the same numbers."""
+    """Return advice on a run that has diverged; resuming it unchanged would diverge again."""
     steps, path = folder.load_checkpoint()["steps"], folder.path
     warm_start = ("--warm-start", path) if steps else ()
     again = shell_words("--config", path / "config.json", *warm_start, *trust_option(folder.config()))
@@ -253,7 +253,7 @@ def _restart_advice(folder: RunFolder) -> str:
 
 
 def _try_out(trainer: Trainer) -> None:
-    """Take a step elsewhere and load a saved state, so that user code fails before a folder is made."""
+    """Take a step in new environments, then save and load the state: user code should fail before a folder is made."""
     seed = evaluation_seed(trainer.config.seed)
     trainer.freeze(1, seed=seed).step(trainer.fresh_turns(1, seed))
     try:

@@ -1,4 +1,4 @@
-"""The wall clock of a session, by activity."""
+"""The wall-clock time of a session, by activity."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from hierroom.support.compile.clock import compile_clock
 
 
 class TimeSpent:
-    """Seconds by what they were spent on; what Numba compiles counts as compiling, whoever waits for it.
+    """Seconds by activity; Numba's compilation is an activity of its own, whichever activity waits for it.
 
     Args:
-        started: `time.perf_counter` when the process began; None: the session begins now.
+        started: value of `time.perf_counter` when the process began; None: the session begins now.
     """
 
     def __init__(self, started: float | None = None) -> None:
@@ -22,12 +22,12 @@ class TimeSpent:
         self._compiled = self._clock.seconds if started is None else 0.0
 
     def end_of_imports(self) -> None:
-        """Count all until now as importing, except compilation."""
+        """Count the time until now as importing, except compilation."""
         self._seconds["importing"] = time.perf_counter() - self._started - (self._clock.seconds - self._compiled)
 
     @contextmanager
     def on(self, what: str) -> Iterator[None]:
-        """Count the time in this context, except compilation."""
+        """Count the time in this context for an activity, except compilation."""
         started, compiled = time.perf_counter(), self._clock.seconds
         try:
             yield
@@ -36,13 +36,13 @@ class TimeSpent:
             self._seconds[what] = self._seconds.get(what, 0.0) + spent
 
     def seconds(self) -> dict[str, float]:
-        """Return the seconds so far by what they were spent on, the rest, such as files, and the total."""
+        """Return the seconds so far of each activity, of the rest (such as files), and the total."""
         total = time.perf_counter() - self._started
         known = {**self._seconds, "compiling": self._clock.seconds - self._compiled}
         return {**known, "the rest": total - sum(known.values()), "total": total}
 
     def __str__(self) -> str:
-        """Return the time by activity, the longest first."""
+        """Return the total and the time of each activity, the longest first."""
         seconds = self.seconds()
         total = seconds.pop("total")
         parts = (f"{what} {spent:.1f}" for what, spent in sorted(seconds.items(), key=lambda one: -one[1]))

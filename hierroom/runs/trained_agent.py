@@ -39,9 +39,9 @@ from hierroom.worlds.env_config import EnvConfig
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TrainedAgent:
-    """A meta-controller and a controller trained together, as `load` and `hierroom.train` return them.
+    """A trained meta-controller and controller, as `load` and `hierroom.train` return them.
 
-    It plays by `hierroom.rollout`, or step by step by `act`, and learns no more.
+    It plays with `hierroom.rollout`, or step by step with `act`, and does not learn.
 
     Examples:
         >>> agent = hierroom.load("a")
@@ -58,12 +58,12 @@ class TrainedAgent:
         ('a',)
     """
 
-    config: TrainConfig  # what was trained
-    meta: PPOAgent | ScriptedAgent  # the meta-controller, or another one that was given in its place
+    config: TrainConfig  # the config of its training
+    meta: PPOAgent | ScriptedAgent  # the meta-controller, or another one that replaces it
     controller: PPOAgent
     steps: int  # primitive steps it was trained for
     is_greedy: bool = False  # whether the controller takes its most probable action instead of drawing one
-    has_other_meta: bool = False  # whether the meta-controller was given in the place of the config's
+    has_other_meta: bool = False  # whether the meta-controller is not the config's
     path: Path | None = None  # the folder of the run or the file of its weights
 
     def __repr__(self) -> str:
@@ -78,20 +78,20 @@ class TrainedAgent:
 
     @cached_property
     def network(self) -> OneTurn:
-        """Return a copy of the controller's network, in evaluation mode, as a torch module called for one turn.
+        """Return a copy of the controller's network, in evaluation mode, as a torch module for one turn.
 
         See `OneTurn` for its inputs and outputs. The features [N, K] are those that `hierroom.add_features` puts into
-        observations: numbers from 0 to ``controller.features.cardinalities[k] - 1``. The agent does not act by the
-        copy: move it, change it or train it.
+        observations: numbers from 0 to ``controller.features.cardinalities[k] - 1``. The agent does not use the copy,
+        so you can move it, change it or train it.
         """
         with user_code("the network", "cannot be copied"):
             return OneTurn(deepcopy(self.controller.learner.network)).eval()
 
     def export(self, path: str | Path) -> None:
-        """Write the `network` for other programs, by the suffix: ``.pt2`` (`torch.export`), or ``.onnx`` (ONNX).
+        """Write the `network` for other programs; the suffix is ``.pt2`` (`torch.export`) or ``.onnx`` (ONNX).
 
         Inputs ``features`` and ``state`` and outputs ``logits``, ``values`` and ``new_state`` are those of `OneTurn`,
-        for any number of environments. ``torch.export.load(path).module()`` is called like the network. ONNX needs the
+        for any number of environments. Call ``torch.export.load(path).module()`` like the network. ONNX needs the
         package onnxscript.
         """
         export(deepcopy(self.network).cpu().eval(), self.controller.learner.space, usable_path(path))
@@ -107,8 +107,8 @@ class TrainedAgent:
     ) -> tuple[Any, Any]:
         """Return actions for the observations of one environment or of many, and the state for the next call.
 
-        Wrap the environment, of any API of hierroom, in ``hierroom.add_features(env, agent)`` first. Arguments are not
-        written to; a state and its successors share one random generator.
+        First wrap the environment, of any API of hierroom, by ``hierroom.add_features(env, agent)``. Arguments are not
+        changed, except that a state and the states after it share one random generator.
 
         Args:
             observations: as the API gives them: the dict of one agent (AEC), of both agents by name (parallel), of one
@@ -116,12 +116,12 @@ class TrainedAgent:
             state: the state from the last call; None at first. After a turn of the controller, ``state.decision`` has
                 its logits, probabilities and values.
             begins: whether an episode begins, so that the agent forgets the last one: True or False, or [N] bool. In
-                every API the info's ``length`` is 0 then.
+                every API, the ``length`` in the info is 0 then.
             greedy: whether the controller takes its most probable action instead of drawing one; None: as loaded.
-            seed: fixes the random draws, where the state is None.
+            seed: determines the random draws if the state is None.
 
         Returns:
-            The action of one environment as int, of N as [N] int64, or of both agents by name; and the next state.
+            The action (int for one environment, [N] int64 for N, a dict for both agents), and the next state.
 
         Examples:
             >>> agent = hierroom.load("a")
@@ -150,7 +150,7 @@ class TrainedAgent:
             raise InputError(f"environments have no entry {name}{f'; is it {near[0]}?' if near else ''}")
         if refused := entries.keys() - names | entries.keys() & {"drop_key", "reward"}:
             raise InputError(f"a trained agent cannot be played with another {', '.join(sorted(refused))}")
-        own = replace(self.config.env, levels=None)  # whatever it says: training uses its own part of the levels
+        own = replace(self.config.env, levels=None)  # without its levels, as training has its own
         besides = () if "graph" in entries or entries.get("layout") else graph_specs(own.exclude)
         return own.changed(**{**entries, "exclude": (*besides, *graph_specs(entries.get("exclude", ())))})
 
@@ -159,9 +159,9 @@ class TrainedAgent:
 
         Args:
             num_envs: number of environments.
-            seed: fixes their first episodes.
-            env: None: as in training. A reward of None means that of training; levels of None mean those that training
-                never uses.
+            seed: determines their first episodes.
+            env: the config; None: that of training. A reward of None means that of training; levels of None mean those
+                that training never uses.
             autoreset: whether the next episode begins in the step that ends the last one.
         """
         own = self.config.env
@@ -173,13 +173,13 @@ class TrainedAgent:
         return make_turns(config, num_envs, seed, levels=levels, measure_shortest=True, autoreset=autoreset)
 
     def pair(self, num_envs: int, *, seed: int = 0) -> Pair:
-        """Return the agents as a new `Player` in ``num_envs`` environments; the seed fixes their actions."""
+        """Return the agents as a new `Player` for ``num_envs`` environments; the seed determines their actions."""
         return freeze(self.meta, self.controller, num_envs, seed=seed, is_greedy=self.is_greedy)
 
     def meta_controller(self, num_envs: int = 1, *, seed: int = 0) -> MetaController:
         """Return the meta-controller alone: for Gymnasium's environments, or another agent (`load`'s ``meta``).
 
-        It chooses goals in ``num_envs`` environments; the seed and theirs fix what it draws.
+        It chooses goals in ``num_envs`` environments. Its seed and theirs determine its random choices.
         """
         if isinstance(self.meta, PPOAgent):
             return TrainedGoals(self.meta, num_envs, meta_seed(seed))
@@ -208,17 +208,17 @@ class TrainedAgent:
 def load(
     run: str | Path, *, checkpoint: int | None = None, meta: Any = None, greedy: bool = False, trust: bool = False
 ) -> TrainedAgent:
-    """Load the agents that a run has trained, or that ship with hierroom, onto the CPU.
+    """Load the agents that a run has trained, or built-in trained agents, onto the CPU.
 
     Args:
-        run: the run's folder; or a ``.safetensors`` file that `TrainedAgent.save` wrote; or the name of an agent that
-            ships: ``"a"`` to ``"g"``, trained with the default preset on that graph, and ``"learned-g"``.
+        run: the run's folder; or a ``.safetensors`` file that `TrainedAgent.save` wrote; or the name of a built-in
+            agent: ``"a"`` to ``"g"``, trained with the default preset on that graph, or ``"learned-g"``.
         checkpoint: steps of an earlier checkpoint; None: the newest.
         meta: another meta-controller for the trained controller: ``"fixed-dfs"``, ``"random"``, ``"oracle"``,
             ``"none"``, ``"package.module:Class"``, ``"package.module:function"``, or a meta-controller or function
             itself.
-        greedy: whether the controller takes its most probable action instead of drawing one. A greedy policy can turn
-            on the spot for ever.
+        greedy: whether the controller takes its most probable action instead of drawing one. A greedy policy may keep
+            turning in one place.
         trust: whether to run user-defined code that the folder's config names: a network, reward, meta-controller or
             task. A ``meta`` given here needs no trust.
 

@@ -1,4 +1,4 @@
-"""Training: two agents act in the environments of a config and learn from their turns, again and again."""
+"""Training: two agents repeatedly act in the environments of a config and learn from their turns."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
 
 MAX_EVALUATION_ENVS = 100
-"""Environments that are evaluated in side by side, at most."""
+"""The most environments that an evaluation plays in parallel."""
 MOST_EPISODES, ROUND = 100, 25
-"""Episodes of an evaluation where a config does not say how many, at most, and the environments that play them."""
+"""The most episodes of an evaluation, and its number of environments, if the config does not set the episodes."""
 
 
 class Trainer:
-    """Trains the agents of a config, from the weights of its warm start, if any, where the run ``begins``.
+    """Trains the agents of a config; if the run ``begins``, the controller starts from the warm start, if any.
 
-    The callback of `hierroom.train` gets it after each update. It reads, besides `metrics` and `evaluate`:
+    The callback of `hierroom.train` gets the trainer after each update, and may use `metrics`, `evaluate` and:
 
     Attributes:
         config: the `TrainConfig`.
         steps: primitive steps so far, over all environments.
-        seconds: of training so far, without compilation and evaluations.
-        compile_seconds: of compilation so far.
+        seconds: seconds of training so far, without compilation and evaluations.
+        compile_seconds: seconds of compilation so far.
         evaluation: the latest `Evaluation` of this session, with ``success_rate`` and ``mean_return``; None before
             the first.
         agents: the two agents by name.
@@ -86,7 +86,7 @@ class Trainer:
     def advance(self) -> None:
         """Act in every environment until the controller has learned once more (paper, Algorithm 1).
 
-        A `DivergenceError` says that an agent's numbers are not finite any more, or far too large.
+        It raises a `DivergenceError` if an agent's numbers are no longer finite, or far too large.
         """
         clock = compile_clock()
         started, compiled, steps = time.perf_counter(), clock.seconds, self.steps
@@ -133,12 +133,12 @@ class Trainer:
     def fresh_turns(
         self, num_envs: int, seed: int, *, graph: GraphSpecs | None = None, autoreset: bool = True
     ) -> Turns:
-        """Make other environments of the config, which measure shortest lengths; see `assembly.make_turns`."""
+        """Make other environments of the config, with evaluation levels, which measure shortest lengths."""
         config = self.config if graph is None else self.config.changed(graph=graph, exclude=())
         return make_turns(config, num_envs, seed, levels="evaluation", autoreset=autoreset, measure_shortest=True)
 
     def freeze(self, num_envs: int, *, seed: int, is_greedy: bool = False) -> Pair:
-        """Return the agents as a pair that plays elsewhere and learns no more; see `assembly.freeze`."""
+        """Return copies of the agents, to play in other environments without learning; see `assembly.freeze`."""
         return freeze(self.agents[META], self.controller, num_envs, seed=seed, is_greedy=is_greedy)
 
     def evaluate(
@@ -149,7 +149,7 @@ class Trainer:
         graph: GraphSpecs | None = None,
         is_greedy: bool = False,
     ) -> Evaluation:
-        """Evaluate the agents as they are now, on the same levels, by default as the config says: see `freeze`."""
+        """Evaluate the agents as they are now, each time on the same levels; None: as in the config."""
         asked = self.config.evaluation_episodes if episodes is None else episodes
         episodes, num_envs = (MOST_EPISODES, ROUND) if asked is None else (asked, min(MAX_EVALUATION_ENVS, asked))
         seed = evaluation_seed(self.config.seed)
@@ -158,9 +158,9 @@ class Trainer:
         return evaluate(player, self.fresh_turns(num_envs, seed, graph=graph), episodes, may_stop=asked is None)
 
     def metrics(self) -> dict[str, float]:
-        """Return numbers on how training stands by name: a row of ``metrics.csv``.
+        """Return the present numbers of training by name: a row of ``metrics.csv``.
 
-        Among them are ``success_rate``, ``episode_length`` and ``episode_return`` of the last 500 episodes, and the
+        They include ``success_rate``, ``episode_length`` and ``episode_return`` of the last 500 episodes, and the
         losses of the last update, such as ``policy_loss``. The stage of a curriculum is counted from 1.
         """
         world, ledger = self.turns.world, self.turns.ledger
@@ -180,7 +180,7 @@ class Trainer:
         }
 
     def summary(self) -> dict[str, Any]:
-        """Return the numbers of the end of training."""
+        """Return the numbers of training for ``summary.json``."""
         row, world = self.metrics(), self.turns.world
         return {
             **{f"training_{name}": row[name] for name in ("success_rate", "episode_length", "episode_return")},
@@ -203,7 +203,7 @@ class Trainer:
         }
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
-        """Go on from what `state_dict` gave, in a trainer with the same config."""
+        """Restore a state from `state_dict`, in a trainer with the same config."""
         now = self.turns.get_state()
         Table(dict.fromkeys(now, Schema())).check(state["turns"], "turns")
         self.turns.set_state({name: _as_array(state["turns"][name], like, name) for name, like in now.items()})
@@ -231,11 +231,11 @@ def _as_array(saved: Any, like: np.ndarray, name: str) -> np.ndarray:
         return as_array(saved, f"turns.{name}")
     array = np.zeros_like(like)
     if not isinstance(saved, dict) or saved.keys() != {*like.dtype.names}:
-        Table(dict.fromkeys(like.dtype.names, Schema())).check(saved, name)  # says what is wrong
+        Table(dict.fromkeys(like.dtype.names, Schema())).check(saved, name)  # raises the right message
     for field in like.dtype.names:
         value, kind = saved[field], like[field]
         given = value.numpy(force=True) if isinstance(value, torch.Tensor) and value.layout is torch.strided else value
         if not isinstance(given, np.ndarray) or given.dtype != kind.dtype or given.shape != kind.shape:
-            Array(kind.dtype, kind.shape).check(value, f"{name}.{field}")  # says what is wrong
+            Array(kind.dtype, kind.shape).check(value, f"{name}.{field}")  # raises the right message
         array[field] = given
     return array

@@ -1,1 +1,1 @@
-"""Support for a running process: states that are checked before they are used, and threads that survive a fork."""
+"""Support for all parts of the package: the command line, errors, files, schemas, tables, threads and compilation."""

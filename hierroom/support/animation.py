@@ -1,4 +1,4 @@
-"""Writing a sequence of pictures as an animation: a GIF or an MP4."""
+"""Write a sequence of pictures as an animation: a GIF or an MP4."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FORMATS = (".gif", ".mp4")
 
 
 def animate(frames: Iterable[NDArray[np.uint8]], path: str | Path, seconds_per_frame: float = 0.1) -> None:
-    """Write pictures [H, W, 3] as a .gif, which loops for ever, or an .mp4; both show the last one for a second."""
+    """Write pictures [H, W, 3] as a looping .gif or as an .mp4; both show the last picture for a second."""
     kind = Path(path).suffix.lower()
     if kind not in FORMATS:
         raise InputError(f"an animation is a {' or '.join(FORMATS)} file, not {path}")
@@ -30,7 +30,7 @@ def animate(frames: Iterable[NDArray[np.uint8]], path: str | Path, seconds_per_f
 
 
 def require_format(path: str | Path) -> None:
-    """Check that PyAV is there for an MP4, before hours of work on the pictures."""
+    """Check that PyAV is installed if the file is an MP4; call it before long work on the pictures."""
     if Path(path).suffix.lower() == ".mp4":
         try:
             import av  # noqa: F401  # pyright: ignore[reportMissingImports]
@@ -39,10 +39,10 @@ def require_format(path: str | Path) -> None:
 
 
 def gif(pictures: Sequence[NDArray[np.uint8]], seconds_per_frame: float = 0.1) -> bytes:
-    """Return pictures [H, W, 3] as a GIF that loops for ever and shows the last one for a second."""
+    """Return pictures [H, W, 3] as a looping GIF that shows the last picture for a second."""
     images = [Image.fromarray(picture) for picture in pictures]
     colours = {colour for image in images for _, colour in image.getcolors(image.width * image.height) or ()}
-    # One palette for all: one for each picture takes several times as long to find, and makes the file larger.
+    # All pictures share one palette: a palette for each would take several times as long and make the file larger.
     palette = Image.fromarray(np.array([sorted(colours)], np.uint8)).quantize(256)
     images = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
     milliseconds = [round(1000 * seconds_per_frame)] * (len(images) - 1) + [1000]
@@ -52,7 +52,7 @@ def gif(pictures: Sequence[NDArray[np.uint8]], seconds_per_frame: float = 0.1) -
 
 
 def _mp4(pictures: Sequence[NDArray[np.uint8]], seconds_per_frame: float) -> bytes:
-    """H.264, which browsers play; it halves the colours' resolution, so sides are filled up to an even number."""
+    """Return pictures as H.264, which browsers play. Pad sides to even numbers, as it halves colour resolution."""
     import av  # pyright: ignore[reportMissingImports]
 
     content, rate = io.BytesIO(), Fraction(1 / seconds_per_frame).limit_denominator(1000)

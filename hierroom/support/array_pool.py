@@ -1,4 +1,4 @@
-"""Arrays for every step, reused when no reference is left."""
+"""Arrays that are reused in each step once no reference to them is left."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ _Set = tuple[tuple[NDArray, ...], Any]
 
 
 class ArrayPool:
-    """Reuses two sets of arrays, as allocation is slow; a set with an array that somebody still holds is not reused.
+    """Reuses two sets of arrays, as allocation is slow, but no set with an array that a caller still holds.
 
-    ``make`` returns a set: all its arrays, with the owners of views, and any object that holds some of them. The set
-    used last comes first, as it is still in the processor's cache.
+    ``make`` returns a set: all its arrays, including the owners of views, and any object that holds some of them. The
+    set used last is tried first, as it is still in the processor's cache.
     """
 
     def __init__(self, make: Callable[[], _Set]) -> None:
         self._make = make
         self._sets: list[_Set] = []
-        self._free: list[int] = []  # the number of references to each array while nobody else holds one
+        self._free: list[int] = []  # the number of references to each array if no caller holds it
         self._at = 0
 
     def __reduce__(self) -> tuple[type[ArrayPool], tuple[Any]]:
@@ -29,7 +29,7 @@ class ArrayPool:
         return ArrayPool, (self._make,)
 
     def take(self) -> _Set:
-        """Return a set of arrays to write, and the object that holds them; pass on only copies of a dict of them."""
+        """Return a set of arrays to write, and the object that holds them; if that is a dict, pass on copies of it."""
         if not self._sets:
             self._sets = [self._make(), self._make()]
             self._free = list(map(getrefcount, self._sets[0][0]))

@@ -1,4 +1,4 @@
-"""Arrays of any shape and type as rows of bytes, so that they travel with categories of one byte each."""
+"""Arrays of any shape and type as rows of bytes, so that they fit into observations with features of one byte each."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ class ByteArray:
     """The layout of an array in a row of bytes.
 
     Args:
-        shape: of the array.
+        shape: the shape of the array.
         kind: ``pixels`` (uint8 or float32, of shape height, width, channels), ``symbols`` (uint8, in the same shape),
             ``numbers`` (float32) or ``ids`` (int32, each below ``n_values``).
-        low: the smallest value, where it is known; else -inf.
-        high: the largest value, where it is known; else inf.
-        n_values: how many values ids have.
+        low: the smallest value; -inf if unknown.
+        high: the largest value; inf if unknown.
+        n_values: the number of values of ids.
     """
 
     shape: tuple[int, ...]
@@ -51,7 +51,7 @@ class ByteArray:
         return numbers.view(np.uint8).reshape(len(values), -1)
 
     def examples(self, n: int) -> NDArray[np.uint8]:
-        """Return n rows of bytes [n, B] of values from the smallest to the largest, to try a network with."""
+        """Return n rows of bytes [n, B] with values from the smallest to the largest, to try out a network."""
         high = self.n_values - 1 if self.kind == "ids" else min(self.high, 255.0)
         ends = (max(self.low, -1.0), high) if self.kind == "numbers" else (0, high)
         return self.to_bytes(np.linspace(*ends, n).repeat(self.n_numbers).reshape(n, -1))

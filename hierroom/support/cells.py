@@ -1,4 +1,4 @@
-"""Cells of tables: numbers in the range of their column, and texts that no spreadsheet takes for a formula."""
+"""Cells of tables: numbers in the range of their column, and texts that no spreadsheet reads as a formula."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from functools import lru_cache
 
 from hierroom.support.errors import InputError, shown
 
-_MOST = 2.0**62  # as in checkpoints; sums and pictures of such numbers are finite
+_MOST = 2.0**62  # as in checkpoints; sums and plots of such numbers stay finite
 _WHOLE = re.compile(r"steps|(.*_)?episodes")
 _RANGES = {
     r"(.*_)?success(_rate|_low|_high)|achieved_.*": (0.0, 1.0),
     rf"{_WHOLE.pattern}|seconds|(.*_)?(length|length_over_shortest)|steps_to_.*": (0.0, _MOST),
     r"(.*_)?return": (-_MOST, _MOST),
 }
-"""The lowest and the highest number in columns of these names."""
+"""The lowest and the highest number in columns, by regular expressions of their names."""
 _FORMULA = re.compile(r"'*[=+\-@\t\r]")
 
 
 def read_number(text: str, column: str, least: float | None = None) -> float:
-    """Return the number in a cell; NaN, which an empty cell means too, is refused where there is a ``least`` number."""
+    """Return the number in a cell; an empty cell is NaN. If there is a ``least`` number, NaN is refused."""
     low, high = _range_of(column) or (-math.inf, math.inf)
     low = low if least is None else max(low, least)
     value = None
@@ -45,7 +45,7 @@ def _bounds(low: float, high: float, value: float | None) -> str:
 
 
 def has_range(column: str) -> bool:
-    """Return whether a column has a name that only numbers of a known range have."""
+    """Return whether a column, by its name, has numbers of a known range."""
     return _range_of(column) is not None
 
 
@@ -55,12 +55,12 @@ def _range_of(column: str) -> tuple[float, float] | None:
 
 
 def plain_cell(text: str) -> str:
-    """Return a text as the cell of a table, after a quotation mark if a spreadsheet would take it for a formula."""
+    """Return a text as a cell of a table, after an apostrophe if a spreadsheet would read it as a formula."""
     return f"'{text}" if _FORMULA.match(text) and not _is_number(text) else text
 
 
 def text_of_cell(cell: str) -> str:
-    """Return the text that `plain_cell` was given."""
+    """Return the text from a cell that `plain_cell` made."""
     return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
 
 

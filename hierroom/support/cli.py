@@ -1,4 +1,4 @@
-"""Commands: reading their words, one line for an error, and exit code 2 for invalid input."""
+"""Commands: reading their arguments, errors on one line, and exit code 2 for invalid input."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 Flag = Annotated[bool, tyro.conf.FlagCreatePairsOff]
-"""An option without a value and without a form that begins with no."""
+"""An option without a value; it has no negated form, such as --no-json."""
 LISTS = (
     *("--graph", "--graphs", "--exclude", "--layout", "--rules", "--sizes", "--metas", "--features"),
     "--meta-features",
@@ -34,20 +34,20 @@ _NUMBERS = ConstructorRegistry()
 
 
 def read_arguments(kind: type[T], command: str, argv: Sequence[str], default: T | None = None) -> T:
-    """Read the words after a command's name into a dataclass, or one of a union; tyro exits with code 2 if wrong."""
+    """Read the words after a command's name into a dataclass, or one of a union; on an error, exit with code 2."""
     _refuse_lost_values(argv)
     start = tyro.MISSING_NONPROP if default is None else default
     return tyro.cli(kind, prog=f"python -m hierroom {command}", args=argv, default=start, registry=_NUMBERS)
 
 
 def given(arguments: object, *names: str) -> dict[str, Any]:
-    """Return those of the named options that have a value."""
+    """Return the named options that have a value."""
     values = {name: getattr(arguments, name) for name in names}
     return {name: value for name, value in values.items() if value not in (None, ())}
 
 
 def shell_words(*words: str | Path) -> str:
-    """Return the words of a command so that a shell reads them back; a path that begins with a dash is no option."""
+    """Return the words of a command, quoted for a shell; a path that begins with a dash gets ``./`` before it."""
     return " ".join(f"./{_quoted(word)}" if _looks_like_option(word) else _quoted(word) for word in words)
 
 
@@ -64,7 +64,7 @@ def _quoted(word: str | Path) -> str:
 
 
 def progress_bar() -> Progress:
-    """Return a bar for standard error, which only a terminal shows and which disappears at its end."""
+    """Return a progress bar on standard error, shown only on a terminal and removed at its end."""
     from rich.console import Console
     from rich.progress import Progress
 
@@ -73,7 +73,7 @@ def progress_bar() -> Progress:
 
 
 def _refuse_lost_values(argv: Sequence[str]) -> None:
-    """Refuse a list without values, which tyro reads as none, and one given twice, as tyro drops its first values."""
+    """Refuse a list option without values, or given twice: tyro would read no values, or drop the first ones."""
     given = [word.partition("=")[0].replace("_", "-") if word.startswith("--") else word for word in argv]
     for option in LISTS:
         if given.count(option) > 1:
@@ -105,7 +105,7 @@ def _whole_number(text: str) -> int:
 
 
 def run(command: Callable[[], int]) -> None:
-    """Run a command and exit with its code, or 2 for invalid input; closed or unread output is no failure."""
+    """Run a command and exit with its code, or 2 for invalid input; closed or unread output is not a failure."""
     _open_streams()
     warnings.formatwarning = lambda message, *_, **__: one_line(f"warning: {message}") + "\n"
     try:
@@ -113,20 +113,20 @@ def run(command: Callable[[], int]) -> None:
     except KeyboardInterrupt:
         print("stopped", file=sys.stderr)
         code = 130
-    except BrokenPipeError:  # the reader, such as head, has seen enough
+    except BrokenPipeError:  # the reader, such as head, has stopped
         code = 0
-    except SystemExit as error:  # rich makes one of a broken pipe; tyro ends so after --help and wrong options
+    except SystemExit as error:  # from rich for a broken pipe; from tyro after --help and wrong options
         code = 0 if isinstance(error.__context__, BrokenPipeError) else error.code
     except Exception as error:
         code = _report(error)
-    if signal.getsignal(signal.SIGINT) != signal.SIG_IGN:  # one more Ctrl-C ends what Python does at exit, in silence
+    if signal.getsignal(signal.SIGINT) != signal.SIG_IGN:  # another Ctrl-C ends Python's work at exit silently
         signal.signal(signal.SIGINT, signal.SIG_DFL)
-    gc.freeze()  # or Python looks for garbage in all that was loaded, for seconds on a busy machine
+    gc.freeze()  # else Python collects garbage at exit, for seconds on a busy machine
     sys.exit(_flush(code))
 
 
 def _report(error: Exception) -> int:
-    """Print an error that a command expects and return its exit code; raise any other again."""
+    """Print an expected error and return its exit code; raise any other error again."""
     code, message = _failure(error)
     print(one_line(f"error: {message}"), file=sys.stderr)
     return code
@@ -148,13 +148,13 @@ def _failure(error: Exception) -> tuple[int, str]:
 
 
 def _open_streams() -> None:
-    """Replace closed standard streams, and let the others escape characters that they lack."""
-    if os.environ.get("COLUMNS") == "0":  # some programs set it where there is no terminal; rich would print nothing
+    """Replace closed standard streams, and make the others escape characters that their encodings lack."""
+    if os.environ.get("COLUMNS") == "0":  # set by some programs without a terminal; rich would print nothing
         del os.environ["COLUMNS"]
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         try:
             os.fstat(number)
-        except OSError:  # else the next file that is opened would be taken for it
+        except OSError:  # else the next opened file would get its number
             os.open(os.devnull, os.O_RDWR)
         stream = getattr(sys, name)
         if stream is None:

@@ -1,4 +1,4 @@
-"""Errors for invalid input, checks of a user's numbers and names, and errors in a user's code as one line."""
+"""Errors for invalid input, checks of a user's numbers and names, and errors of a user's code on one line."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import numpy as np
 
 
 class InputError(Exception):
-    """Invalid user input, with a one-line message: the fault, the allowed values, the given value.
+    """Error for invalid user input, with a message on one line: the fault, the allowed values, the given value.
 
     Examples:
         >>> try:
@@ -33,19 +33,19 @@ class InputError(Exception):
 
 
 class CheckpointError(InputError):
-    """A damaged checkpoint, or one in another format."""
+    """Error for a damaged checkpoint, or one in another format."""
 
 
 class DivergenceError(FloatingPointError):
-    """Divergence of training; the message is one line: the numbers that are too large or not finite, and advice."""
+    """Error for diverged training, with a message on one line: the numbers too large or not finite, and advice."""
 
 
 class RunError(Exception):
-    """Failure of runs with valid input; the message is one line: their number, one of them, and the reason."""
+    """Error for runs that fail with valid input, with a message on one line: their number, one of them, the reason."""
 
 
 def require_number(name: str, value: object, low: float, high: float = math.inf, *, is_whole: bool = False) -> None:
-    """Refuse a value, called ``name`` in the message, that is not a finite (and whole) number from low to high."""
+    """Refuse a value, called ``name`` in the message, unless it is a finite (or whole) number from low to high."""
     kinds = (int, np.integer) if is_whole else (int, float, np.integer, np.floating)
     if not isinstance(value, kinds) or isinstance(value, bool):
         raise InputError(f"{name} must be a {'whole ' * is_whole}number, not {shown(value)}")
@@ -60,21 +60,21 @@ def require_number(name: str, value: object, low: float, high: float = math.inf,
 
 
 def use_python_numbers(config: Any) -> None:
-    """Replace NumPy's numbers in a frozen dataclass by Python's, which do not overflow and which files can hold."""
+    """Replace NumPy's numbers in a frozen dataclass by Python's, which do not overflow and can be written to files."""
     for entry in fields(config):
         if isinstance(value := getattr(config, entry.name), np.generic):
             object.__setattr__(config, entry.name, value.item())
 
 
 def require_name(name: str, value: object, allowed: Collection[str | None]) -> None:
-    """Refuse a value that is not allowed; ``name`` begins the message, such as ``the presets are``."""
+    """Refuse a value that is not allowed; the message begins with ``name``, such as ``the presets are``."""
     if not (value is None or isinstance(value, str)) or value not in allowed:
         names = ", ".join(one for one in allowed if one is not None)
         raise InputError(f"{name} {names}{' or None' * (None in allowed)}, not {shown(value)}")
 
 
 def shown(value: Any) -> str:
-    """Return a value in a few words, on one line."""
+    """Return a short text for a value, on one line."""
     if isinstance(value, (str, bytes, int, float, type(None))) or not hasattr(value, "__len__"):
         text = text_of(value)
         return text if len(text) <= 60 else f"{text[:57]}..."
@@ -85,26 +85,26 @@ def text_of(value: Any) -> str:
     """Return a value as Python writes it, on one line, or its type if that fails."""
     try:
         return " ".join(repr(value).split())
-    except (ValueError, RecursionError):  # a number of thousands of digits; deeply nested lists
+    except (ValueError, RecursionError):  # a number with thousands of digits, or deeply nested lists
         return f"a huge {type(value).__name__}"
     except Exception:  # a user's own class may have a __repr__ that fails
         return f"a {type(value).__name__}"
 
 
-_MAX_CHARACTERS = 1000  # of a line: a message may quote a whole file
+_MAX_CHARACTERS = 1000  # of a line, as a message may quote a whole file
 
 
 def one_line(text: str) -> str:
-    """Return a text as one line that no terminal obeys: escape control characters, cut the middle of a long text."""
+    """Return a text as one safe line: escape control characters, and cut the middle of a long text."""
     plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
     half = (_MAX_CHARACTERS - len(" ... ")) // 2
     return plain if len(plain) <= _MAX_CHARACTERS else f"{plain[:half]} ... {plain[-half:]}"
 
 
 class user_code:
-    """A context for code of the user, called ``name`` in messages: anything it raises but Ctrl-C becomes one line.
+    """A context for code of the user, called ``name`` in messages: any error except Ctrl-C becomes an `InputError`.
 
-    A working folder that it leaves is gone back to, as relative paths of a command would be elsewhere.
+    If the code changes the working folder, it is changed back, because a command may have relative paths.
     """
 
     __slots__ = ("_fails", "_folder", "_name")
@@ -124,7 +124,7 @@ class user_code:
 
 
 def raise_in_one_line(name: str, error: BaseException, fails: str = "fails") -> NoReturn:
-    """Raise as one line what code of the user, called ``name``, has raised."""
+    """Raise an error of the user's code, called ``name``, as an `InputError` with a message on one line."""
     raise InputError(f"{name} {fails}: {in_one_line(error)}") from error
 
 
@@ -137,12 +137,12 @@ def _working_folder() -> str | None:
 
 @cache
 def warn_once(text: str) -> None:
-    """Give a Python warning with a text, the first time it is asked for in this process."""
+    """Give a Python warning, but only once for each text in this process."""
     warnings.warn(text, stacklevel=2)
 
 
 def in_one_line(error: BaseException) -> str:
-    """Return the type and message of an error on one line, with the last line of a user's code that led to it."""
+    """Return the type and message of an error on one line, with the last line of the user's code in its traceback."""
     if isinstance(error, (InputError, DivergenceError)):
         return str(error)
     try:
@@ -157,4 +157,4 @@ def in_one_line(error: BaseException) -> str:
 LIBRARIES = {sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")}
 """Folders of Python and of installed packages."""
 _NOT_OWN = ("<", *(f"{folder}{os.sep}" for folder in (Path(__file__).parents[1], *LIBRARIES)))
-"""Beginnings of the names of files that are not a user's: this package's, Python's, and installed ones."""
+"""Prefixes of the paths of files that are not the user's: those of this package, Python, and installed packages."""

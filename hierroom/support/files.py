@@ -1,4 +1,4 @@
-"""One opener for regular files, files written atomically, and JSON without infinities and NaNs."""
+"""Open regular files, write files atomically, and make JSON without infinities and NaNs."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ _SHARED = "it is another file too (a hard link), which would change with it; mak
 
 
 def usable_path(path: str | Path) -> Path:
-    """Return a path of the user, whether or not there is anything; refuse one that the system does not look up."""
+    """Return a path of the user, whether or not it exists; refuse one that the system cannot look up."""
     try:
         os.lstat(path)
     except (FileNotFoundError, NotADirectoryError):
         pass
-    except OSError as error:  # a name that is too long, a folder without permission
+    except OSError as error:  # too long a name, or no permission
         raise InputError(f"{error.strerror}: {shown(os.fspath(path))}") from error
-    except ValueError as error:  # a character that no path has
+    except ValueError as error:  # a character that paths cannot have
         raise InputError(f"{shown(os.fspath(path))} cannot be a path: {error}") from error
     return Path(path)
 
 
 def write_atomically(path: str | Path, content: str | bytes | Iterable[bytes]) -> None:
-    """Write a file in an existing folder so that it holds the old or the new content, even after a crash.
+    """Write a file in an existing folder so that it has either the old or the new content, even after a crash.
 
-    Text is written as UTF-8. A link in its place is replaced, and not followed; a device or a pipe is refused.
+    Text is written as UTF-8. If the path is a link, the link is replaced, not followed; a device or pipe is refused.
     """
     path = usable_path(path)
     content = content.encode(errors="backslashreplace") if isinstance(content, str) else content
-    # Nobody can know the name beforehand, and a file or link that has it nevertheless is not opened ("x").
+    # The name cannot be guessed beforehand; if a file or link has it nevertheless, "x" does not open that.
     unfinished = path.with_name(f".{secrets.token_hex(8)}.part")
     try:
         with unfinished.open("xb") as file:
@@ -49,7 +49,7 @@ def write_atomically(path: str | Path, content: str | bytes | Iterable[bytes]) -
                 file.write(piece)
             file.flush()
             os.fsync(file.fileno())
-        if path.exists() and not (path.is_file() or path.is_dir() or path.is_symlink()):  # a folder is refused anyway
+        if path.exists() and not (path.is_file() or path.is_dir() or path.is_symlink()):  # os.replace refuses a folder
             raise OSError(errno.EINVAL, _SPECIAL)
         os.replace(unfinished, path)
         sync_folder(path.parent)
@@ -63,17 +63,17 @@ def write_atomically(path: str | Path, content: str | bytes | Iterable[bytes]) -
 
 @contextmanager
 def open_regular(path: Path, flags: int = os.O_RDONLY, what: str = "", *, or_any: bool = False) -> Iterator[int]:
-    """Open a regular file, by its number; ``what``, such as ``the config ``, is for messages.
+    """Open a regular file and yield its descriptor; ``what``, such as ``the config ``, is for messages.
 
-    A file to write is no link and has no second name, as whoever planted it would choose the file that changes. A file
-    to read may be a pipe and the like (``or_any``) where the user has typed its name, as in ``<(command)``.
+    A file to write must not be a link or have a hard link: whoever made that could choose the file that changes. With
+    ``or_any``, a file to read may also be a pipe or a device; use it if the user has typed the name (``<(command)``).
     """
     is_read = flags & (os.O_WRONLY | os.O_RDWR) == 0
     names = ("O_BINARY", "" if or_any else "O_NONBLOCK", "" if is_read else "O_NOFOLLOW")
     plain = sum(getattr(os, name, 0) for name in names)
     try:
         if not is_read:
-            refuse_foreign(changed=[path])  # not every system has O_NOFOLLOW, and these messages are better
+            refuse_foreign(changed=[path])  # for systems without O_NOFOLLOW, and for better messages
         number = os.open(path, flags | plain, 0o666)
         try:
             if not or_any and (reason := (_why_foreign if is_read else _why_shared)(os.fstat(number))):
@@ -88,9 +88,9 @@ def open_regular(path: Path, flags: int = os.O_RDONLY, what: str = "", *, or_any
 def refuse_foreign(
     *, replaced: Iterable[Path] = (), changed: Iterable[Path] = (), folders: Iterable[Path] = ()
 ) -> None:
-    """Refuse foreign files in the place of our files and folders, before anything is written.
+    """Refuse links and special files at the paths of our files and folders, before anything is written.
 
-    That are links and special files, and where a file is ``changed`` and not ``replaced`` as a whole also hard links.
+    A file that is ``changed``, instead of ``replaced`` as a whole, must also have no hard link.
     """
     for paths, why in ((replaced, _why_foreign), (changed, _why_shared), (folders, _why_no_folder)):
         for path in paths:
@@ -117,11 +117,11 @@ def _why_no_folder(status: os.stat_result) -> str:
 
 
 def append_whole(path: Path, content: bytes) -> None:
-    """Append all of some content to a file, which may be new, or nothing where that fails."""
+    """Append some content to a file, which may be new; if that fails, append nothing."""
     with open_regular(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT) as file:
         size = os.fstat(file).st_size
         try:
-            while content:  # a disk that is nearly full takes a part of it
+            while content:  # a disk that is nearly full accepts only a part
                 content = content[os.write(file, content) :]
         except OSError:
             with suppress(OSError):
@@ -130,28 +130,28 @@ def append_whole(path: Path, content: bytes) -> None:
 
 
 def truncate(path: Path, size: int) -> None:
-    """Delete all that follows the first ``size`` bytes of a file."""
+    """Delete everything after the first ``size`` bytes of a file."""
     with open_regular(path, os.O_WRONLY) as file:
         os.ftruncate(file, size)
 
 
 def delete(path: Path) -> None:
-    """Delete a regular file, if there is one; a link or a folder in its place stays."""
+    """Delete a regular file, if there is one; keep a link or a folder of that name."""
     with suppress(FileNotFoundError):
         if stat.S_ISREG(path.lstat().st_mode):
             path.unlink()
 
 
 def sync(path: Path) -> None:
-    """Make the content of a file, if it exists, outlive a loss of power."""
+    """Make the content of a file, if it exists, survive a loss of power."""
     if path.exists():
         with open_regular(path, os.O_WRONLY) as file:
             os.fsync(file)
 
 
 def sync_folder(folder: Path) -> None:
-    """Make the names of a folder's files outlive a loss of power, where the file system can do that."""
-    with suppress(OSError):  # Windows opens no folders, and some file systems do not sync them
+    """Make the names of a folder's files survive a loss of power, if the file system can do that."""
+    with suppress(OSError):  # Windows cannot open folders, and some file systems cannot sync them
         number = os.open(folder, os.O_RDONLY)
         try:
             os.fsync(number)
@@ -160,7 +160,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Delete the files below a folder that `write_atomically` had begun when its process was killed."""
+    """Delete the unfinished files below a folder that a killed process left in `write_atomically`."""
     try:
         for path in [*folder.rglob(".*.part")]:
             if is_unfinished(path):
@@ -170,7 +170,7 @@ def remove_unfinished(folder: Path) -> None:
 
 
 def is_unfinished(path: Path) -> bool:
-    """Return whether a path has the name of a file that `write_atomically` has begun."""
+    """Return whether a path has the name of an unfinished file of `write_atomically`."""
     return _UNFINISHED.fullmatch(path.name) is not None
 
 

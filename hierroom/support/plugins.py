@@ -1,4 +1,4 @@
-"""Loading of classes that users plug in by name."""
+"""Load user-defined classes and functions by name."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hierroom.support.errors import LIBRARIES, InputError, user_code
 
 
 def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str, kinds: str = "Class") -> Any:
-    """Load a user's class or function: an entry point of the group, or of a module, also in the current folder."""
+    """Load a user's class or function by an entry point's name or by its module, also from the current folder."""
     found = [*entry_points(group=group, name=spec)]
     if not found and ":" not in spec:
         known = f"{', '.join(shipped)}, an entry point of {group} or package.module:{kinds}"

@@ -9,14 +9,14 @@ import numpy as np
 
 
 def read_only(array: np.ndarray) -> np.ndarray:
-    """Return a read-only view of an array, which shows its owner's writes."""
+    """Return a read-only view of an array; changes by the array's owner are visible in it."""
     view = array.view()
     view.setflags(write=False)
     return view
 
 
 class Shown:
-    """An attribute of a class: the array that an object keeps under the same name with ``_`` before it, read-only."""
+    """A read-only attribute ``name``: a view of the array that the object keeps as ``_name``."""
 
     def __set_name__(self, owner: type, name: str) -> None:
         self._kept_as = f"_{name}"
@@ -26,7 +26,7 @@ class Shown:
 
 
 def freeze(value: Any) -> Any:
-    """Make an array read-only, or the arrays in an object or a mapping; return it."""
+    """Make an array, or the arrays in an object or a mapping, read-only; return the same value."""
     held = value.values() if isinstance(value, Mapping) else getattr(value, "__dict__", {}).values()
     for array in (value, *held):
         if isinstance(array, np.ndarray):

@@ -1,4 +1,4 @@
-"""Reading of untrusted files: regular ones of a limited size, as text, JSON, TOML or CSV."""
+"""Read untrusted files as text, JSON, TOML or CSV; only regular files of limited size are read."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from hierroom.support.errors import InputError
 from hierroom.support.files import open_regular
 
 MOST_TEXT, MOST_TABLE, MOST_STATE = 2**26, 2**30, 2**34
-"""The most bytes of a file of text, a table and a checkpoint."""
+"""The most bytes of a text file, a table and a checkpoint."""
 _AT_ONCE = 2**24
-_DEEPEST = 50  # levels of lists and objects in each other: what is much deeper could not be written again
+_DEEPEST = 50  # levels of nested lists and objects; much deeper ones could not be written
 
 
 def read_bytes(path: Path, most: int = MOST_TEXT, what: str = "", *, or_any: bool = False) -> bytes:
-    """Return the content of a regular file of at most so many bytes; see `open_regular`."""
+    """Return the content of a regular file of at most ``most`` bytes; see `open_regular`."""
     content = bytearray()
     with open_regular(path, what=what, or_any=or_any) as number:
         size = os.fstat(number).st_size
-        while size <= most and (piece := os.read(number, _AT_ONCE)):  # some files of the system name no size
+        while size <= most and (piece := os.read(number, _AT_ONCE)):  # some system files report no size
             content += piece
             size = len(content)
         if size > most:
@@ -65,12 +65,12 @@ def read_toml(path: Path, kind: str, *, or_any: bool = False) -> dict[str, Any]:
     """Return the table in a TOML file; ``kind``, such as ``config``, is for messages; see `open_regular`."""
     try:
         return tomllib.loads(read_text(path, what=f"the {kind} ", or_any=or_any))
-    except (ValueError, RecursionError) as error:  # TOMLDecodeError among them
+    except (ValueError, RecursionError) as error:  # TOMLDecodeError is a ValueError
         raise InputError(f"{path} is not a TOML file: {error}") from error
 
 
 def as_utf8(path: Path) -> Path:
-    """Return a path as UTF-8 reads its bytes, if it can, so that a file has the same name in every locale."""
+    """Return a path with its bytes decoded as UTF-8, if possible, so that a file has the same name in every locale."""
     try:
         return Path(os.fsencode(path).decode())
     except UnicodeError:
@@ -78,7 +78,7 @@ def as_utf8(path: Path) -> Path:
 
 
 def read_csv(path: Path) -> tuple[list[str], list[tuple[int, dict[str, str]]]]:
-    """Return the names of a table's columns, and its rows, each with the number of its last line in the file."""
+    """Return the names of a table's columns, and its rows, each after the number of its last line in the file."""
     reader = csv.DictReader(io.StringIO(read_text(path, MOST_TABLE, "the table "), newline=""), strict=True)
     try:
         rows = [(reader.line_num, row) for row in reader]

@@ -1,4 +1,4 @@
-"""Schemas of states from files: types, shapes and ranges, checked first because compiled kernels check no bounds."""
+"""Schemas of states from files: types, shapes and ranges. They are checked because kernels do not check bounds."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from numpy.typing import DTypeLike, NDArray
 from hierroom.support.errors import InputError, shown, text_of
 
 _Parts = list[tuple["Schema", Any, str]]
-"""The entries of another entry: the schema, value and name of each."""
+"""The entries inside an entry: the schema, value and name of each."""
 
 
 class Schema:
-    """The allowed values of one entry of a state: any, unless a subclass says otherwise."""
+    """The allowed values of one entry of a state; this class allows all, subclasses restrict them."""
 
     def check(self, value: Any, name: str) -> None:
-        """Check an entry called ``name``, such as ``levels.direction``, and all that is in it."""
+        """Check an entry called ``name``, such as ``levels.direction``, and all entries inside it."""
         waiting: _Parts = [(self, value, name)]
         for schema, value, name in waiting:
             waiting += schema._look(value, name)
 
     def _look(self, value: Any, name: str) -> _Parts:
-        """Check an entry without its parts, and return these."""
+        """Check an entry without the entries inside it, and return these."""
         return []
 
 
@@ -37,7 +37,7 @@ class Table(Schema):
     """A mapping with certain entries."""
 
     entries: Mapping[Any, Schema]
-    optional: Collection[Any] = ()  # names of those that may be missing
+    optional: Collection[Any] = ()  # names of entries that may be missing
     is_open: bool = False  # whether other entries are allowed, unchecked
 
     def _look(self, value: Any, name: str) -> _Parts:
@@ -70,14 +70,14 @@ class Items(Schema):
             given = f"a list of {len(value)}" if type(value) is list else shown(value)
             raise InputError(f"{name} must be a list{number}, not {given}")
         entry, parts = self.entry, enumerate(value)
-        if isinstance(entry, Whole):  # there may be many of them
+        if isinstance(entry, Whole):  # faster, as there may be many items
             parts = [(n, one) for n, one in parts if type(one) is not int or not entry.low <= one <= entry.high]
         return [(entry, one, f"{name}[{n}]") for n, one in parts]
 
 
 @dataclass(frozen=True)
 class Array(Schema):
-    """An array of NumPy or a tensor of torch on the CPU."""
+    """A NumPy array or a torch tensor on the CPU."""
 
     dtype: DTypeLike
     shape: tuple[int, ...]
@@ -91,7 +91,7 @@ class Array(Schema):
         if array.dtype != dtype or array.shape != self.shape:
             wanted, found = f"{dtype} and shape {self.shape}", f"{array.dtype} and shape {array.shape}"
             raise InputError(f"{name} must be an array of {wanted}, not of {found}")
-        if dtype.kind == "b":  # compiled code reads one bit of it, NumPy all eight
+        if dtype.kind == "b":  # compiled code reads one bit of a bool, NumPy all eight
             if array.view(np.uint8).max(initial=0) > 1:
                 raise InputError(f"{name} must be True or False everywhere")
             return []
@@ -107,7 +107,7 @@ class Array(Schema):
 
 @dataclass(frozen=True)
 class Whole(Schema):
-    """A whole number, no bool."""
+    """A whole number, not a bool."""
 
     low: int = 0
     high: float = math.inf
@@ -121,7 +121,7 @@ class Whole(Schema):
 
 
 class Real(Schema):
-    """A finite number, no bool."""
+    """A finite number, not a bool."""
 
     def _look(self, value: Any, name: str) -> _Parts:
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
@@ -132,7 +132,7 @@ class Real(Schema):
 
 @dataclass(frozen=True)
 class Exactly(Schema):
-    """One value of plain types and no other; 1 is not 1.0."""
+    """One value of plain types, of the same type too: 1 is not 1.0."""
 
     value: Any
 
@@ -153,18 +153,18 @@ class Flag(Schema):
 
 
 def record_type(*fields: tuple) -> np.dtype:
-    """Return the type of records with such fields, aligned as compiled kernels want it."""
+    """Return the type of records with these fields, aligned for compiled kernels."""
     return np.dtype((np.record, np.dtype([*fields], align=True)))
 
 
 def of_records(dtype: np.dtype, n: int, bounds: Mapping[str, tuple[Any, Any]]) -> Table:
-    """Return the schema of the fields of ``n`` records, with the (low, high) of some of them, as for `Array`."""
+    """Return the schema of the fields of ``n`` records; ``bounds`` has (low, high) of some fields, as in `Array`."""
     fields = {name: dtype[name] for name in dtype.names or ()}
     return Table({name: Array(f.base, (n, *f.shape), *bounds.get(name, ())) for name, f in fields.items()})
 
 
 def like(example: Any, low: Any = None, high: Any = None, *, is_finite: bool = True) -> Schema:
-    """Return the schema of arrays like an array or tensor; one that NumPy cannot hold allows any value."""
+    """Return the schema of arrays like an array or tensor; if NumPy cannot hold that, any value is allowed."""
     try:
         array = example if isinstance(example, np.ndarray) else example.detach().cpu().numpy()
     except (AttributeError, TypeError, RuntimeError):
@@ -184,7 +184,7 @@ RANDOM_STATE = Table(
 
 
 def require(rules: Mapping[str, NDArray[np.bool_] | np.bool_ | bool], what: str) -> None:
-    """Check rules of ``what`` that relate several entries: each in words, with one answer or one per environment."""
+    """Check rules between entries of ``what``: each rule in words, with whether it holds, in all or per environment."""
     for rule, holds in rules.items():
         if not np.all(holds):
             where = f", but not in environment {int(np.argmin(holds))}" if np.ndim(holds) else ""
@@ -192,7 +192,7 @@ def require(rules: Mapping[str, NDArray[np.bool_] | np.bool_ | bool], what: str)
 
 
 def as_array(value: Any, name: str) -> NDArray:
-    """Return an array, or a tensor of torch as one; refuse numbers that share memory."""
+    """Return an array, or a tensor as an array; refuse one with entries that share memory."""
     array = value
     if not isinstance(value, np.ndarray):
         with suppress(AttributeError, TypeError, RuntimeError):  # such as a sparse tensor, or one on another device
@@ -201,7 +201,7 @@ def as_array(value: Any, name: str) -> NDArray:
         raise InputError(f"{name} must be an array, not {shown(value)}")
     if array.flags.c_contiguous:
         return array
-    extent = array.itemsize  # of the numbers within a stride, the smallest first
+    extent = array.itemsize  # bytes from first to last number, over the smaller strides
     for stride, n in sorted([(abs(stride), n) for stride, n in zip(array.strides, array.shape, strict=True) if n > 1]):
         if stride < extent and array.size:
             raise InputError(f"{name} must be an array without numbers that share memory")
@@ -210,7 +210,7 @@ def as_array(value: Any, name: str) -> NDArray:
 
 
 def _power(number: float) -> str:
-    """Return a whole number in digits, or as a large power of two less one."""
+    """Return a whole number as digits; if it is a large power of two minus one, as such."""
     number = int(number)
     bits = number.bit_length()
     return f"2**{bits} - 1" if bits > 20 and number == 2**bits - 1 else str(number)

@@ -1,4 +1,4 @@
-"""A line about what takes long, for people who wait."""
+"""Lines about the progress of slow work."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 FIRST_SECONDS, NEXT_SECONDS = 2.0, 10.0
-"""Seconds until the first line, and between further ones."""
+"""Seconds until the first line, and between later lines."""
 
 
 @contextmanager
 def said_when_slow(progress: Callable[[], str]) -> Iterator[None]:
-    """Write how far the work in this context is to standard error, once it takes longer than two seconds."""
+    """Write the progress of the work in this context to standard error, if it takes longer than two seconds."""
     done = threading.Event()
 
     def say() -> None:

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 from hierroom.support.cells import plain_cell
 
-if TYPE_CHECKING:  # each takes its time to load, and few programs print tables
+if TYPE_CHECKING:  # slow to load, and few programs print tables
     import pandas as pd
     from rich.console import Console
     from rich.table import Table
 
-_WIDEST = 10_000  # characters, more than any table takes
-# Pandas does not escape these.
+_WIDEST = 10_000  # characters, wider than any table
+# Characters that pandas does not escape.
 _TEX = {"∞": r"$\infty$", " +- ": r" $\pm$ ", "<": r"\textless{}", ">": r"\textgreater{}", "|": r"\textbar{}"}
 
 
 def print_table(table: Table, console: Console | None = None) -> None:
-    """Print a table without folding columns of numbers, on the right, or with ``no_wrap``: lines may be too long."""
+    """Print a table without folding columns that are aligned right or ``no_wrap``; lines may be too long for it."""
     from rich import get_console
     from rich.cells import cell_len
     from rich.measure import Measurement
@@ -38,7 +38,7 @@ def print_table(table: Table, console: Console | None = None) -> None:
 
 
 def named_table(headings: Sequence[str], rows: Iterable[Sequence[str]], n_names: int = 1, **layout: Any) -> Table:
-    """Return a table for `print_table`: the first ``n_names`` columns are names, which fold, the others numbers."""
+    """Return a table for `print_table`: the first ``n_names`` columns are names, which may fold, the others numbers."""
     from rich.box import SIMPLE_HEAD
     from rich.markup import escape
     from rich.table import Table
@@ -61,7 +61,7 @@ def csv_text(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] | None = 
 
 
 def telling_columns(table: pd.DataFrame) -> list[str]:
-    """Return the columns that distinguish the rows of a table: each that distinguishes more than those before it."""
+    """Return the columns that distinguish a table's rows: each one distinguishes rows that those before it do not."""
     kept: list[str] = []
     n_kinds = 1
     for name in table.columns:
@@ -71,7 +71,7 @@ def telling_columns(table: pd.DataFrame) -> list[str]:
 
 
 def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a Markdown table with the first column, and those with a letter first in a cell, aligned left."""
+    """Return a Markdown table. The first column, and those where a cell begins with a letter, are aligned left."""
     lines = [[cell.replace("|", r"\|") for cell in cells] for cells in (headings, *rows)]
     columns = [column[1:] for column in zip(*lines, strict=True)]
     of_words = [n == 0 or any(cell[:1].isalpha() for cell in cells) for n, cells in enumerate(columns)]
@@ -81,7 +81,7 @@ def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> st
 
 
 def latex_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a LaTeX tabular for the package booktabs, without a line break at the end."""
+    """Return a LaTeX tabular for the package booktabs, without a newline at the end."""
     import pandas as pd
 
     frame = pd.DataFrame([*rows], columns=[*headings]).replace("inf", "∞")
@@ -92,7 +92,7 @@ def latex_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def html_table(caption: str, header: Sequence[str], rows: Iterable[Sequence[str]], notes: Iterable[str] = ()) -> str:
-    """Return a table in HTML, as notebooks show reports; ``header`` may be empty."""
+    """Return a table in HTML, with which notebooks show reports; ``header`` may be empty."""
     head = "".join(f"<th>{escape(name)}</th>" for name in header)
     body = "".join(
         f"<tr><th style='text-align: left'>{escape(name)}</th>"
@@ -105,7 +105,7 @@ def html_table(caption: str, header: Sequence[str], rows: Iterable[Sequence[str]
 
 
 def text_table(head: str, header: Sequence[str], rows: Sequence[Sequence[str]], notes: Iterable[str] = ()) -> str:
-    """Return a table in plain text, with names and columns called "... interval" aligned left, numbers right."""
+    """Return a table in plain text; names and columns called "... interval" are aligned left, numbers right."""
     lines = [header, *rows]
     widths = [max(map(len, cells)) for cells in zip(*lines, strict=True)]
     pads = [str.ljust if i == 0 or name.endswith("interval") else str.rjust for i, name in enumerate(header)]

@@ -1,4 +1,4 @@
-"""Threads that survive a fork and a copy, and environments that threads share."""
+"""Threads that also work after a fork and in a copy, and environments divided among threads."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MIN_ENVS_PER_THREAD = 1024
 
 
 class ThreadPool:
-    """A pool of threads, which start at the first task, anew in each process and copy: no thread survives a fork."""
+    """A pool of threads. They start at the first task in each process and copy, as no thread survives a fork."""
 
     def __init__(self, threads: int) -> None:
         self._threads = threads
@@ -35,10 +35,10 @@ class ThreadPool:
 
 
 class Shares:
-    """N environments in slices, one for each thread that is worth its start: see `MIN_ENVS_PER_THREAD`.
+    """N environments in slices, one for each thread; small N use fewer threads, see `MIN_ENVS_PER_THREAD`.
 
     Attributes:
-        is_one: whether there is one slice alone, so that no other thread works.
+        is_one: whether there is only one slice, so that no other thread works.
     """
 
     def __init__(self, num_envs: int, threads: int) -> None:
@@ -48,7 +48,7 @@ class Shares:
         self.is_one, self._pool = n_shares == 1, ThreadPool(n_shares)
 
     def each(self, work: Callable[[slice], object]) -> None:
-        """Let each thread work on its slice, and wait for all; a single slice is worked on by the caller."""
+        """Let each thread work on its slice, and wait for all; if there is one slice, the caller works on it."""
         if self.is_one:
             work(self._slices[0])
             return

@@ -1,1 +1,1 @@
-"""Comparison of training runs: learning curves, areas under them, and how likely one group of runs is the better."""
+"""Comparison of training runs: learning curves, areas under them, and how likely one group is better than another."""

@@ -1,4 +1,4 @@
-"""Notes for the reader of a comparison, on runs that are not quite alike."""
+"""Notes for the reader of a comparison on differences between runs that may mislead."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from hierroom.lab.compare.grouping import Group, describe_differences, shortened
 from hierroom.lab.compare.tasks import OWN, Tasks, graphs_of
 
 _SHOWN = 3
-_FEW_RUNS = 5  # with fewer on a graph 95% intervals cover the true value too rarely: with three in 74% of cases
+_FEW_RUNS = 5  # with fewer on a graph, 95% intervals contain the true value too rarely: with three in 74% of cases
 
 
 def caveats(comparison: Comparison) -> list[str]:
-    """Return notes on how far the groups of a comparison can be compared."""
+    """Return notes on what limits the comparison of the groups."""
     groups, tasks = comparison.groups, comparison.tasks
     runs = [run for group in groups for run in group.runs]
     lines = [
@@ -26,7 +26,7 @@ def caveats(comparison: Comparison) -> list[str]:
         *_on_seeds(groups, tasks),
         *_on_unknown(comparison),
     ]
-    counts = {max(run.episodes) for run in runs}  # what a run was asked for: of agents that fail it may play fewer
+    counts = {max(run.episodes) for run in runs}  # as planned; evaluations of failing agents may have fewer
     if len(counts) > 1:
         lines.append(f"the evaluations are not alike: they have {min(counts):,} to {max(counts):,} episodes each")
     rewards = sorted({run.reward for run in runs})
@@ -43,7 +43,7 @@ def _on_lengths(runs: Sequence[EvaluatedRun], end: float) -> Iterable[str]:
     planned = [run.entries["steps"] for run in runs]
     if min(planned) < max(planned):
         yield f"the runs are to train for {min(planned):,} to {max(planned):,} steps"
-    if max(run.last_steps for run in runs) > 1.01 * end:  # whole updates end at slightly different steps
+    if max(run.last_steps for run in runs) > 1.01 * end:  # runs end with whole updates, at slightly different steps
         shortest = min(runs, key=lambda run: run.last_steps)
         yield f"compared up to {end:,.0f} steps, the end of {shortest.path}; what others have after that is not used"
 

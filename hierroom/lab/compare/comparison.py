@@ -26,7 +26,7 @@ from hierroom.lab.compare.grouping import Group
 from hierroom.lab.compare.tasks import Tasks
 
 SUCCESS_LEVELS = (0.5, 0.9, 0.95)
-ALL = "all"  # the name of all graphs together
+ALL = "all"  # the name for all graphs together
 
 
 @dataclass(frozen=True)
@@ -35,21 +35,21 @@ class GroupSummary:
 
     group: Group
     graph: str
-    n_runs: int  # that were evaluated there
+    n_runs: int  # runs that were evaluated there
     n_seeds: int
-    n_scores: int  # of curves, one for each run and graph
+    n_scores: int  # number of curves, one for each run and graph
     steps: NDArray[np.float64]  # [Q] the steps trained
     curve: Estimate  # [Q] the interquartile mean of the metric
     final_mean: Estimate  # [1] the mean of the metric at the last steps
     auc: Estimate  # [1] the interquartile mean of the areas under the curves
-    auc_mean: Estimate  # [1] their mean
+    auc_mean: Estimate  # [1] the mean of these areas
     steps_to: Mapping[float, float]  # median steps to each of `SUCCESS_LEVELS`; infinity if half or fewer reach it
     reached: Mapping[float, float]  # the fraction of the curves that reach each level
 
 
 @dataclass(frozen=True)
 class Improvement:
-    """The probability that a run of one group beats one of another, over all graphs, at the end or by the area."""
+    """The probability that a run of one group beats one of another, over all graphs, by final score or area."""
 
     better: Group
     worse: Group
@@ -59,10 +59,10 @@ class Improvement:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Groups compared by a metric and some entries, on some graphs."""
+    """A comparison of groups by a metric on some graphs."""
 
     metric: MetricName
-    by: tuple[str, ...]  # the entries that make the groups
+    by: tuple[str, ...]  # the entries by which runs are grouped
     groups: tuple[Group, ...]
     tasks: Tasks
     summaries: tuple[GroupSummary, ...]  # for each group one over all graphs, then one for each graph
@@ -81,7 +81,7 @@ def compare(
     seed: int,
     track: Callable[[Sequence[Any]], Iterable[Any]] = lambda work: work,
 ) -> Comparison:
-    """Estimate everything, with intervals by so many resamples; ``track`` may show how the work goes on."""
+    """Estimate everything, with intervals from ``resamples`` resamples; ``track`` may show the progress."""
     steps = shared_steps([curve for group in groups for curve in tasks.curves(group, metric)])
     estimator = _Estimator(tasks, metric, steps, partial(estimate, resamples=resamples, seed=seed))
     places = [(ALL, tasks.graphs), *((graph, (graph,)) for graph in tasks.graphs)]

@@ -1,4 +1,4 @@
-"""The metrics of ``evaluations.csv``, and their learning curves: values at some steps, and straight lines between."""
+"""The metrics of ``evaluations.csv``, and their learning curves: values at some steps, interpolated linearly."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class Metric:
     label: str
     is_higher_better: bool = True
     is_rate: bool = False  # a fraction, shown in percent
-    digits: int = 1  # shown after the point
+    digits: int = 1  # digits shown after the decimal point
 
     @property
     def scale(self) -> float:
-        """The factor of the values that are shown."""
+        """The factor by which values are multiplied when they are shown."""
         return 100.0 if self.is_rate else 1.0
 
 
@@ -42,21 +42,21 @@ class Curve:
     """A metric over the steps trained, linear between the evaluations."""
 
     steps: NDArray[np.float64]  # [P] float, steps trained at each evaluation, increasing
-    values: NDArray[np.float64]  # [P] float, the metric there; NaN where it has no value
+    values: NDArray[np.float64]  # [P] float, the metric at these steps; NaN if it has no value
 
     def at(self, steps: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the values [Q] after some steps [Q] between the first evaluation and the last."""
+        """Return the values [Q] at some steps [Q] between the first evaluation and the last."""
         return np.interp(steps, self.steps, self.values)
 
     def between(self, start: float, end: float) -> Curve:
-        """Return the part between two numbers of steps that the curve has."""
+        """Return the part of the curve between two numbers of steps inside its range."""
         inside = self.steps[(start < self.steps) & (self.steps < end)]
         steps = np.array([start, *inside, end], float)
         return Curve(steps, self.at(steps))
 
     @property
     def area(self) -> float:
-        """The area over the number of steps: ``sum((t[i+1] - t[i]) * (v[i] + v[i+1]) / 2) / (t[-1] - t[0])``."""
+        """The area divided by the number of steps: ``sum((t[i+1] - t[i]) * (v[i] + v[i+1]) / 2) / (t[-1] - t[0])``."""
         return float(np.trapezoid(self.values, self.steps) / (self.steps[-1] - self.steps[0]))
 
     def steps_to(self, level: float) -> float:
@@ -65,7 +65,7 @@ class Curve:
 
 
 def shared_steps(curves: Sequence[Curve]) -> NDArray[np.float64]:
-    """Return the steps [Q] of all evaluations, from where all curves have begun to where the first ends."""
+    """Return the steps [Q] of all evaluations, in the range of steps that all curves cover."""
     start, end = max(curve.steps[0] for curve in curves), min(curve.steps[-1] for curve in curves)
     steps = np.unique(np.concatenate([curve.steps for curve in curves]))
     return steps[(start <= steps) & (steps <= end)]

@@ -1,8 +1,8 @@
 """Estimates over few runs, with intervals (Agarwal et al. 2021, "Deep RL at the edge of the statistical precipice").
 
 A stratum is an array of scores [R, K, Q]: R runs that were evaluated on the same K graphs, and Q scores of each run on
-each graph. The stratified bootstrap resamples runs within their stratum, each with all its scores, as only runs are
-independent. All statistics take further axes in front, for resamples.
+each graph. The stratified bootstrap resamples whole runs within their stratum, as only runs are independent. All
+statistics accept more axes in front, for resamples.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ Scores = NDArray[np.float64]
 Strata = Sequence[Scores]
 
 LEVEL = 0.95
-_ENTRIES_AT_ONCE = 4_000_000  # in a batch of resamples
+_ENTRIES_AT_ONCE = 4_000_000  # scores in a batch of resamples
 
 
 @dataclass(frozen=True)
 class Estimate:
     """Estimates with their 95% intervals."""
 
-    values: Scores  # [Q] from all runs; NaN where a run has no score
+    values: Scores  # [Q] from all runs; NaN if any run has no score
     lows: Scores  # [Q] lower ends; NaN if a stratum has a single run
     highs: Scores  # [Q] upper ends
 
 
 def interquartile_mean(strata: Strata) -> Scores:
-    """Return the mean [..., Q] of the middle half of all scores: a quarter, rounded down, is dropped at either end."""
+    """Return the mean [..., Q] of the middle half of all scores, without a quarter (rounded down) at each end."""
     return stats.trim_mean(_pooled(strata), 0.25, axis=-2)
 
 
@@ -41,7 +41,7 @@ def mean(strata: Strata) -> Scores:
 
 
 def probability_of_improvement(ours: Sequence[Scores], theirs: Sequence[Scores]) -> Scores:
-    """Return the probability [..., Q] that a run of ours scores higher than one of theirs, the mean over the graphs.
+    """Return the probability [..., Q] that a run of ours scores higher than one of theirs, averaged over the graphs.
 
     ``P(X > Y) = mean over graphs g of mean over pairs (i, j) of [x[g, i] > y[g, j]] + [x[g, i] = y[g, j]] / 2``
     (Agarwal et al. 2021, section 4.3; Mann & Whitney 1947), with scores [..., R, Q] and [..., S, Q] for each graph.

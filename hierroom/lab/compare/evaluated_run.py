@@ -1,4 +1,4 @@
-"""Runs with their evaluations during training, read from their folders."""
+"""Read runs and their evaluations during training from their folders."""
 
 from __future__ import annotations
 
@@ -33,48 +33,48 @@ class EvaluatedRun:
     path: Path
     entries: Mapping[str, Any]  # see `entries_of`
     meta: str
-    reward: str  # the controller's
+    reward: str  # the controller's reward
     curves: Mapping[str, Mapping[str, Curve]]  # by goal graph and metric
-    episodes: frozenset[int]  # of each evaluation, over all graphs; several where these differ
-    user_graphs: Mapping[str, object]  # what distinguishes the user-defined goal graphs and layouts, by their names
+    episodes: frozenset[int]  # the different numbers of episodes of its evaluations, over all graphs
+    user_graphs: Mapping[str, object]  # by name, what identifies each user-defined goal graph or layout
     code: Mapping[str, frozenset[str]]  # see `provenance.code_of`
 
     @property
     def kind(self) -> str:
-        """What its curves are of: ``task``, ``layout`` or ``graph``."""
+        """What its curves belong to: ``task``, ``layout`` or ``graph``."""
         return next((kind for kind in ("task", "layout") if self.entries.get(kind)), "graph")
 
     @property
     def first_steps(self) -> float:
-        """Steps trained at the first evaluation that all its graphs have."""
+        """Steps trained at the first evaluation from which all its graphs have values."""
         return max(curve.steps[0] for metrics in self.curves.values() for curve in metrics.values())
 
     @property
     def last_steps(self) -> float:
-        """Steps trained at the last evaluation that all its graphs have."""
+        """Steps trained at the last evaluation up to which all its graphs have values."""
         return min(curve.steps[-1] for metrics in self.curves.values() for curve in metrics.values())
 
     def choice(self, name: str) -> str:
-        """Return an entry of the config as text of one line; ``warm_start`` is that run's name without its seed."""
+        """Return an entry of the config as a line of text; ``warm_start`` becomes that run's name without its seed."""
         if name not in self.entries:
             near = get_close_matches(name, self.entries, n=1)
             known = f"is it {near[0]}?" if near else f"they are {listed_entries(self.entries)}"
             raise InputError(f"--by takes entries of a run's config, joined by commas, not {name!r}; {known}")
-        return one_line(self._text(name))  # it is shown, and the folder may hold anything
+        return one_line(self._text(name))  # it is shown, and the folder is untrusted
 
     def _text(self, name: str) -> str:
         if name in ("meta", "reward"):
             return str(getattr(self, name))
         value = self.entries[name]
         if name == "warm_start" and value:
-            # Without the seed, and without what a sweep or a second run of that name puts at the end.
+            # Remove the seed, and the suffix that a sweep or a second run of that name adds.
             head, *rest = re.split(r"-seed\d+(?=-|$)", Path(value).name, maxsplit=1)
             return head + re.sub(r"-([0-9a-f]{6}|\d+)$", "", "".join(rest)) if rest else head
         return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
 
 
 def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
-    """Return the runs among some paths, each once; and those inside a path without evaluations after the first step."""
+    """Return the runs at or inside some paths, each once, and the runs inside that have no learning curve."""
     found: dict[Path, Path] = {}
     left_out = []
     for path in paths:
@@ -87,7 +87,7 @@ def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
 
 
 def read_each(paths: Iterable[Path], read: Callable[[Path], T]) -> tuple[list[T], list[str]]:
-    """Read runs: those that can be read, and a line for each that is left out; raise if none can be read."""
+    """Return the runs that can be read, and a line for each other one; raise an error if none can be read."""
     runs, left_out = [], []
     for path in paths:
         try:
@@ -100,7 +100,7 @@ def read_each(paths: Iterable[Path], read: Callable[[Path], T]) -> tuple[list[T]
 
 
 def runs_inside(path: Path) -> list[Path]:
-    """Return a run's folder, or those in a folder or its ``runs``; of equal configs the ones in a sweep's table."""
+    """Return a run's folder, or those in a folder or its ``runs``; if configs are equal, those in a sweep's table."""
     if (usable_path(path) / "config.json").is_file():
         return [path]
     for pattern in ("*/config.json", "runs/*/config.json") if path.is_dir() else ():
@@ -119,7 +119,7 @@ def runs_inside(path: Path) -> list[Path]:
 
 
 def _content(config: Path) -> bytes | Path:
-    """Return the content of a config; its path if unreadable, as it equals no other then."""
+    """Return the content of a config; if it cannot be read, its path, which equals no other content."""
     try:
         return read_bytes(config)
     except InputError:
@@ -169,7 +169,7 @@ def _evaluations(folder: RunFolder) -> pd.DataFrame:
 
 
 def refuse_without_overlap(runs: Sequence[EvaluatedRun]) -> None:
-    """Refuse runs if one was last evaluated before another first was."""
+    """Refuse runs if the last evaluation of one comes before the first of another."""
     start, end = max(run.first_steps for run in runs), min(run.last_steps for run in runs)
     if start >= end:
         short = min(runs, key=lambda run: run.last_steps)
@@ -178,12 +178,12 @@ def refuse_without_overlap(runs: Sequence[EvaluatedRun]) -> None:
 
 
 def entries_of(path: Path, config: TrainConfig) -> dict[str, Any]:
-    """Return the entries of a run's config, flat, and ``variant``, the name that a sweep's plan gave it."""
+    """Return the entries of a run's config by flat names, and ``variant``, its name in a sweep's plan."""
     return flat_entries(config) | {"variant": variant_of(path)}
 
 
 def flat_entries(config: TrainConfig) -> dict[str, Any]:
-    """Return the entries of a config by their flat names, goal graphs and layouts by theirs."""
+    """Return the entries of a config by their flat names, with names instead of goal graphs and layouts."""
     graphs = {"graph": [*config.env.names], "exclude": [*spec_names(config.env.exclude)]}
     graphs["layout"] = [one.name for one in config.env.layout]
     return {name: value for name, value in (config.entries | graphs).items() if name not in OF_ENVIRONMENTS}

@@ -1,4 +1,4 @@
-"""The figure of a comparison: learning curves with bands, a panel for all graphs and one for each, fit for a paper."""
+"""The figure of a comparison, for a paper: learning curves with bands, in a panel for all graphs and one for each."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from hierroom.lab.compare.tasks import OWN
 from hierroom.runs.logs.plots import step_unit
 from hierroom.support.drawing import drawing
 
-MAX_PANELS = 12  # of more graphs only the panel over all is drawn
+MAX_PANELS = 12  # with more graphs, only the panel over all is drawn
 _COLUMN, _PAGE = 3.3, 6.8  # inches: the width of a column and of a page of a paper in two columns
-_LETTERS = 12  # of the legend to the inch
+_LETTERS = 12  # letters of the legend per inch
 
 
 def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
-    """Draw the learning curves of a comparison into ``curves.pdf`` and ``curves.png``; return these."""
+    """Draw the learning curves of a comparison into ``curves.pdf`` and ``curves.png``; return these files."""
     with drawing(STYLE):
         return save(_figure(comparison), folder / "curves", 300)
 
@@ -45,7 +45,7 @@ def _figure(comparison: Comparison) -> Figure:
         _finish(place, title, comparison)
     for place in axes.flat[len(panels) :]:
         place.remove()
-    for column in range(n_columns):  # above a place without a panel the numbers belong to the upper one
+    for column in range(n_columns):  # the lowest panel of each column has the numbers
         lowest = (len(panels) - 1 - column) // n_columns
         axes[lowest, column].tick_params(labelbottom=True)
         axes[lowest, column].set_xlabel(f"training steps ({step_unit(comparison.summaries[0].steps[-1])[1]})")

@@ -1,4 +1,4 @@
-"""Groups of runs with configs that agree in some entries, and what else they differ in."""
+"""Groups of runs with configs that agree in some entries, and other differences between the runs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _SHOWN = 6
 
 @dataclass(frozen=True)
 class Group:
-    """Runs that are compared as one, with the values, as text, that they agree in."""
+    """Runs that are compared as one group, and the values, as text, that they have in common."""
 
     choices: dict[str, str]
     runs: tuple[EvaluatedRun, ...]
@@ -39,7 +39,7 @@ class Group:
 
 def choose_groups(runs: Sequence[EvaluatedRun], by: str | None) -> list[Group]:
     """Group the runs by the named entries, or by those that differ; refuse more groups than a figure can show."""
-    # The config has num_envs for num-envs.
+    # The option --num-envs is the entry num_envs.
     given = dict.fromkeys(name.strip().lstrip("-").replace("-", "_") for name in (by or "").split(","))
     names = tuple(given) if by is not None else differing_entries(runs)
     groups = group_runs(runs, names)
@@ -49,7 +49,7 @@ def choose_groups(runs: Sequence[EvaluatedRun], by: str | None) -> list[Group]:
 
 
 def differing_entries(runs: Sequence[EvaluatedRun]) -> tuple[str, ...]:
-    """Return the entries that differ between the runs, but not only together with earlier ones; else ``method``."""
+    """Return the entries that differ between runs, without those that split no group further; if none, ``method``."""
     names = [name for name in runs[0].entries if _is_treatment(name)]
     first = [name for name in _NAMED_BY_VALUE if name in names]
     choices = {name: [run.choice(name) for run in runs] for name in [*first, *names]}
@@ -57,7 +57,7 @@ def differing_entries(runs: Sequence[EvaluatedRun]) -> tuple[str, ...]:
 
 
 def group_runs(runs: Sequence[EvaluatedRun], by: Sequence[str]) -> list[Group]:
-    """Group the runs by some entries, in the order of the first runs, or by the numbers of a single entry."""
+    """Group the runs by some entries. Groups are in the order of their first runs, or of a single entry's numbers."""
     members: dict[tuple[str, ...], list[EvaluatedRun]] = {}
     for run in runs:
         members.setdefault(tuple(map(run.choice, by)), []).append(run)
@@ -70,7 +70,7 @@ def group_runs(runs: Sequence[EvaluatedRun], by: Sequence[str]) -> list[Group]:
 
 
 def describe_differences(groups: Sequence[Group], by: Sequence[str]) -> list[str]:
-    """Return notes on what differs within and between groups in addition to what they are compared by."""
+    """Return notes on differences within and between groups besides the entries that they are compared by."""
     lines = []
     all_mixed: set[str] = set()
     for group in groups:
@@ -101,11 +101,11 @@ def _different_code(runs: Sequence[EvaluatedRun]) -> list[str]:
 
 
 def _short(version: str) -> str:
-    return one_line(version)[: 8 if len(version) == 64 else 60]  # of a SHA-256 the first digits
+    return one_line(version)[: 8 if len(version) == 64 else 60]  # the first digits of a SHA-256
 
 
 def _differing(runs: Sequence[EvaluatedRun]) -> list[str]:
-    """Return the entries in which configs differ, without a meta-controller or reward that follows from the method."""
+    """Return the entries in which configs differ; a meta-controller or reward counts only if the config names it."""
 
     def chosen(run: EvaluatedRun, name: str) -> str:
         return str(run.entries[name]) if name in ("meta", "reward") else run.choice(name)
@@ -118,12 +118,12 @@ def _is_treatment(name: str) -> bool:
 
 
 def _refuse_copies(runs: Iterable[EvaluatedRun]) -> None:
-    """Refuse a run that counts twice, as it would make intervals too narrow; config and seed identify a run."""
+    """Refuse two runs with the same config and seed, as counting a run twice makes intervals too narrow."""
     seen: dict[tuple[str, ...], EvaluatedRun] = {}
     for run in runs:
         names = [name for name in run.entries if _is_treatment(name) or name in ("seed", "graph")]
         key = tuple(str(run.entries[name]) for name in names if name not in ("preset", "variant"))
-        key += (str(sorted(run.user_graphs.items())),)  # other graphs of the same name are for `Tasks.common` to refuse
+        key += (str(sorted(run.user_graphs.items())),)  # `Tasks.common` refuses other graphs of the same name
         if key in seen:
             both = f"{seen[key].path} and {run.path} have the same seed, {run.entries['seed']}"
             raise InputError(
@@ -141,6 +141,6 @@ def _is_number(text: str) -> bool:
 
 
 def shortened(words: Sequence[str], n_shown: int) -> str:
-    """Return the first words of a list, and how many more there are."""
+    """Return the first words of a list, and the number of the others."""
     more = len(words) - n_shown
     return ", ".join(words[:n_shown]) + (f" and {more} more" if more > 0 else "")

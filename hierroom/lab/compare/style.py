@@ -1,4 +1,4 @@
-"""The style of figures for papers, and their files."""
+"""The style and the files of figures for papers."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ STYLE: dict[Any, Any] = {
 
 
 def line_style(number: int) -> tuple[str, int]:
-    """Return the colour of a line by its number from 0, and its place in `DASHES`; neighbours share neither."""
+    """Return the colour of a line by its number from 0, and its index in `DASHES`; neighbours differ in both."""
     cycle, colour = divmod(number, len(COLOURS))
     return COLOURS[colour], (colour + cycle) % len(DASHES)
 
 
 def save(figure: Figure, path: Path, dpi: int) -> list[Path]:
-    """Write a figure as PDF and PNG, the same bytes every time; return the files."""
+    """Write a figure as PDF and PNG, with the same bytes every time; return the files."""
     paths = []
     for suffix, metadata in (("pdf", {"CreationDate": None}), ("png", None)):
         picture = io.BytesIO()

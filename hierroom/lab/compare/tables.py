@@ -1,4 +1,4 @@
-"""The numbers of a comparison as rows, for CSV and JSON, and as tables to be read."""
+"""The numbers of a comparison as rows, for CSV and JSON, and as tables for the terminal."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def summary_rows(comparison: Comparison) -> list[Row]:
 
 
 def improvement_rows(comparison: Comparison) -> list[Row]:
-    """Return a row for each pair of groups and score: how likely a run of the first is better."""
+    """Return a row for each pair of groups and score: how likely a run of the first group is better."""
     return [
         {"group": i.better.label, "other": i.worse.label, "score": i.score, **_columns("probability", i.probability)}
         for i in comparison.improvements
@@ -66,7 +66,7 @@ def improvement_rows(comparison: Comparison) -> list[Row]:
 
 
 def summary_table(comparison: Comparison) -> Table:
-    """Return the estimates of each group over all graphs."""
+    """Return a table of the estimates of each group over all graphs."""
     metric, graphs, kind = METRICS[comparison.metric], comparison.tasks.graphs, comparison.tasks.kind
     end = comparison.summaries[0].steps[-1]
     where = f"{kind} {graphs[0]}" if len(graphs) == 1 else f"{len(graphs)} {kind}s"
@@ -88,13 +88,13 @@ def summary_table(comparison: Comparison) -> Table:
         for summary in comparison.of_graph(ALL)
     ]
     headings = ["group", "runs", f"after {_steps(end)}", "area under\nthe curve", *levels]
-    table = named_table(headings, rows, title=title, caption=caption, padding=0)  # narrow, for the names of groups
+    table = named_table(headings, rows, title=title, caption=caption, padding=0)  # no padding, as names are long
     table.columns[0].min_width = 14
     return table
 
 
 def improvement_table(comparison: Comparison) -> Table:
-    """Return how likely a run of one group is better than a run of another, for the first `MAX_PAIRS` pairs."""
+    """Return a table of the first `MAX_PAIRS` pairs of groups: how likely a run of one is better than of the other."""
     finals, areas = ([i for i in comparison.improvements if i.score == score] for score in ("final", "auc"))
     rows = [
         [final.better.label, final.worse.label, *(_with_interval(i.probability, 0, 2, " ") for i in (final, area))]
@@ -117,7 +117,7 @@ def _columns(name: str, estimate: Estimate, n: int = 0) -> Row:
 
 
 def _rounded(value: float) -> float:
-    """Round to six digits, as few runs decide two; NaN for infinity, as a file has no number for it."""
+    """Round to six digits, more than few runs can determine; NaN for infinity, for which files have no number."""
     return float(f"{value:.6g}") if math.isfinite(value) else math.nan
 
 

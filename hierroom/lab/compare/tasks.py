@@ -1,4 +1,4 @@
-"""The goal graphs to compare groups of runs on, and the runs' scores on them."""
+"""The goal graphs on which groups of runs are compared, and the runs' scores on them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hierroom.lab.compare.evaluated_run import EvaluatedRun
 from hierroom.lab.compare.grouping import Group
 from hierroom.support.errors import InputError
 
-OWN = "own"  # the graphs that a run was evaluated on, whichever they are
+OWN = "own"  # stands for all graphs on which a run was evaluated
 
 
 @dataclass(frozen=True)
@@ -21,11 +21,11 @@ class Tasks:
     """The names of the goal graphs that all groups have, or `OWN` alone."""
 
     graphs: tuple[str, ...]
-    kind: str = "graph"  # what they are called: see `EnvConfig.kind`
+    kind: str = "graph"  # graph, layout or task: see `EnvConfig.kind`
 
     @classmethod
     def common(cls, groups: Sequence[Group]) -> Tasks:
-        """Return the graphs of all groups; `OWN` if there is none and graphs make the groups."""
+        """Return the graphs that all groups have; `OWN` if there are none and the groups differ by graph."""
         by_group, kind = graphs_of(groups), common_kind(run.kind for group in groups for run in group.runs)
         if shared := set.intersection(*by_group):
             return cls(tuple(sorted(shared)), kind)
@@ -41,11 +41,11 @@ class Tasks:
         return "goal graph" if self.kind == "graph" else self.kind
 
     def on(self, run: EvaluatedRun) -> tuple[str, ...]:
-        """Return those of the graphs that a run was evaluated on."""
+        """Return the graphs on which a run was evaluated."""
         return tuple(graph for graph in self.graphs if graph == OWN or graph in run.curves)
 
     def curve(self, run: EvaluatedRun, graph: str, metric: MetricName) -> Curve:
-        """Return the learning curve of a run on a graph; on `OWN` the mean over its graphs."""
+        """Return the learning curve of a run on a graph; for `OWN`, the mean over its graphs."""
         if graph == OWN:
             return mean_curve([metrics[metric] for metrics in run.curves.values()])
         return run.curves[graph][metric]
@@ -62,7 +62,7 @@ class Tasks:
         scores: Callable[[Curve], ArrayLike],
         graphs: Sequence[str] | None = None,
     ) -> dict[tuple[str, ...], NDArray[np.float64]]:
-        """Return the scores [R, K, Q] of each stratum by its K graphs of R runs; ``scores`` makes [Q] of a curve."""
+        """Return the scores [R, K, Q] of R runs for each set of K graphs; ``scores`` returns a curve's scores [Q]."""
         wanted = self.graphs if graphs is None else graphs
         strata: dict[tuple[str, ...], list[list[ArrayLike]]] = {}
         for run in group.runs:
@@ -72,13 +72,13 @@ class Tasks:
 
 
 def common_kind(kinds: Iterable[str]) -> str:
-    """Return what the subjects of several runs are called: task, layout or graph; graph where they differ."""
+    """Return the common kind of several runs: task, layout or graph; graph if they differ."""
     different = {*kinds}
     return different.pop() if len(different) == 1 else "graph"
 
 
 def graphs_of(groups: Sequence[Group]) -> list[set[str]]:
-    """Return the names of each group's graphs; refuse two different goal graphs of the same name."""
+    """Return the names of each group's graphs; refuse two different goal graphs with the same name."""
     named: dict[str, EvaluatedRun] = {}
     for run in (run for group in groups for run in group.runs):
         for name, graph in run.user_graphs.items():

@@ -1,6 +1,6 @@
-"""Measure a chain from play: real episodes, seen as a walk on the augmented graph.
+"""Measure a Markov chain from play: real episodes, seen as a walk on the augmented graph.
 
-Play has other edges than the paper's graph: an opened door leaves the agent in the centre, in front of the door.
+Play has other edges than the paper's graph: after opening a door, the agent is in the centre, in front of the door.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from hierroom.support.errors import InputError, require_number
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
 
-MAX_ENVS = 100  # played in side by side
+MAX_ENVS = 100  # played in parallel
 
 
 def count_transitions(
@@ -39,7 +39,7 @@ def count_transitions(
     lengths, escaped = np.zeros(episodes, np.int64), np.zeros(episodes, bool)
     nowhere = np.zeros(n, bool)
     nodes, keys, triples = turns.world.nodes(node_of, terminated=nowhere, ended=nowhere), [], []
-    before = np.full(n, -1)  # the node before the present one, in the same episode
+    before = np.full(n, -1)  # the node before the current one, in the same episode
     facts, play = EpisodeFacts(n), Play(turns, player, episodes, progress)
     for step in play:
         envs, world, counted = play.envs, play.turns.world, play.counted
@@ -71,8 +71,8 @@ def measure(
 
     Args:
         turns: N fresh environments of one goal graph, with autoreset.
-        player: what `make_player` gives, a trained `Pair`, or anything with their method ``step``.
-        seed: fixes the bootstrap.
+        player: a player from `make_player`, a trained `Pair`, or any object with their method ``step``.
+        seed: determines the bootstrap.
     """
     counts = count_transitions(turns, player, episodes, progress)
     assumed = analyze(graph_of(turns), turns.config.drop_key, walk, reading)
@@ -82,7 +82,7 @@ def measure(
 def play_rules(
     turns: Turns, player: Player, episodes: int = 1000, progress: Callable[[int], object] = lambda done: None
 ) -> PlayedRules:
-    """Play in fresh environments, and estimate what must be achieved before what: see `PlayedRules`."""
+    """Play in new environments, and estimate which goals must be achieved before which others: see `PlayedRules`."""
     facts, play, sequences = EpisodeFacts(len(turns)), Play(turns, player, episodes, progress), []
     names, world, variants = turns.world.goals.milestones, turns.world, set()
     for step in play:
@@ -109,9 +109,9 @@ def measure_named(
 
     Args:
         name: `"random"`, `"oracle"`, or the folder of a training run.
-        entries: the ``graph`` or ``layout``, ``size`` and ``max_steps``, where they differ from the run's or else the
-            defaults.
-        drop_key: whether keys can be dropped; always true for a run that trained so.
+        entries: the ``graph`` or ``layout``, ``size`` and ``max_steps``; by default those of the run, or the defaults
+            without a run.
+        drop_key: whether keys can be dropped; always true for a run that was trained with this.
         trust: whether to run the code that the run's config names, as for `load`.
     """
     turns, player = named_play(name, entries, drop_key, episodes, seed, trust)

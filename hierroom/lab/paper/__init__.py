@@ -1,1 +1,1 @@
-"""The paper's tables and figures: its own numbers, and ours next to them."""
+"""The paper's tables and figures, with our numbers next to the paper's."""

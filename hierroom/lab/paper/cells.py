@@ -1,13 +1,13 @@
-"""The cells of Table 3: what the paper prints for a method on a graph, and the results of our runs.
+"""The cells of Table 3: the paper's numbers for a method on a graph, and the results of our runs.
 
-A table of cells has a row for each method, graph and size, with numbers in percent:
+A table of cells has a row for each method, graph and size. Success and length are in percent:
 
-- ``seeds`` of our runs; ``paper_success``, ``paper_length``: as printed, NaN where the paper prints a dash;
+- ``seeds``: number of our seeds; ``paper_success``, ``paper_length``: as printed, NaN where the paper prints a dash;
 - ``success``, ``length``: means over our seeds; ``success_half_width``, ``length_half_width``: half the widths of their
-  95% intervals, NaN of a single seed;
-- ``steps_to_paper`` is the median over our seeds of the training steps until our evaluated success rate reached the
-paper's. It is infinite if half of them or more never did, and NaN if the paper's is below 1%, too little to resolve.
-``steps_to_95`` is the same until 95%; ``_low`` and ``_high`` are the fastest and slowest seed.
+  95% intervals, NaN for a single seed;
+- ``steps_to_paper``: median over our seeds of the training steps until our evaluated success rate reached the paper's;
+  infinite if half of the seeds or more never did, NaN if the paper's is below 1%, too little for our evaluations;
+- ``steps_to_95``: the same for a rate of 95%; both also with ``_low`` (the fastest seed) and ``_high`` (the slowest).
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ Curves = Mapping[str, "pd.DataFrame"]
 """The evaluations of runs by the digests of their rows."""
 STEPS_ENDS = ("", "_low", "_high")  # the median of our seeds, the fastest and the slowest
 LEAST_SUCCESS = 1.0  # percent that our evaluations can resolve
-LIMIT = 1000  # steps; lengths are in percent of it
+LIMIT = 1000  # steps; lengths are percentages of it
 REFERENCES = ("hippo", "ppo")
-"""All methods are compared at the steps that these took to the paper's success: its best, and its best flat one."""
+"""All methods are compared at the steps where these reach the paper's success: its best method, and best flat one."""
 
 
 def table_3(rows: pd.DataFrame, curves: Curves, sizes: Sequence[int]) -> pd.DataFrame:
-    """Return the cells of all that was trained on grids of some sizes."""
+    """Return the cells of all runs on grids of some sizes."""
     import pandas as pd
 
     cells = []
@@ -60,7 +60,7 @@ def table_3(rows: pd.DataFrame, curves: Curves, sizes: Sequence[int]) -> pd.Data
 
 
 def cells_where_reached(cells: pd.DataFrame, rows: pd.DataFrame, curves: Curves, reference: str) -> pd.DataFrame:
-    """Return one size's cells at a method's median steps to the paper's success, where it had that."""
+    """Return one size's cells at the median steps where a method reached the paper's success, if it did."""
     steps = cells[cells["method"] == reference].set_index("graph")["steps_to_paper"]
     earlier = cells[np.isfinite(cells["graph"].map(steps))].copy()
     for n, one in earlier.iterrows():

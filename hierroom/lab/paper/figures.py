@@ -52,7 +52,7 @@ class _PaperFigure(ABC):
 
 @dataclass(frozen=True)
 class Figure3(_PaperFigure):
-    """Learning curves of four methods (Figure 3), with 95% bands over seeds; trains what is missing."""
+    """Draw learning curves of four methods (Figure 3), with 95% bands over seeds; train missing runs first."""
 
     def draw(self, sweep: Sweep, size: int) -> Figure:
         """Draw the figure from the sweep's rows."""
@@ -73,12 +73,12 @@ class Figure3(_PaperFigure):
 
 @dataclass(frozen=True)
 class Figure4(_PaperFigure):
-    """Steps to each intermediate goal on graph c while four methods learn (Figure 4); trains what is missing."""
+    """Draw steps to each intermediate goal on graph c while four methods learn (Figure 4); train missing runs first."""
 
     graphs: ClassVar[str] = "c"
 
     def run(self) -> None:
-        """Train what is missing, and draw."""
+        """Train missing runs, and draw the figure."""
         if "c" not in self.runs.graphs:
             raise InputError(f"figure 4 is of graph c alone, not of {', '.join(self.runs.graphs)}")
         _PaperFigure.run(replace(self, runs=replace(self.runs, graphs=("c",))))
@@ -101,7 +101,7 @@ class Figure4(_PaperFigure):
 
 @dataclass(frozen=True)
 class Figure5(_PaperFigure):
-    """The hitting time against success and length of HiPPO (Figure 5), ours and the paper's; trains what is missing."""
+    """Draw success and length of HiPPO over the hitting time (Figure 5), ours and the paper's; train missing runs."""
 
     methods: ClassVar[tuple[str, ...]] = ("hippo",)
 
@@ -119,7 +119,7 @@ class Figure5(_PaperFigure):
             for column, label, color in ((quantity, "ours", COLOURS[0]), (f"paper_{quantity}", "paper", COLOURS[1])):
                 place.scatter(times, cells[column], s=14, color=color, label=label)
                 for x, y, graph in zip(times, cells[column], cells["graph"], strict=True):
-                    is_above = quantity == "length"  # ours are at the bottom of its axis, and at the top of success
+                    is_above = quantity == "length"  # our values are low for length, and high for success
                     offset = {"xytext": (0, 4 if is_above else -4), "va": "bottom" if is_above else "top"}
                     place.annotate(graph, (x, y), textcoords="offset points", ha="center", fontsize=7, **offset)
             place.set_ylabel("success (%)" if quantity == "success" else "length (% of 1000)")
@@ -129,7 +129,7 @@ class Figure5(_PaperFigure):
 
 @dataclass(frozen=True)
 class All:
-    """Table 2, Table 3 and all figures, after training what is missing."""
+    """Print Table 2 and Table 3 and draw all figures; train missing runs first."""
 
     runs: tyro.conf.OmitArgPrefixes[PaperRuns]
 
@@ -142,7 +142,7 @@ class All:
 
 
 def _limited(curves: Curves, goal: str) -> Curves:
-    """Return curves in which an episode without the goal counts as one that takes the whole limit."""
+    """Return curves in which an episode without the goal counts as one of `LIMIT` steps."""
     limited = {}
     for digest, curve in curves.items():
         share, steps = curve[f"achieved_{goal}"], curve[f"steps_to_{goal}"].fillna(0)
@@ -151,7 +151,7 @@ def _limited(curves: Curves, goal: str) -> Curves:
 
 
 def _draw_curve(axes: Axes, runs: pd.DataFrame, curves: Curves, name: str, scale: float, method: str) -> None:
-    """Draw the mean over seeds and its 95% band; the steps of the seeds' evaluations differ by an update at most."""
+    """Draw the mean over seeds and its 95% band; evaluations of different seeds are at most one update apart."""
     steps = curves_of(runs, curves)[0]["steps"].to_numpy()
     mean, half_width = mean_and_interval(scale * values_at(steps, runs, curves, name))
     number = list(METHODS).index(method)

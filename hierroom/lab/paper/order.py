@@ -15,18 +15,18 @@ from hierroom.lab.paper.published import METHODS, PAPER_TABLE_2, PAPER_TABLE_3
 if TYPE_CHECKING:
     import pandas as pd
 
-_DIGITS = 9  # in which means of the same numbers in another order agree
-_FEWEST = 4  # graphs; fewer can be ranked alike by chance
-_ALL = 10_000  # more than there are orders of seven graphs, so that a test takes them all
-_DASH = 99.9  # the paper's dash means about the whole limit, as its 99.9 does
+_DIGITS = 9  # digits in which means of the same numbers agree, whatever the order of summing
+_FEWEST = 4  # graphs; the ranks of fewer agree too often by chance
+_ALL = 10_000  # more than the orders of seven graphs, so that a permutation test uses all of them
+_DASH = 99.9  # the paper's dash means about the whole limit, like its 99.9
 LEGEND = "the best first; = the same number, ~ no significant difference by our intervals; one seed has none"
 
 
 class MethodOrder(NamedTuple):
     """The methods on one goal graph, the best first, by the paper's means and by ours.
 
-    Between ours is `=` for equal means, `>` if the 95% intervals do not overlap (and success differs by more than
-    `LEAST_SUCCESS`), and else `~`, as always for a single seed, which has no interval.
+    In our order, `=` means equal means, and `>` that the 95% intervals do not overlap (and success differs by more than
+    `LEAST_SUCCESS`). Other pairs have `~`, such as those with a single seed, which has no interval.
     """
 
     graph: str
@@ -35,11 +35,11 @@ class MethodOrder(NamedTuple):
 
 
 class PairCounts(NamedTuple):
-    """Counts of pairs of methods on the same goal graph that come in the paper's order; its ties are left out."""
+    """Counts of pairs of methods on the same goal graph in the paper's or another order, without the paper's ties."""
 
     same: int
     opposite: int
-    open: int  # our intervals overlap, or there is a single seed, which has none
+    open: int  # no significant difference: our intervals overlap, or a single seed has none
 
     def __str__(self) -> str:
         return (
@@ -50,7 +50,7 @@ class PairCounts(NamedTuple):
 
 @dataclass(frozen=True)
 class _Method:
-    """A method's numbers on a graph, with the sign that makes more better; ``least`` is the least difference seen."""
+    """A method's numbers on a graph, signed so that more is better; smaller differences than ``least`` are ignored."""
 
     name: str
     paper: float
@@ -59,13 +59,13 @@ class _Method:
     least: float
 
     def is_better(self, other: _Method) -> bool:
-        # Seeds that all end alike have no spread, however few their episodes. NaN of a single seed: never.
+        # Seeds with equal results have no spread, even with few episodes: `least` guards. With one seed, NaN: False.
         ahead = self.ours - other.ours
         return ahead > self.half_width + other.half_width and ahead > self.least
 
 
 def method_orders(cells: pd.DataFrame, quantity: str) -> list[MethodOrder]:
-    """Return the order of the methods on each graph, by the ``success`` or ``length`` of cells of one grid size."""
+    """Return the order of the methods on each graph, by the ``success`` or ``length`` in cells of one grid size."""
     orders = []
     for graph, methods in _by_graph(cells, quantity):
         by_paper = sorted(methods, key=lambda method: -method.paper)
@@ -80,7 +80,7 @@ def method_orders(cells: pd.DataFrame, quantity: str) -> list[MethodOrder]:
 
 
 def pair_counts(cells: pd.DataFrame, quantity: str) -> PairCounts:
-    """Count the pairs of methods in the paper's order, by the ``success`` or ``length`` of cells of one grid size."""
+    """Count pairs of methods in the paper's order or not, by ``success`` or ``length`` in cells of one grid size."""
     same = opposite = n = 0
     for _, methods in _by_graph(cells, quantity):
         for one, other in combinations(methods, 2):
@@ -106,7 +106,7 @@ def _by_graph(cells: pd.DataFrame, quantity: str) -> list[tuple[str, list[_Metho
 
 
 def prediction(cells: pd.DataFrame) -> str:
-    """Return a sentence with Spearman's correlations of the hitting time with HiPPO's cells of one size, with p."""
+    """Return a sentence with Spearman's correlations (and p) between the hitting time and HiPPO's cells of one size."""
     own = cells[cells["method"] == "hippo"]
     if len(own) < _FEWEST:
         return ""

@@ -26,7 +26,7 @@ PAPER_TABLE_2: Mapping[str, PaperColumn] = {
     "g": PaperColumn(6, 1, 27.5, 82.5),
 }
 
-# Our names of the paper's methods, and its own, in the order of its Table 3.
+# Our names for the paper's methods, and the paper's names, in the order of its Table 3.
 METHODS: Mapping[str, str] = {"ppo": "PPO", "ppo-bonus": "PPO+Bonus", "ppo-sketch": "PPO+Sketch", "hippo": "HiPPO"}
 _SUCCESS = {
     "ppo": (56.1, 28.2, 0.2, 22.7, 19.1, 0.0, 0.0),
@@ -44,10 +44,10 @@ _LENGTH = {
 
 @dataclass(frozen=True)
 class PaperCell:
-    """One method on one graph in the paper's Table 3: means over five seeds' last 10 episodes."""
+    """One method on one graph in the paper's Table 3: means over the last 10 episodes of five seeds."""
 
     success: float  # percent
-    length: float | None  # percent of 1000 steps; None for a dash, next to at most 0.5% success: about the whole limit
+    length: float | None  # percent of 1000 steps; None for a dash (about 100%), which goes with at most 0.5% success
 
 
 PAPER_TABLE_3: Mapping[tuple[str, str], PaperCell] = {

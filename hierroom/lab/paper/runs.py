@@ -1,4 +1,4 @@
-"""The runs behind the paper's Table 3 and figures: four methods on graphs a to g, with the paper's preset."""
+"""The runs for the paper's Table 3 and figures: four methods on graphs a to g, with the preset paper."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ class PaperRuns:
         graphs: goal graphs, a to g.
         evaluations: how often each run is evaluated for the learning curves.
         evaluation_episodes: episodes of each of these evaluations.
-        episodes: episodes of the evaluation at its end.
-        processes: runs at a time; by default one for each core.
-        ray: address of a Ray cluster that does the runs.
+        episodes: episodes of the evaluation at the end of each run.
+        processes: number of runs at a time; by default one for each core.
+        ray: address of a Ray cluster that trains the runs.
     """
 
     out: Path = Path("paper")
@@ -67,7 +67,7 @@ class PaperRuns:
 
     @property
     def command(self) -> str:
-        """A command that makes these runs, without options that change no result, so that it names no machine."""
+        """A command that makes these runs, without options that do not change results; so it depends on no machine."""
         words = ["python", "-m", "hierroom", "paper", "all"]
         for entry in fields(self):
             value = getattr(self, entry.name)
@@ -94,7 +94,7 @@ class PaperRuns:
 
 
 def cell(rows: pd.DataFrame, method: str, graph: str, size: int) -> pd.DataFrame:
-    """Return the rows of one method on one graph and size, its seeds."""
+    """Return the rows of one method on one graph and size, one for each seed."""
     return rows[(rows["method"] == method) & (rows["graph"] == graph) & (rows["size"] == str(size))]
 
 

@@ -38,7 +38,7 @@ class TableCell:
 
     @property
     def text(self) -> str:
-        """Our value as the paper prints it, with a star where it differs."""
+        """Our value, formatted as in the paper, with a star if it differs."""
         text = f"{self.ours:.0f}" if isinstance(self.paper, int) else f"{self.ours:.1f}"
         return f"{text} " if self.agrees else f"{text}*"
 
@@ -60,10 +60,10 @@ def table_2(reading: Reading = TABLE_READING) -> list[TableCell]:
 
 @dataclass(frozen=True)
 class Table2:
-    """Depth, width and hitting times of the seven environments (Table 2)."""
+    """Print depth, width and hitting times of the seven environments (Table 2)."""
 
     csv: Flag = False
-    """Print one line per number as CSV, ours unrounded."""
+    """Print one line per number as CSV, with our values unrounded."""
     markdown: Flag = False
     """Print the table in Markdown."""
 

@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Table3:
-    """Success and episode length of four methods (Table 3), ours next to the paper's; trains what is missing."""
+    """Print success and episode length of four methods (Table 3), with the paper's; train missing runs first."""
 
     runs: tyro.conf.OmitArgPrefixes[PaperRuns]
     csv: Flag = False
-    """Print one line per cell as CSV: empty where nothing is known, inf where half of the seeds never arrived."""
+    """Print one line per cell as CSV: unknown values are empty, and inf means that half of the seeds never arrived."""
     markdown: Flag = False
     """Print the tables in Markdown."""
 
@@ -40,7 +40,7 @@ class Table3:
             raise InputError("the table is printed as CSV or in Markdown: give --csv or --markdown, not both")
 
     def run(self) -> None:
-        """Train, and print the table, the training steps that it took, and the order of the methods."""
+        """Train, and print the table, the training steps to the paper's success, and the order of the methods."""
         sweep = self.runs.train("abcdefg")
         rows, curves = sweep.rows(), sweep.table.curves()
         cells = table_3(rows, curves, self.runs.sizes)
@@ -61,25 +61,25 @@ class Table3:
 class Compared:
     """The numbers of one grid size."""
 
-    cells: pd.DataFrame  # at the end
-    reached: Mapping[str, pd.DataFrame]  # where the methods of `REFERENCES` first had the paper's success
+    cells: pd.DataFrame  # at the end of training
+    reached: Mapping[str, pd.DataFrame]  # where each method of `REFERENCES` first reached the paper's success
 
     @classmethod
     def of_rows(cls, cells: pd.DataFrame, rows: pd.DataFrame, curves: Curves) -> Compared:
-        """Compute the cells before the end from the sweep's rows and learning curves."""
+        """Compute the cells before the end of training from the sweep's rows and learning curves."""
         earlier = {method: cells_where_reached(cells, rows, curves, method) for method in REFERENCES}
         return cls(cells, {method: reached for method, reached in earlier.items() if len(reached)})
 
 
 def markdown(compared: Compared, steps: int) -> str:
-    """Return the table, the training steps that it took, and the order of the methods, in Markdown."""
+    """Return the table, the training steps to the paper's success, and the order of the methods, in Markdown."""
     return "\n\n".join([*(part.markdown() for part in _parts(compared, steps)), _sentences(compared)])
 
 
 @dataclass(frozen=True)
 class _Part:
     title: str
-    legend: str  # how to read it
+    legend: str  # how to read the table
     headings: tuple[str, ...]
     groups: list[list[tuple[str, ...]]]
 

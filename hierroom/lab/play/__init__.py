@@ -1,1 +1,1 @@
-"""Playing a level oneself, in a window."""
+"""Play levels by hand, in a window."""

@@ -1,4 +1,4 @@
-"""The window of a game: keys in, pictures out."""
+"""The window of a game: it reads keys and shows pictures."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, RIGHT
 
 FRAMES_PER_SECOND, STEPS_PER_SECOND = 30, 6
-NOWHERE = ("dummy", "offscreen", "evdev")  # SDL's drivers without a screen, which would play unseen for ever
+NOWHERE = ("dummy", "offscreen", "evdev")  # SDL's drivers without a screen; nobody could see or end a game
 MOVES = {
     pygame.K_UP: FORWARD,
     pygame.K_w: FORWARD,
@@ -27,7 +27,7 @@ MOVES = {
 
 
 class App:
-    """A window in which a game is played; an agent that has taken over plays so many steps per second."""
+    """A window to play a game in; an agent that has taken over plays ``steps_per_second`` steps per second."""
 
     def __init__(self, game: Game, steps_per_second: float = STEPS_PER_SECOND) -> None:
         self.game, self.is_open = game, True
@@ -56,7 +56,7 @@ class App:
             pygame.display.quit()
 
     def frame(self, milliseconds: float) -> None:
-        """Do what the keys ask for, let the agent step if it plays and is due, and draw."""
+        """Handle keys, let the agent take a step if it plays and its step is due, and draw."""
         is_changed = False
         for event in pygame.event.get():
             if event.type == pygame.QUIT:
@@ -82,7 +82,7 @@ class App:
         if key == pygame.K_x and game.turns.world.n_actions <= DROP:
             game.message = "keys cannot be dropped here; begin with --drop-key"
         elif key in MOVES:
-            game.is_piloted = False  # a person who moves while the agent plays takes over
+            game.is_piloted = False  # a person who moves takes over from the agent
             game.step(MOVES[key])
         elif key in commands:
             commands[key]()
@@ -96,7 +96,7 @@ class App:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Hide what SDL itself writes to standard error while it looks for a screen."""
+    """Hide messages that SDL writes to standard error while it looks for a screen."""
     shown, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     try:
         os.dup2(nowhere, 2)

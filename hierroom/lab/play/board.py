@@ -13,7 +13,7 @@ from hierroom.worlds.escape_room.constants import KEY, LOCKED_DOOR, MARGIN
 from hierroom.worlds.escape_room.render import cells_of, draw_level
 from hierroom.worlds.escape_room.rooms import rooms_of
 
-PANEL, LEVEL = 390, 684  # pixels: the width of the panel, and about that of the level
+PANEL, LEVEL = 390, 684  # pixels: the width of the panel, and the approximate width of the level
 PAPER, INK, FAINT = (24, 28, 36), (232, 236, 243), (150, 160, 176)
 ACCENT, GOOD, FOG = (109, 179, 245), (70, 200, 110), 34
 RGB = ((240, 60, 50), (60, 215, 80), (80, 120, 255), (170, 90, 235), (245, 225, 60), (165, 165, 165))  # as `COLOURS`
@@ -40,7 +40,7 @@ def window_size(size: int) -> tuple[int, int]:
 
 
 def level_picture(game: Game) -> NDArray[np.uint8]:
-    """Return the level [H, W, 3], with fog where the game has it, and a frame around the agent's subgoal."""
+    """Return a picture [H, W, 3] of the level, with the game's fog, and a frame around the agent's subgoal."""
     state = game.state
     side, size = tile_size(state.size), state.size
     picture = draw_level(state, NO_GOAL, side)
@@ -148,7 +148,7 @@ class Board:
             pygame.draw.circle(self._surface, colour, (x, y), radius, 2)
             self._write(str(room or "0"), (x, y), self._small, (0, 0, 0) if is_open else INK, centred=True)
             if room == graph.exit_room:
-                self._write("exit", (x + radius + 7, y - 7), self._small, GOOD)  # below it may be the key of a door
+                self._write("exit", (x + radius + 7, y - 7), self._small, GOOD)  # a door's key may be below
             if room == here:
                 point = x - radius - 5, y
                 pygame.draw.polygon(self._surface, RGB[0], [point, (point[0] - 11, y - 7), (point[0] - 11, y + 7)])

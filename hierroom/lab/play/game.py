@@ -1,4 +1,4 @@
-"""A game: one level after the other, played by a person or by a trained agent that takes over. It draws nothing."""
+"""A game without its drawing: one level after the other, played by a person or a trained agent that takes over."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from hierroom.worlds.escape_room.replayer import ACTION_NAMES
 
 
 class Game:
-    """The levels of one environment, played step by step; a trained agent watches, to remember what it needs.
+    """The levels of one environment, played step by step; a trained agent observes all steps, so that it can take over.
 
     Args:
         turns: one environment without autoreset, with measured shortest lengths.
-        agent: a trained agent that can take over, and that made the ``turns``; None for none.
+        agent: a trained agent that can take over, and that made the ``turns``; None: no agent.
 
     Attributes:
-        message: what the last step did, or why it did nothing.
-        achieved: the goal ids achieved in this level, in their order.
+        message: the effect of the last step, or the reason why it had none.
+        achieved: the goal ids achieved in this level, in order.
         seen: [size, size] bool, the cells that have been in view.
     """
 
@@ -50,7 +50,7 @@ class Game:
 
     @property
     def state(self) -> State:
-        """The state of the level, a copy."""
+        """A copy of the level's state."""
         return self.turns.world.get_state()
 
     @property
@@ -60,18 +60,18 @@ class Game:
 
     @property
     def hint(self) -> str:
-        """The oracle's next action and how many are left, in words."""
+        """The oracle's next action, and the number of actions to the exit, in words."""
         if self.has_ended:
             return "none, the level has ended"
         plan = shortest_actions(self.state)
         return f"{ACTION_NAMES[int(plan[0])]} ({len(plan)} to the exit)"
 
     def name_of(self, goal: int) -> str:
-        """Return a goal of the level in words, such as ``"red key 1"``."""
+        """Return the name of a goal of the level, such as ``"red key 1"``."""
         return goal_name(self.state.levels[0], goal)
 
     def step(self, action: int | None = None) -> None:
-        """Take a step with the person's action, or the agent's for None, unless the level has ended."""
+        """Take a step with the person's action, or if None with the agent's, unless the level has ended."""
         if self.has_ended:
             self.message = "the level has ended: n begins the next one, r this one again"
             return
@@ -99,7 +99,7 @@ class Game:
             self.message = f"escaped in {n} steps" if self.has_escaped else f"the limit of {n} steps is reached"
 
     def use(self) -> None:
-        """Pick up or open the object in front, or say why not, without a step."""
+        """Pick up or open the object in front; if impossible, take no step and set a message with the reason."""
         self.is_piloted = False
         level = self.state.levels[0]
         row, col = level.row + ROW_STEP[level.direction], level.col + COL_STEP[level.direction]
@@ -126,7 +126,7 @@ class Game:
         self._begin()
 
     def switch_pilot(self) -> None:
-        """Let the agent take over, or take over from it."""
+        """Let the agent take over, or the person."""
         if self.agent is not None:
             self.is_piloted = not self.is_piloted
             self.message = "the agent plays" if self.is_piloted else "you play"

@@ -23,22 +23,22 @@ from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError
 
 RESAMPLES = 1000
-N_BINS, LEAST_IN_BIN = 40, 10  # points of a curve of goals at most, and episodes of each at least
+N_BINS, LEAST_IN_BIN = 40, 10  # most points of a curve of goals, and fewest episodes of each
 
 
 @dataclass(frozen=True)
 class Curves:
-    """The groups of a report, and comparisons by each metric: on the shared graphs, and on each other graph."""
+    """The groups of a report, and comparisons by each metric, on the shared graphs and on each of the others."""
 
     labels: list[str]  # the groups' names
-    group_of: dict[str, int]  # for each run, by its path, the number of its group
-    by: tuple[str, ...] = ()  # the entries that make the groups; none where each run is one
+    group_of: dict[str, int]  # the number of each run's group, by the run's path
+    by: tuple[str, ...] = ()  # the entries by which runs are grouped; none if each run is a group
     comparisons: list[Comparison] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
 
 def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable[[], object] = lambda: None) -> Curves:
-    """Group the runs by some entries, or by those that differ, and estimate their curves; else each run is a group."""
+    """Group the runs by some entries, or by those that differ, and estimate curves; if that fails, show single runs."""
     evaluated = [run.evaluated for run in runs if run.evaluated is not None]
     alone = Curves([run.name for run in runs], {str(run.path): n for n, run in enumerate(runs)})
     if not evaluated:
@@ -79,7 +79,7 @@ def _parts(groups: Sequence[Group]) -> list[tuple[Sequence[Group], Tasks]]:
 
 
 def drawn(curves: Curves) -> list[tuple[int, str, GroupSummary]]:
-    """Return each drawn curve with its group's number and its metric; over all graphs only if there are several."""
+    """Return each curve to draw, with its group's number and its metric; one over all graphs only if several exist."""
     return [
         (curves.labels.index(summary.group.label), comparison.metric, summary)
         for comparison in curves.comparisons
@@ -106,7 +106,7 @@ def curve_rows(curves: Curves) -> list[dict[str, Any]]:
 
 
 def run_rows(runs: Sequence[ReportedRun], curves: Curves) -> list[dict[str, Any]]:
-    """Return the runs' curves for the page: for each graph steps, seconds, metrics, and the interval of success."""
+    """Return the runs' curves for the page: for each graph, steps, seconds, metrics, and the interval of success."""
     return [
         {"name": run.name, "group": curves.group_of[str(run.path)], "graphs": _graph_curves(run.evaluated)}
         for run in runs
@@ -132,7 +132,7 @@ def rounded(values: Sequence[float] | NDArray, digits: int = 5) -> list[float | 
 
 
 def goal_row(evaluation: Evaluation) -> dict[str, Any]:
-    """Return the goals of trained agents, for the page."""
+    """Return the results of an evaluation, with its goals, for the page."""
     goals = [
         {"name": name, "share": share, "mean_step": None if np.isnan(step) else step}
         for name, (share, step) in evaluation.steps_to_goals.items()
@@ -150,7 +150,7 @@ def goal_row(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def training_goals(folder: RunFolder) -> dict[str, Any] | None:
-    """Return the ``shares`` of training's episodes that achieved each goal, in bins of ``steps``; None for few."""
+    """Return the ``shares`` of training episodes that achieved each goal, in bins of ``steps``; None if too few."""
     rows = folder.episodes.read()
     try:
         steps = np.array([float(row["steps"]) for row in rows])

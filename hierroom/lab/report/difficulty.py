@@ -1,4 +1,4 @@
-"""Complexity against learning: how hard each goal graph is, and how long learning took on it."""
+"""Complexity and learning: how hard each goal graph is, and how long learning on it took."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MEASURES: Mapping[str, str] = {
 def complexities(runs: Sequence[ReportedRun], rules: Mapping[str, Rules]) -> tuple[list[dict[str, Any]], list[str]]:
     """Return the complexity of the graphs of some runs, and of the rules of tasks, a row for each.
 
-    Return also notes on those that are too large.
+    Also return notes on those that are too large.
     """
     keys = ((name, graph, run.config.env.drop_key) for run in runs for name, graph in run.graphs.items())
     rows, notes = [], []
@@ -41,12 +41,12 @@ def complexities(runs: Sequence[ReportedRun], rules: Mapping[str, Rules]) -> tup
 
 
 def known_measures(rows: Sequence[Mapping[str, Any]]) -> dict[str, str]:
-    """Return the labels of the measures that some of the `complexities` have, by their names."""
+    """Return the labels, by name, of the measures that at least one row of `complexities` has."""
     return {name: label for name, label in MEASURES.items() if any(row["measures"][name] is not None for row in rows)}
 
 
 def learning_points(curves: Curves) -> list[dict[str, Any]]:
-    """Return the median steps of each group to levels of success on each graph, unless only some runs can drop keys."""
+    """Return each group's median steps to levels of success on each graph; skip it if only some runs can drop keys."""
     return [
         {
             "group": group,
@@ -67,5 +67,5 @@ def learning_points(curves: Curves) -> list[dict[str, Any]]:
 
 
 def graph_label(name: str, drop_key: bool) -> str:
-    """Return the name of a goal graph with or without keys that can be dropped."""
+    """Return the label of a goal graph, which says if keys can be dropped."""
     return f"{name}, keys can be dropped" if drop_key else name

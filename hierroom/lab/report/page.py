@@ -27,7 +27,7 @@ _ORIGIN = ("started", "command", "python", "cpu", "platform")
 
 
 def render_page(texts: Mapping[str, Any], data: Mapping[str, Any]) -> bytes:
-    """Fill the templates with escaped texts, and with plain data that the page's scripts draw; return UTF-8."""
+    """Fill the templates with escaped texts, and with plain data for the page's scripts; return the page in UTF-8."""
     loader = PackageLoader("hierroom.lab.report", "templates")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     page = environment.get_template("page.html")
@@ -35,7 +35,7 @@ def render_page(texts: Mapping[str, Any], data: Mapping[str, Any]) -> bytes:
 
 
 def script_json(value: Any) -> Markup:
-    """Return plain types as JSON for a script element: nothing in it can end the element or begin another."""
+    """Return plain types as JSON for a script element, escaped so that it cannot end the element or begin another."""
     text = to_json(value, indent=None)
     for character in "<>&\u2028\u2029":
         text = text.replace(character, f"\\u{ord(character):04x}")

@@ -38,14 +38,14 @@ TILES = {
     "colours": list(COLOURS),
     "actions": list(ACTION_NAMES.values()),
 }
-"""Facts of tiles and actions that the page needs."""
-N_TRIED = 20  # episodes that are played, to show some of them
+"""Facts about tiles and actions for the page."""
+N_TRIED = 20  # least number of episodes played, from which those on the page are chosen
 
 
 def replays(agent: TrainedAgent, episodes: int, seed: int) -> list[dict[str, Any]]:
-    """Play episodes and return some as plain types: an escape and a failure, if there are, of each graph in turn.
+    """Play episodes and return some as plain types; a success and a failure of each graph come first, if there are any.
 
-    The page draws levels from numbers; of a task it shows a film.
+    The page draws levels from numbers; for a task it shows a film.
     """
     n = max(N_TRIED, episodes)
     tape = DecisionTape(agent.pair(n, seed=seed))
@@ -60,7 +60,7 @@ def replays(agent: TrainedAgent, episodes: int, seed: int) -> list[dict[str, Any
 
 
 def filmed(episode: Episode) -> dict[str, Any]:
-    """Return an episode as a film, a GIF in base64, and its subgoals."""
+    """Return an episode as a film (a GIF in base64) and its subgoals."""
     film = base64.b64encode(gif(list(pictures(episode, most=MOST_IN_GIF)))).decode()
     return {"title": episode.title, "film": film, "subgoals": [vars(subgoal).copy() for subgoal in episode.subgoals]}
 

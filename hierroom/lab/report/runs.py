@@ -24,8 +24,8 @@ class ReportedRun:
     path: Path
     config: TrainConfig
     entries: Mapping[str, Any]  # as in `EvaluatedRun`
-    evaluated: EvaluatedRun | None  # None without an evaluation after the first step
-    sessions: list[dict[str, Any]]  # of ``provenance.json``
+    evaluated: EvaluatedRun | None  # None without a learning curve
+    sessions: list[dict[str, Any]]  # from ``provenance.json``
 
     @property
     def name(self) -> str:
@@ -34,7 +34,7 @@ class ReportedRun:
 
     @cached_property
     def graphs(self) -> dict[str, GoalGraph]:
-        """The goal graphs it trained on, by the names of graphs or layouts, the easiest first; of a task none."""
+        """The goal graphs of its training, by the names of graphs or layouts, the easiest first; none for a task."""
         env = self.config.env
         if env.layout:
             return {one.name: one.graph for one in env.layout}
@@ -45,7 +45,7 @@ class ReportedRun:
 
 
 def read_runs(paths: Iterable[Path]) -> tuple[list[ReportedRun], list[str]]:
-    """Read the runs among some paths, see `runs_inside`, each once; and return notes on what could not be read."""
+    """Return the runs among some paths, see `runs_inside`, each once, and notes on runs that could not be read."""
     found = {one.resolve(): one for path in paths for one in runs_inside(path)}
     notes: list[str] = []
     runs, left_out = read_each(found.values(), lambda path: _read(path, notes))

@@ -1,1 +1,1 @@
-"""Many training runs as one sweep: planned, trained on every core or many machines, gathered in one table."""
+"""Plan many training runs as one sweep, train them on every core or many machines, and gather them in one table."""

@@ -1,4 +1,4 @@
-"""The jobs of a sweep on many machines, by Ray: each run is trained where there is a free core, and brought back."""
+"""The jobs of a sweep on many machines, with Ray: each run is trained on a free core, and its folder is sent back."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from hierroom.support.errors import InputError, in_one_line
 
 
 def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> Iterator[Event]:
-    """Do jobs on the machines of a Ray cluster, one core each, and yield what happens to them.
+    """Do jobs on the machines of a Ray cluster, one core each, and yield their events.
 
-    A run begins again elsewhere if its machine is lost. Its folder comes back when it is done; a request to stop keeps
-    what has come back.
+    If its machine is lost, a run begins again on another one. Its folder is sent back when it is done; a request to
+    stop keeps only folders that were sent back.
     """
     try:
         import ray  # pyright: ignore[reportMissingImports] - an extra
@@ -28,7 +28,7 @@ def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> 
     _require_listener(address)
     try:
         ray.init(address=address, ignore_reinit_error=True, logging_level="error", log_to_driver=False)
-    except Exception as error:  # it fails in many ways
+    except Exception as error:  # Ray raises errors of many types
         raise InputError(f"there is no Ray cluster at {address!r}: {error}") from error
     remote = ray.remote(num_cpus=1, max_retries=MAX_TRIES - 1)(_work_elsewhere)
     waiting = {}
@@ -46,7 +46,7 @@ def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> 
                 job = waiting.pop(reference)
                 try:
                     numbers, content = ray.get(reference)
-                except Exception as error:  # what the run raised, or that its machine was lost too often
+                except Exception as error:  # an error of the run, or a machine lost too often
                     yield Event("failed", job, in_one_line(getattr(error, "cause", None) or error))
                 else:
                     _unpack(content, job.folder)
@@ -59,7 +59,7 @@ def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> 
 
 
 def _require_listener(address: str) -> None:
-    """Refuse an address where nobody listens, which Ray would try for many minutes."""
+    """Refuse an address without a server, to which Ray would try to connect for many minutes."""
     host, colon, port = address.removeprefix("ray://").rpartition(":")
     if colon and port.isdecimal():
         try:
@@ -85,7 +85,7 @@ def _pack(folder: Path) -> bytes:
 
 
 def _unpack(content: bytes, folder: Path) -> None:
-    """Write or replace the folder of a run, whole or not at all; nothing outside of it, whatever the archive names."""
+    """Write or replace the folder of a run, whole or not at all, and never a file outside of it."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}-") as place:
         whole = Path(place, "whole")

@@ -1,4 +1,4 @@
-"""The display of a sweep while it runs: a line for each run at work, and how much is left of all."""
+"""The display of a sweep while it runs: a line for each active run, and the remaining work of all."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Display:
             console=console,
             disable=not console.is_terminal,
         )
-        self._at_work: dict[str, tuple[TaskID, int]] = {}  # by digest, with the steps trained so far
+        self._at_work: dict[str, tuple[TaskID, int]] = {}  # by digest; with the steps trained so far
         self._n_jobs, self._n_ended, self._ended_steps, self._trained = len(jobs), 0, 0, 0
         self._started = time.monotonic()
         self._all = self._bars.add_task("", total=sum(job.run.config.steps for job in jobs), words="")
@@ -44,11 +44,11 @@ class Display:
         self._bars.stop()
 
     def show(self, event: Event) -> None:
-        """Show what has happened."""
+        """Show an event."""
         run = event.job.run
         if event.kind == "progressed":
             steps, words = event.content
-            if run.digest not in self._at_work:  # a resumed run begins with what it had
+            if run.digest not in self._at_work:  # a resumed run already has steps
                 self._at_work[run.digest] = self._bars.add_task(run.name, total=run.config.steps, words=""), steps
             task, before = self._at_work[run.digest]
             self._at_work[run.digest] = task, steps

@@ -1,4 +1,4 @@
-"""One run of a sweep: trained from scratch or resumed, evaluated at its end, and summed up in a row."""
+"""One run of a sweep: it is trained or resumed, evaluated at its end, and summarised in a row."""
 
 from __future__ import annotations
 
@@ -27,32 +27,32 @@ from hierroom.runs.time_spent import TimeSpent
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import CheckpointError, InputError
 
-MAX_TRIES = 3  # of a run, if its process is killed or stopped
-MOST_EPISODES, FEWEST_EPISODES = 1000, 100  # of an evaluation at the end, unless the plan says how many
-SHARE_OF_STEPS = 1 / 4  # that the evaluations at the end take of the steps of training, unless these are too few
-_loaded_files: dict[str, str | None] = {}  # digests of custom code when this process loaded it, which it goes on with
+MAX_TRIES = 3  # tries of a run, if its process is killed or stopped
+MOST_EPISODES, FEWEST_EPISODES = 1000, 100  # of an evaluation at the end, unless the plan sets the number
+SHARE_OF_STEPS = 1 / 4  # steps of all evaluations at the end, as a share of training's, unless episodes are too few
+_loaded_files: dict[str, str | None] = {}  # digests of custom code when this process loaded it; it is not reloaded
 
 
 @dataclass(frozen=True)
 class Job:
-    """A run to train in a folder; one that has a part of the run is resumed.
+    """A run to train in a folder; if the folder has a part of the run, it is resumed.
 
-    Its evaluations at the end play the episodes of the plan. Where that does not say how many, they play 1000, or as
-    many as take a quarter of the steps of training together, but no fewer than 100: how many depends on no clock.
+    Its evaluations at the end play as many episodes as the plan sets. Without a number in the plan, each plays 1000, or
+    as many as take a quarter of the steps of training together, but at least 100. No clock influences this number.
     """
 
     run: PlannedRun
     folder: Path
-    episodes: int | None  # of each evaluation at the end
-    metas: tuple[str, ...]  # others to evaluate the trained controller with, if it sees goals
+    episodes: int | None  # number of episodes of each evaluation at the end
+    metas: tuple[str, ...]  # other meta-controllers to evaluate the trained controller with, if it sees goals
     command: str  # the command that began the sweep
 
     def work(self, report: Callable[[int, str], object]) -> dict[str, object] | None:
-        """Train and evaluate, and report steps and words; return the row's results, None if interrupted and saved.
+        """Train and evaluate, and report steps and a status; return the row's results, None if interrupted and saved.
 
-        A `RunLockedError` says that another process trains the run.
+        It raises a `RunLockedError` if another process trains the run.
         """
-        torch.set_num_threads(1)  # the processes are the parallel part
+        torch.set_num_threads(1)  # processes run in parallel instead
         config = self.run.config
         self.check_folder()
         for file in find_module_files(config, self.metas):
@@ -70,7 +70,7 @@ class Job:
             try:
                 trainer, folder = begin(config, self.folder, self.run.identity["variant"])
             except InputError as error:
-                has_begun = (self.folder / "config.json").is_file()  # in another process, in the meantime
+                has_begun = (self.folder / "config.json").is_file()  # in another process, meanwhile
                 if has_begun or (self.folder.is_dir() and RunLock(self.folder).is_held):
                     raise RunLockedError(str(error)) from error
                 raise
@@ -119,7 +119,7 @@ class Job:
     def _evaluate(self, trainer: Trainer, steps: float, kind: dict[str, Any]) -> Evaluation:
         if self.episodes is not None:
             return trainer.evaluate(self.episodes, **kind)
-        few = trainer.evaluate(FEWEST_EPISODES, **kind)  # the first episodes of those that are played in the end
+        few = trainer.evaluate(FEWEST_EPISODES, **kind)  # a second evaluation starts with the same episodes
         rounds = int(steps / few.length / FEWEST_EPISODES)
         return few if rounds <= 1 else trainer.evaluate(min(rounds * FEWEST_EPISODES, MOST_EPISODES), **kind)
 
@@ -132,11 +132,11 @@ def _columns(prefix: str, result: Evaluation) -> dict[str, object]:
 
 
 class Event(NamedTuple):
-    """An event of a job: retried from a checkpoint if its process was stopped, interrupted if the sweep was.
+    """An event of a job: it is retried from a checkpoint if only its process was stopped, interrupted if the sweep was.
 
-    It is busy while another sweep does it, and done elsewhere when that one has added its row.
+    It is busy if another sweep does it at this time, and done elsewhere if another sweep has added its row.
     """
 
     kind: Literal["progressed", "finished", "failed", "retried", "interrupted", "busy", "done elsewhere"]
     job: Job
-    content: Any = None  # steps so far and a few words, the results of the row, or the reason of a failure
+    content: Any = None  # steps so far and a status, the results for the row, or the reason of a failure

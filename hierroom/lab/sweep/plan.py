@@ -1,4 +1,4 @@
-"""The runs of a sweep: every combination of the values to try, with seeds."""
+"""The runs of a sweep: every combination of the values to try, with each seed."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from hierroom.support.reading import read_toml
 from hierroom.worlds.make import find_task, ships
 
 RESULTS_VERSION = 1
-"""Raise it when the same config gives other results ('Results change' in CHANGELOG.md) or an entry another default."""
+"""Raise it when the same config gives other results ('Results change' in CHANGELOG.md) or a default changes."""
 
 _FIRST_DEFAULTS = {"evaluation_episodes": 100}
-"""Defaults that digests go by where they were others since, so that rows of plans that name them stay valid."""
+"""First defaults of entries, which digests still use after a change, so that earlier rows stay valid."""
 _OWN_KEYS = ("graphs", "seeds", "episodes", "metas", "variants")
 _IDENTITY = ("variant", "preset", "method", "meta", "graph", "size", "seed")
-_PLANNED_STEPS = "planned_steps"  # a row's ``steps`` are those that were taken
+_PLANNED_STEPS = "planned_steps"  # ``steps`` in a row are the steps taken
 
 Values = Mapping[str, Sequence[Any]]
 """Entries of a run's config, named as on the command line, each with the values to try."""
@@ -41,9 +41,9 @@ class PlannedRun:
     """A run of a sweep."""
 
     config: TrainConfig
-    identity: Mapping[str, str]  # how it differs from the other runs of the sweep, by column of the table, as text
+    identity: Mapping[str, str]  # columns of the table that distinguish it from other runs of the sweep, with texts
     entries: Mapping[str, str]  # the same for every entry of its config
-    digest: str  # of everything that decides its row
+    digest: str  # the digest of everything that determines its row
 
     @property
     def name(self) -> str:
@@ -56,11 +56,11 @@ class Plan:
     """The runs that a sweep trains, and the evaluation at the end of each."""
 
     values: Values
-    graphs: GraphSpecs = ()  # or sets of them; each graph gets runs; () for ``graph`` of the values
-    seeds: int | None = None  # 0, 1, ... of each run; None for ``seed`` of the values
-    variants: Mapping[str, Values] | None = None  # by name, further values, each combined with all others
-    episodes: int | None = None  # of the evaluations at the end; None: see `job.Job`
-    metas: tuple[str, ...] = ()  # others to evaluate a trained controller with, if it sees goals
+    graphs: GraphSpecs = ()  # graphs or sets of them, each graph with its own runs; (): ``graph`` of the values
+    seeds: int | None = None  # each run has seeds 0, 1, ..., seeds - 1; None: ``seed`` of the values
+    variants: Mapping[str, Values] | None = None  # more values by variant, each combined with all others
+    episodes: int | None = None  # episodes of the evaluations at the end; None: see `job.Job`
+    metas: tuple[str, ...] = ()  # other meta-controllers to evaluate a trained controller with, if it sees goals
 
     def __post_init__(self) -> None:
         if self.episodes is not None:
@@ -73,7 +73,7 @@ class Plan:
                 raise InputError(f"{one} and {several} are both given and mean the same; leave one out")
 
     def runs(self) -> tuple[PlannedRun, ...]:
-        """Return all runs; the seeds are the outermost, so that an unfinished sweep is balanced."""
+        """Return all runs, first those of seed 0 and so on, so that an unfinished sweep is balanced."""
         runs: dict[str, PlannedRun] = {}
         named: dict[tuple[str, ...], PlannedRun] = {}
         seeds = [{}] if self.seeds is None else [{"seed": [seed]} for seed in range(self.seeds)]
@@ -103,16 +103,16 @@ class Plan:
         if self.graphs in ((), []):
             yield {}
             return
-        from hierroom.complexity.graph_set import GraphSet  # it brings scipy along
+        from hierroom.complexity.graph_set import GraphSet  # imports scipy
 
         for graph in GraphSet(self.graphs).graphs:
             yield {"graph": [graph.name if NAMED_GRAPHS.get(graph.name) == graph else graph]}
 
     def _run(self, variant: str, entries: dict[str, Any], varied: Sequence[str]) -> PlannedRun:
         start = find_preset(entries.pop("preset", None) or implied_preset(entries.get("meta")))
-        config = start.changed(**{"threads": 1, **entries})  # the processes are the parallel part
+        config = start.changed(**{"threads": 1, **entries})  # processes run in parallel instead
         if ships(config.env.task):
-            find_task(config.env.task)  # refuses a name that means no task
+            find_task(config.env.task)  # refuses a name without a task
         own = config.entries | {
             "meta": config.resolved_method.meta,
             "graph": config.env.names,
@@ -135,10 +135,10 @@ class Plan:
 
 
 def read_plan(path: Path | None, words: Sequence[str] = ()) -> Plan:
-    """Return the plan of a TOML file and of words ``entry=value,value,...``, which win.
+    """Return the plan of a TOML file and of words ``entry=value,value,...``, which override the file.
 
-    The file has the entries of a run's config, flat, but with lists of the values to try; ``graphs``, ``seeds``,
-    ``episodes``, ``metas``; and tables ``[[variants]]``, each with a ``name`` and further entries.
+    The file has entries of a run's config by flat names, with lists of values to try. It may also have ``graphs``,
+    ``seeds``, ``episodes``, ``metas``, and tables ``[[variants]]``, each with a ``name`` and more entries.
     """
     table = {} if path is None else read_toml(path, "sweep", or_any=True)
     where = "" if path is None else f"{path}: "
@@ -210,5 +210,5 @@ def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
 
 def _text(value: Any) -> str:
     if isinstance(value, (tuple, list)):
-        return " ".join(map(_text, value)) or "none"  # an empty cell would be one that the table lacks
+        return " ".join(map(_text, value)) or "none"  # an empty cell would count as missing
     return value.name if isinstance(value, GoalGraph) else str(value)

@@ -1,4 +1,4 @@
-"""The jobs of a sweep on this machine: a process for each core, replaced when it is killed."""
+"""The jobs of a sweep on this machine: a process for each core, which is replaced if it is killed."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from hierroom.runs.interrupt import Interrupt
 from hierroom.support.errors import in_one_line
 
 _SPAWN = get_context("spawn")  # a forked process would share torch's threads and the kernels' cache locks
-_SAVING_SECONDS = 60.0  # that a sweep waits for its processes when it is to stop
+_SAVING_SECONDS = 60.0  # time for processes to save their runs when the sweep stops
 
 
 @dataclass
@@ -34,16 +34,16 @@ class _Worker:
         process = _SPAWN.Process(target=_work, args=(theirs, sys.orig_argv), daemon=True)
         with _without_ctrl_c():
             process.start()
-        theirs.close()  # so that ours ends when the process does
+        theirs.close()  # so that our end closes when the process ends
         return cls(process, ours)
 
 
 def work_here(
     jobs: Sequence[Job], processes: int, interrupt: Interrupt, is_done: Callable[[Job], bool]
 ) -> Iterator[Event]:
-    """Do jobs on this machine in order, and yield what happens to them; a request to stop saves the runs at work.
+    """Do jobs on this machine in order, and yield their events; a request to stop saves the active runs.
 
-    A job that another process has done by then, or does, is left out.
+    A job is skipped if another process has done it or is doing it.
     """
     waiting, tries = deque(jobs), dict.fromkeys((job.run.digest for job in jobs), 1)
     workers = [_Worker.start() for _ in range(min(processes, len(jobs)))]
@@ -57,12 +57,12 @@ def work_here(
                         yield Event("done elsewhere", waiting.popleft())
                         continue
                     worker.job = waiting.popleft()
-                    with suppress(OSError):  # a process that was just killed is noticed when it is listened to
+                    with suppress(OSError):  # if it was just killed, `_heard` notices that
                         worker.connection.send(worker.job)
             for event in _heard(workers, 0.2):
                 job = event.job
                 if event.kind == "interrupted" and not interrupt.is_requested:
-                    event = Event("retried", job)  # its process alone was asked to stop, by a scheduler or by hand
+                    event = Event("retried", job)  # only its process was stopped, not the sweep
                 if event.kind == "retried":
                     if tries[job.run.digest] == MAX_TRIES:
                         event = Event("failed", job, f"its process was killed or stopped {MAX_TRIES} times")
@@ -84,7 +84,7 @@ def _stopped(workers: list[_Worker]) -> Iterator[Event]:
     for worker in workers:
         while worker.job is not None and wait([worker.connection], _SAVING_SECONDS):
             for event in _heard([worker], 0):
-                # Before it trains, and after it, nothing is left to be saved, and SIGTERM ends the process.
+                # Before and after training there is nothing to save, and SIGTERM simply ends the process.
                 yield Event("interrupted", event.job) if event.kind == "retried" else event
 
 
@@ -106,11 +106,11 @@ def _heard(workers: list[_Worker], timeout: float) -> Iterator[Event]:
 
 @contextmanager
 def _without_ctrl_c() -> Iterator[None]:
-    """Let Ctrl-C wait: a process begun in this context does not hear it while it loads its modules."""
+    """Block Ctrl-C in processes started in this context, so that it does not end them while they import modules."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    resource_tracker.ensure_running()  # the first process would begin it, and it lets Ctrl-C through again
+    resource_tracker.ensure_running()  # else the first process would start it, and it unblocks Ctrl-C
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -119,17 +119,17 @@ def _without_ctrl_c() -> Iterator[None]:
 
 
 def _work(connection: Connection, command: list[str]) -> None:
-    sys.orig_argv = command  # which the runs record, instead of how multiprocessing starts a process
-    version_of_code()  # what this process has loaded, whatever is committed while it works
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches it too; the sweep asks it to stop by SIGTERM
+    sys.orig_argv = command  # runs record this, instead of multiprocessing's command
+    version_of_code()  # before a later commit could change it
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches this process too, but the sweep stops it by SIGTERM
     while True:
         try:
             job = connection.recv()
-        except (EOFError, OSError):  # the sweep is over, or was killed
+        except (EOFError, OSError):  # the sweep has ended or was killed
             return
         try:
             numbers = job.work(lambda steps, words: connection.send(("progressed", (steps, words))))
-        except BrokenPipeError:  # the sweep was killed; what was saved stays
+        except BrokenPipeError:  # the sweep was killed; saved files stay
             return
         except RunLockedError:
             connection.send(("busy", None))

@@ -1,4 +1,4 @@
-"""A sweep's table in short: medians over the seeds of runs that are alike otherwise, for a terminal or in Markdown."""
+"""A summary of a sweep's table: medians over the seeds of otherwise equal runs, for a terminal or in Markdown."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ _SINGLE_RUNS = "; of a single run, in square brackets the 95% interval that its 
 class Summary:
     """Medians over seeds, as text."""
 
-    headings: tuple[str, ...]  # of the columns
-    n_names: int  # of the columns that name the runs; the others are numbers
+    headings: tuple[str, ...]  # headings of the columns
+    n_names: int  # number of columns that name the runs; the others are numbers
     lines: tuple[tuple[str, ...], ...]  # the cells of each line
-    has_single_runs: bool  # whether some line is of one run
+    has_single_runs: bool  # whether a line has only one run
 
     def caption(self) -> str:
         """Return an explanation of the numbers."""
@@ -41,7 +41,7 @@ class Summary:
 
 
 def summarise(runs: Sequence[PlannedRun], rows: pd.DataFrame, metas: Sequence[str] = ()) -> Summary:
-    """Return a line for each combination of values of the planned runs, with the rows of its seeds that are done."""
+    """Return a line for each combination of values of the planned runs, with medians over its finished seeds."""
     import pandas as pd
 
     percent, whole = "{:.1%}".format, "{:.0f}".format
@@ -59,7 +59,7 @@ def summarise(runs: Sequence[PlannedRun], rows: pd.DataFrame, metas: Sequence[st
         columns["excluded graphs"] = ("excluded_success_rate", percent)
     are_tasks = all(run.config.env.task is not None for run in runs)
     if are_tasks and not (len(rows) and rows["length_over_shortest"].any()):
-        del columns["/ shortest"]  # nobody knows the shortest ways of a user's environment
+        del columns["/ shortest"]  # unknown for a user's environment
     planned = pd.DataFrame([run.identity for run in runs]).drop(columns="seed")
     names = telling_columns(planned) or ["method", "graph"]
     groups = dict([*rows.groupby(names, sort=False)]) if len(rows) else {}

@@ -1,4 +1,4 @@
-"""A sweep on disk: which of its runs are done, and doing the rest."""
+"""A sweep on disk: find the runs that are done, and do the others."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Shard:
-    """A part of a sweep's runs, for one of several machines: the ``number``-th of ``count``, from 1."""
+    """A part of a sweep's runs, for one of several machines: the ``number``-th of ``count``, counted from 1."""
 
     number: int = 1
     count: int = 1
@@ -44,7 +44,7 @@ class Shard:
 
 @dataclass(frozen=True)
 class Sweep:
-    """The runs of a plan, in a folder with their table ``sweep.csv`` and their folders ``runs/``."""
+    """The runs of a plan, in a folder with the table ``sweep.csv`` and the runs' folders in ``runs/``."""
 
     plan: Plan
     out: Path
@@ -65,7 +65,7 @@ class Sweep:
         return self.table.of(self.plan.runs())
 
     def made_with_other_code(self) -> list[str]:
-        """Return the names of the finished runs with custom code that has changed, by the digests in their rows."""
+        """Return the names of finished runs with custom code that has changed since, by the digests in their rows."""
         rows = self.table.read()
         before = dict(zip(rows["digest"], rows.get("own_code", ()), strict=False))
         done = [run for run in self.plan.runs() if before.get(run.digest)]
@@ -80,7 +80,7 @@ class Sweep:
         shard: Shard = Shard(),
         command: str = "",
     ) -> SweepOutcome:
-        """Do the runs of a shard that the table lacks, in processes or on a Ray cluster; their rows get the command."""
+        """Do the missing runs of a shard, in processes or on a Ray cluster; ``command`` is written to their rows."""
         if processes is not None:
             require_number("processes", processes, 1, 1024, is_whole=True)
         runs = shard.of(self.plan.runs())
@@ -89,7 +89,7 @@ class Sweep:
         missing = [run for run in runs if run.digest not in have]
         if not missing:
             return SweepOutcome((), (), False)
-        # These bring torch along, and a sweep that is done needs none of it.
+        # These import torch, which a finished sweep does not need.
         from hierroom.lab.sweep.cluster import work_on_cluster
         from hierroom.lab.sweep.display import Display
         from hierroom.lab.sweep.job import Job
@@ -129,7 +129,7 @@ class Sweep:
         return bool((self.table.read()["digest"] == job.run.digest).any())
 
     def _awaited(self, busy: list[Job], interrupt: Interrupt) -> list[Job]:
-        """Wait until another process has done one of its jobs or left it; return all of them, none if interrupted."""
+        """Wait until another process ends work on one of the jobs; return all jobs, or none if interrupted."""
         from hierroom.runs.folder.run_folder import RunFolder
 
         while busy and not interrupt.is_requested:
@@ -144,7 +144,7 @@ class Sweep:
 
         for meta in self.plan.metas:
             make_meta(meta)
-        # Seeds are alike, and a device that this machine lacks may be on the machine that trains.
+        # Check one seed for all, on the CPU, as the machine that trains may have a device that this one lacks.
         alike = {replace(run.config, seed=0, device="cpu"): run for run in runs}
         for config, run in alike.items():
             try:
@@ -155,7 +155,7 @@ class Sweep:
 
 @dataclass(frozen=True)
 class SweepOutcome:
-    """The outcome of an attempt to do the runs of a sweep."""
+    """The outcome of trying to do the runs of a sweep."""
 
     failures: tuple[tuple[PlannedRun, str], ...]  # the runs that could not be done, and why
     replaced: tuple[PlannedRun, ...]  # the runs with rows that replace those of other configs

@@ -1,4 +1,4 @@
-"""The tables of a sweep, all of text: a row for each run that is done, and its learning curve; processes share them."""
+"""The tables of a sweep, shared by processes: a row of texts for each finished run, and its learning curve."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class SweepTable:
         return _read(self.path)
 
     def of(self, runs: Sequence[PlannedRun]) -> pd.DataFrame:
-        """Return the rows of the runs that are done, in their order; older rows get the run's values of new columns."""
+        """Return the rows of finished runs in the order of ``runs``; new columns of older rows get the run's values."""
         import pandas as pd
 
         rows = self.read().drop_duplicates("digest", keep="last").set_index("digest", drop=False)
@@ -47,13 +47,13 @@ class SweepTable:
     def curves(self) -> dict[str, pd.DataFrame]:
         """Return each run's learning curve by its digest: numbers ``steps``, ``episodes``, ``success_rate``, ..."""
         rows = _read(self.curves_path).set_index("digest")
-        rows = rows[[*filter(has_range, rows)]].replace("", "nan").astype(float)  # not what somebody notes there
+        rows = rows[[*filter(has_range, rows)]].replace("", "nan").astype(float)  # without users' notes
         return {str(digest): curve for digest, curve in rows.groupby(level=0, sort=False)}
 
     def complete(self, runs: Sequence[PlannedRun]) -> None:
-        """Fill the empty cells of the columns that identify runs, as those of entries that did not vary before.
+        """Fill the empty cells of columns that identify runs, such as those of entries that did not vary before.
 
-        Both tables are checked before that, so that no hour passes before they are known to be broken.
+        First check both tables, so that a broken one is reported before hours of training.
         """
         import pandas as pd
 
@@ -96,19 +96,19 @@ class SweepTable:
             before = self.read()
             before = before[before["digest"] != run.digest]
             kept = before[~_is_same(before, run)]
-            # A column of an entry that this sweep has one value of, and an earlier one had several.
+            # Add columns of entries with one value in this sweep, but several in an earlier one.
             row = {name: text for name, text in run.entries.items() if name in kept and len(kept)} | row
             curves = _read(self.curves_path)
             curves = curves[curves["digest"] != run.digest]
             if len({one["graph"] for one in evaluations}) == 1:
                 points = pd.DataFrame([{"digest": run.digest, **_point(one)} for one in evaluations])
                 curves = pd.concat([curves, points])
-                # First: after a crash between the two the run has a curve and no row, so that it is done again.
+                # Write the curve first: after a crash between the two, the run has no row, so it is done again.
                 _write(self.curves_path, curves)
             after = pd.concat([kept, pd.DataFrame([row])]) if len(kept) else pd.DataFrame([row])
             _write(self.path, after, [*run.identity])
             is_valid = curves["digest"].isin(after["digest"])
-            if not is_valid.all():  # those of rows that were replaced
+            if not is_valid.all():  # remove the curves of replaced rows
                 _write(self.curves_path, curves[is_valid])
         return len(kept) < len(before)
 
@@ -116,7 +116,7 @@ class SweepTable:
 def _read(path: Path) -> pd.DataFrame:
     import pandas as pd
 
-    names, rows = read_csv(path) if path.exists() else ([], [])  # pandas takes rows that are cut off
+    names, rows = read_csv(path) if path.exists() else ([], [])  # pandas would accept incomplete rows
     if not names:
         return pd.DataFrame(columns=["digest"], dtype=str)
     if "digest" not in names:
@@ -144,7 +144,7 @@ def _is_same(rows: pd.DataFrame, run: PlannedRun) -> pd.Series:
     is_same = rows["digest"] != ""
     for name, text in run.identity.items():
         is_same &= rows.get(name, "") == text
-    for name in run.entries.keys() & set(rows):  # as of a sweep of several values of an entry
+    for name in run.entries.keys() & set(rows):  # columns of entries that vary in some sweep
         is_same &= (rows[name] == run.entries[name]) | (rows[name] == "")
     return is_same
 

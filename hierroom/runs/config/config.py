@@ -1,4 +1,4 @@
-"""The config of a training run; loads neither the world nor torch, so that ``--help`` is fast."""
+"""The config of a training run. This module imports neither the world nor torch, so that ``--help`` is fast."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from hierroom.worlds.env_config import EnvConfig
 PresetName = Literal["default", "long", "large", "learned", "paper", "algorithm1"]
 """Names in `presets.PRESETS`."""
 OF_WORLD = ("features", "meta_features", "max_steps")
-"""Entries that a task says itself where they are None; for EscapeRooms the defaults say them."""
+"""Entries with values that a task sets itself if they are None; EscapeRooms use the defaults."""
 
 META_PPO = PPOConfig(sequence_length=8, sequences_per_update=32, gamma=0.998, value_weight=0.5, min_advantage_std=0.05)
-"""For learning to choose goals: an update after 256 decisions, as there are few of them; a discount that lets the exit
-count 500 steps before it, as is needed while the controller is slow."""
+"""For learning to choose goals. Decisions are rare, so 256 of them make an update. The discount lets the exit count 500
+steps before it, as is needed while the controller is slow."""
 
 
 RANGES: Mapping[str, tuple[int, int]] = {
@@ -38,7 +38,7 @@ RANGES: Mapping[str, tuple[int, int]] = {
     "num_envs": (1, 2**20),
     "threads": (1, 2**10),
 }
-"""The whole numbers of a run, each with its smallest and its largest value."""
+"""The smallest and the largest value of each whole number of a run."""
 
 
 @dataclass(frozen=True)
@@ -58,14 +58,14 @@ class TrainConfig:
             steps. They play the same levels each time, none of them seen in training. 0: never.
         evaluation_episodes: episodes of each evaluation. None: 100, or fewer once the success rate of a failing agent
             is clear.
-        seed: fixes levels, weights, actions and shuffles.
+        seed: determines levels, weights, actions and shuffles.
         num_envs: number of environments that train in parallel.
         stagger_clocks: whether the first episodes begin with different step counts, so that not all environments reach
             the limit together.
         threads: threads to compute with, used from 128 environments on; they do not change results.
         device: device of the learner: cpu, cuda, cuda:1, ...
-        warm_start: start from the weights of another controller: of a run's folder, a .safetensors file, or an agent
-            that ships (a to g). The two controllers must be alike.
+        warm_start: start from the weights of another controller: of a run's folder, a .safetensors file, or a built-in
+            agent (a to g). The two controllers must have the same network, features and actions.
 
     Examples:
         >>> config = hierroom.TrainConfig(steps=2_000_000).changed(method="ppo", graph="g", gamma=0.99)
@@ -118,12 +118,12 @@ class TrainConfig:
 
     @property
     def resolved_method(self) -> Method:
-        """The agents: those of the method, or those named in their place."""
+        """The agents: those of the method, except where the config names others."""
         return self.agents.resolved_method(self.env.reward)
 
     @property
     def title(self) -> str:
-        """Return a description of the run, in a sentence."""
+        """Return a description of the run in one line."""
         agents = f"{self.agents.method} with meta-controller {self.resolved_method.meta}"
         played, excluded = ", ".join(self.env.names), ", ".join(spec_names(self.env.exclude))
         where = f"{self.env.kind} {played}{f' without {excluded}' if excluded else ''}, seed {self.seed}"
@@ -131,11 +131,11 @@ class TrainConfig:
 
     @property
     def entries(self) -> dict[str, Any]:
-        """All entries by their flat names, see `ENTRIES`; `changed` reads them back."""
+        """All entries by their flat names, see `ENTRIES`; `changed` accepts them."""
         return {name: getattr(getattr(self, part) if part else self, field) for name, (part, field) in ENTRIES.items()}
 
     def changed(self, **entries: Any) -> TrainConfig:
-        """Return the config with some entries changed, by flat names (see `ENTRIES`) or as a part, such as ``ppo``."""
+        """Return the config with some entries changed, by flat names (see `ENTRIES`) or as whole parts like ``ppo``."""
         if entries.get("preset", self.preset) != self.preset:
             raise InputError(
                 f"a config keeps its preset: one from {self.preset} cannot be changed to "
@@ -152,9 +152,9 @@ class TrainConfig:
             part, field = ENTRIES[name]
             changes.setdefault(part, {})[field] = value
         whole = changes.pop("")
-        for part, within in changes.items():  # the parts belong together: features are those of the environment's world
+        for part, within in changes.items():  # all parts before the check, as features are those of the world
             if not isinstance(before := whole.get(part, getattr(self, part)), PARTS[part]):
-                break  # and be refused
+                break  # the new config refuses it
             try:
                 whole[part] = before.changed(**within) if isinstance(before, EnvConfig) else replace(before, **within)
             except InputError as error:
@@ -162,7 +162,7 @@ class TrainConfig:
         return replace(self, **whole)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain types for JSON; users' graphs and layouts by their content, whatever becomes of their files."""
+        """Return plain types for JSON, with the content of user-defined graphs and layouts instead of their paths."""
         named = {
             "reward": self.env.reward,
             "task": self.env.task,
@@ -195,7 +195,7 @@ class TrainConfig:
             raise InputError(f"this is not the config of a training run: {error}") from error
 
     def differences(self, other: TrainConfig, ignored: Collection[str] = ()) -> list[str]:
-        """Return a text for each entry in which another config differs; those a resumed run may change do not count."""
+        """Return a text for each entry in which another config differs, except those that a resumed run may change."""
         theirs, ignored = other.entries, CHANGED_WHEN_RESUMED.union(ignored)
         changed = {name: one for name, one in self.entries.items() if name not in ignored and one != theirs[name]}
         return [f"{name} is {one!r} and was {theirs[name]!r}" for name, one in changed.items()]
@@ -204,11 +204,11 @@ class TrainConfig:
 META_PART = "meta_ppo"
 PARTS: Mapping[str, type] = {"env": EnvConfig, "agents": AgentsConfig, "ppo": PPOConfig, META_PART: PPOConfig}
 OF_META = f"{META_PART}."
-"""The beginning of the flat names of entries of ``meta_ppo``, which repeat those of ``ppo``."""
+"""The prefix of the flat names of entries of ``meta_ppo``, as ``ppo`` has the same entries."""
 LATER_ENTRIES: Mapping[str, Any] = {"task": None, "layout": ()}
-"""Entries that files of earlier versions lack, and what they meant."""
+"""Entries that files of earlier versions lack, with their values there."""
 CHANGED_WHEN_RESUMED = frozenset({"steps", "threads", "device", "warm_start"})
-"""Entries in which a resumed run may differ; the weights of a warm start are in its checkpoints."""
+"""Entries that may change when a run is resumed; the weights of a warm start are in its checkpoints."""
 
 
 def _flat_entries() -> dict[str, tuple[str, str]]:
@@ -221,13 +221,13 @@ def _flat_entries() -> dict[str, tuple[str, str]]:
 ENTRIES: Mapping[str, tuple[str, str]] = _flat_entries()
 """The part of the config (empty: the config itself) and the field of each entry, by its name on the command line.
 
-These names are flat, except those of ``meta_ppo``: ``gamma``, ``meta_ppo.gamma``, ``steps``.
+Such names are ``gamma`` and ``steps``; only entries of ``meta_ppo`` have a prefix, such as ``meta_ppo.gamma``.
 """
 
 
 @cache
 def _file_type() -> type[msgspec.Struct]:
-    """Return the type of config.json: every entry, as defaults may be those of another version, and no other."""
+    """Return the type of config.json; it requires all entries but `LATER_ENTRIES`, as defaults may change."""
 
     def record(part: type, types: Mapping[str, Any]) -> type[msgspec.Struct]:
         later = {name: (kind, LATER_ENTRIES[name]) for name, kind in types.items() if name in LATER_ENTRIES}

@@ -1,4 +1,4 @@
-"""The config of a run from a file: a TOML file of entries, or the config.json of a run, to repeat it."""
+"""Read the config of a run from a file: a TOML file of entries, or the config.json of a run, to repeat it."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from hierroom.support.files import usable_path
 from hierroom.support.reading import read_toml
 
 OF_ENVIRONMENTS = ("env_index", "levels")
-"""Entries of an environment that a run sets itself: training and evaluation have different levels."""
+"""Entries of an environment that a run sets itself, as training and evaluation have different levels."""
 
 
 def read_config(path: str | Path, *, trust: bool = False, **entries: Any) -> TrainConfig:
     """Read the config of a run from a file.
 
-    A TOML file holds entries flat, named as on the command line with underscores (``num_envs = 32``), those of
-    ``meta_ppo`` in a table of that name; ``"None"`` is none. Its ``preset`` gives the others. The ``config.json`` of a
-    run holds every entry. Paths in a file are relative to the current folder.
+    A TOML file has entries named as on the command line, with underscores (``num_envs = 32``); those of ``meta_ppo``
+    are in a table of that name. ``"None"`` means None. Its ``preset`` gives the other entries. The ``config.json`` of a
+    run has every entry. Paths in a file are relative to the current folder.
 
     Args:
         path: a TOML file, which is trusted, or the ``config.json`` of a run, which is not.
         trust: whether to accept user-defined code that a ``config.json`` names and the entries do not.
-        **entries: entries that replace those of the file; a TOML file's start from a ``preset`` among them.
+        **entries: entries that replace those of the file; they may include the ``preset`` of a TOML file.
     """
     path = Path(path)
     if path.name == "config.json":
@@ -82,6 +82,6 @@ def flat_entries(table: Mapping[str, Any], where: str) -> dict[str, Any]:
 
 
 def listed_entries(names: Iterable[str]) -> str:
-    """Return names of entries for a message; only one of those of ``meta_ppo``, which are the learner's again."""
+    """Return names of entries for a message, with one example for ``meta_ppo``, which repeats the names of ``ppo``."""
     plain = sorted(name for name in names if not name.startswith(OF_META))
     return f"{', '.join(plain)}, and the learner's of {META_PART} too, such as {OF_META}gamma"

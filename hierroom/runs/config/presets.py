@@ -31,9 +31,9 @@ PRESETS: Mapping[str, TrainConfig] = {
     # With a constant learning rate the policy keeps fluctuating: after 5M steps episodes took 66 and 87 steps on graphs
     # c and f, with an annealed rate 53 and 72 (without the features doorway-places and frontier-places).
     "long": TrainConfig(preset="long", steps=5_000_000, ppo=PPOConfig(final_learning_rate_fraction=0.1)),
-    # Paths are longer there, so there is more to remember, and 3M steps are few. Without the place of the last doorway
-    # as a feature, one of three seeds ended 2M steps on graph d at 83% success; with it all three ended at 99%. A
-    # larger gae_lambda helped on graph f, and annealing helped at the end.
+    # Paths are longer on large grids, so there is more to remember, and 3M steps are few. Without the feature of the
+    # last doorway's place, one of three seeds ended 2M steps on graph d at 83% success; with it all three ended at 99%.
+    # A larger gae_lambda helped on graph f, and annealing helped at the end.
     "large": TrainConfig(
         preset="large",
         env=EnvConfig(size=31),
@@ -56,7 +56,7 @@ PRESETS: Mapping[str, TrainConfig] = {
             features=("view", "goal", "goal-in-view", "goal-place", "direction", "keys", "previous-action"),
         ),
         steps=3_000_000,
-        # num_envs, features, gamma and value_weight are those of the default at the time of these measurements.
+        # num_envs, features, gamma and value_weight were those of the default preset when this was measured.
         num_envs=128,
         # Annealed, because the goals that the meta-controller chooses keep changing: at a constant rate success on
         # graph f fell from 94% to 80% during training. With an entropy weight of 0.03 the controller stayed near chance
@@ -71,8 +71,8 @@ PRESETS: Mapping[str, TrainConfig] = {
         agents=replace(_PAPER.agents, meta="learned", meta_features=("view-ids",), meta_start_success=0.0),
     ),
 }
-"""By name, see `TrainConfig`. The default is the best config we know for any method; paper and algorithm1 have
-customary values for what the paper does not specify. docs/presets.md explains all of them value by value."""
+"""The presets by name, see `TrainConfig`. The default is the best config we know for any method; paper and algorithm1
+have common values for what the paper does not specify. docs/presets.md explains each value."""
 
 
 def find_preset(name: str) -> TrainConfig:
@@ -91,5 +91,5 @@ def find_preset(name: str) -> TrainConfig:
 
 
 def implied_preset(meta: object) -> str:
-    """Return the preset that a run with this meta-controller has unless it names another."""
+    """Return the preset of a run with this meta-controller that names none."""
     return "learned" if meta == "learned" else "default"

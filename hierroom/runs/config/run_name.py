@@ -13,19 +13,19 @@ from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.worlds.make import ships
 
 MAX_LENGTH = 97
-"""Characters of a name: with -2, -3, ... added it stays within 100."""
+"""The most characters of a name: with -2, -3, ... added, it has at most 100."""
 MAX_NAMED_GRAPHS = 4
-"""The number of graphs or sets of them that a name lists; it counts the rest."""
+"""The most graphs or sets of them that a name lists; it gives the number of the others."""
 _META_LENGTH, _GRAPH_LENGTH, _SEED_LENGTH = 20, 24, 18
 _SEPARATE = frozenset({"method", "meta", "graph", "exclude", "task", "layout", "seed", "preset"})
 _NEVER_NAMED = frozenset({"threads", "device"})
 
 
 def run_name(config: TrainConfig) -> str:
-    """Return a short name for a run, fit for a folder on any system: letters, digits, ``-_.``, at most 97.
+    """Return a short name for a run, valid for a folder on any system: at most 97 letters, digits and ``-_.``.
 
-    It names method, meta-controller, goal graph, seed, preset, and what differs from the preset as far as there is
-    room; a digest stands for the rest. Threads and device, in which a resumed run may differ, are left out.
+    It has the method, meta-controller, goal graph, seed, preset, and as many differences from the preset as fit; a
+    digest stands for the others. Threads and device are left out, because a resumed run may have others.
     """
     method, meta = config.agents.method, config.resolved_method.meta
     task = config.env.task
@@ -87,7 +87,7 @@ def _name_of(spec: str) -> str:
 
 
 def _task_name(spec: str) -> str:
-    """Return ``module-name`` of ``module:name``; where that is long or of a package, the name and a digest of all."""
+    """Return a short name for a task: as given, or if that is long or has a dot, its last part and a digest."""
     if "." not in spec and len(spec) <= _GRAPH_LENGTH:
         return spec
     return f"{_name_of(spec)[: _GRAPH_LENGTH - 5]}-{hashlib.sha256(spec.encode()).hexdigest()[:4]}"
@@ -100,13 +100,13 @@ def _steps(steps: int) -> str:
 
 
 def _plain(text: str) -> str:
-    """Return the text in characters that every file system takes, without a dot at the end, which Windows drops."""
+    """Return the text in characters that every file system accepts. Windows drops a dot at the end, so replace it."""
     plain = "".join(c if c.isascii() and (c.isalnum() or c in "-_.") else "-" for c in text)
     return f"{plain[:-1]}-" if plain.endswith(".") else plain
 
 
 def _shortened(text: str, length: int) -> str:
-    """Return the text, or its beginning and a digest, so that one long part leaves room for the others."""
+    """Return the text; if it is too long, its beginning and a digest, so that other parts fit in too."""
     if len(text) <= length:
         return text
     return f"{text[: length - 5]}-{hashlib.sha256(text.encode()).hexdigest()[:4]}"

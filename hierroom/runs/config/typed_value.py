@@ -1,4 +1,4 @@
-"""The entries of configs in files: the types of the dataclasses, as TOML and JSON can hold them, checked by msgspec."""
+"""The types of config entries in TOML and JSON files, and values checked against them by msgspec."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _GRAPHS = str | dict | tuple[str | dict, ...]
 
 
 def entry_types(part: type) -> dict[str, Any]:
-    """Return the type that each field of a config's dataclass has in a file; any name is a text, also of a reward."""
+    """Return the type that each field of a config's dataclass has in a file; names, also of rewards, are texts."""
     types = {name: _in_file(kind) for name, kind in get_type_hints(part).items()}
     return types | {name: _GRAPHS for name in ("graph", "exclude", "layout") if name in types}
 
@@ -31,7 +31,7 @@ def _in_file(kind: Any) -> Any:
 
 
 def typed_value(name: str, kind: Any, value: Any) -> Any:
-    """Return a file's value as the type of its entry: lists become tuples, 1e6 1000000, 1 1.0, the text "None" none."""
+    """Convert a file's value to the type of its entry: a list to a tuple, 1e6 to 1000000, 1 to 1.0, "None" to None."""
     if value == "None" and NoneType in get_args(kind):
         return None
     try:

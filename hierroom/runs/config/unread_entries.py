@@ -1,4 +1,4 @@
-"""Entries of a config that nothing reads, because of what else it says."""
+"""Entries of a config that have no effect, because of its other entries."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hierroom.turns.rewards import REWARDS
 
 
 def entries_without_effect(config: TrainConfig) -> tuple[str, ...]:
-    """Return the entries that have no effect on what the config trains, whatever their values."""
+    """Return the entries that have no effect on training, whatever their values."""
     method = config.resolved_method
     is_learned, controller = method.meta == LEARNED, method.controller
     reads_goals = controller.sees_goal or controller.reward not in REWARDS or controller.reward == "intrinsic"
@@ -28,13 +28,13 @@ def entries_without_effect(config: TrainConfig) -> tuple[str, ...]:
 
 
 def unread_entries(config: TrainConfig) -> tuple[str, ...]:
-    """Return the entries without effect that are not as in the config's preset."""
+    """Return the entries without effect that differ from the config's preset."""
     own, usual = config.entries, find_preset(config.preset).entries
     return tuple(name for name in entries_without_effect(config) if own[name] not in (usual[name], None))
 
 
 def unread_note(config: TrainConfig) -> str | None:
-    """Return a line on the changed entries that have no effect; None where there is none."""
+    """Return a line on the changed entries that have no effect; None if there are none."""
     names, method = unread_entries(config), config.resolved_method
     if not names:
         return None

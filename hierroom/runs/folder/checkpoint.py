@@ -1,4 +1,4 @@
-"""A checkpoint as bytes: torch's format, then its SHA-256 digest, as torch checks no checksums."""
+"""A checkpoint as bytes: torch's format, then a SHA-256 digest, because torch verifies no checksum."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ CHECKPOINT_FORMAT = 11
 TABLES = ("metrics", "evaluations", "episodes")
 """The tables that grow with a run."""
 _DEEPEST = 50
-"""Levels of lists and dicts in each other: deeper ones, and those that hold themselves, could not be read again."""
+"""The most levels of nested lists and dicts; deeper ones, and those that contain themselves, could not be read."""
 _MARK = b"\nsha256 "
-_LENGTH = len(_MARK) + 64 + 1  # of the last line: the mark, the digest in hexadecimal digits, a line feed
+_LENGTH = len(_MARK) + 64 + 1  # bytes of the last line: mark, hexadecimal digest, line feed
 _Count = Annotated[int, msgspec.Meta(ge=0, le=2**62)]
 _Seconds = Annotated[float, msgspec.Meta(ge=0, le=2.0**62)]
 
@@ -42,11 +42,11 @@ _OUTLINE = _record(
         "compile_seconds": _Seconds,
     }
 )
-"""The outline that is checked whenever a checkpoint is read; parts are checked where they are used."""
+"""The structure that is checked when a checkpoint is read; the parts are checked where they are used."""
 
 
 def to_bytes(state: Mapping[str, Any]) -> bytes:
-    """Return the content of a checkpoint file: the state of a `Trainer`, and the number of rows of each table."""
+    """Return the content of a checkpoint file for the state of a `Trainer` and the number of rows of each table."""
     plain = {name: _plain(entry, name) for name, entry in state.items()}
     buffer = io.BytesIO()
     torch.save({"format": CHECKPOINT_FORMAT, "tables": dict.fromkeys(TABLES, 0), **plain}, buffer)
@@ -55,11 +55,11 @@ def to_bytes(state: Mapping[str, Any]) -> bytes:
 
 
 class OtherFormatError(InputError):
-    """Another version of hierroom wrote the checkpoint, and those before it."""
+    """Error for a checkpoint of another version of hierroom, which wrote the earlier checkpoints too."""
 
 
 def from_bytes(content: bytes) -> dict[str, Any]:
-    """Return the state from what `to_bytes` gave; no code from it is executed."""
+    """Return the state from the bytes of `to_bytes`; no code in them is executed."""
     content, last_line = content[:-_LENGTH], content[-_LENGTH:]
     if not last_line.startswith(_MARK):
         raise InputError(
@@ -70,16 +70,16 @@ def from_bytes(content: bytes) -> dict[str, Any]:
         raise InputError("is damaged: its content is not the one that its digest was made of")
     try:
         state = torch.load(io.BytesIO(content), "cpu", weights_only=True)
-    except Exception as error:  # torch raises many types for what it does not load, RuntimeError among them
+    except Exception as error:  # torch raises errors of many types
         lines = str(error).strip().splitlines() or [type(error).__name__]
-        reason = lines[0].split(". ")[0]  # the rest is advice to users of torch
+        reason = lines[0].split(". ")[0]  # the rest is advice for users of torch
         raise InputError(f"cannot be read: {reason}") from error
     found = state.get("format") if isinstance(state, dict) else None
     if type(found) is not int or found != CHECKPOINT_FORMAT:
         raise OtherFormatError(f"has format {shown(found)}, this hierroom reads {CHECKPOINT_FORMAT}")
     try:
         msgspec.convert(state, _OUTLINE)
-    except (msgspec.ValidationError, AttributeError) as error:  # which a tensor in the place of a dict raises
+    except (msgspec.ValidationError, AttributeError) as error:  # AttributeError: a tensor instead of a dict
         raise InputError(f"cannot be used: {error}") from error
     return state
 
@@ -89,7 +89,7 @@ def _last_line(content: bytes) -> bytes:
 
 
 def _plain(value: Any, name: str, depth: int = 0) -> Any:
-    """Return a state as tensors and plain types, so that nothing in it is ever executed; ``name`` is for messages."""
+    """Return a state as tensors and plain types, so that loading it executes no code; ``name`` is for messages."""
     if depth > _DEEPEST:
         raise InputError(f"a checkpoint cannot hold {name[:100]}...: more than {_DEEPEST} nested lists and dicts")
     if value is None or type(value) in (bool, int, float, str, bytes):
@@ -97,7 +97,7 @@ def _plain(value: Any, name: str, depth: int = 0) -> Any:
     if isinstance(value, torch.Tensor) and value.layout is torch.strided and not value.is_quantized:
         return value.detach()
     if isinstance(value, np.generic) and value.dtype.kind in "biufUS":
-        return float(value) if value.dtype.kind == "f" else value.item()  # a long double stays one as an item
+        return float(value) if value.dtype.kind == "f" else value.item()  # item() of a long double is one too
     if isinstance(value, np.ndarray) and value.dtype.kind in "biuf" and value.dtype.itemsize <= 8:
         return torch.from_numpy(value.astype(value.dtype.newbyteorder("=")))
     if isinstance(value, Mapping):

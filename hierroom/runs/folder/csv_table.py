@@ -1,4 +1,4 @@
-"""A table in a CSV file that grows row by row while training goes on, and outlives a crash at any moment."""
+"""A table in a CSV file that grows by rows during training, and stays readable after a crash at any moment."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _LONGEST = 2**20  # bytes of a line
 class CSVTable:
     """Rows of a CSV file; each begins with its ``steps``. A resumed run calls `keep` before it appends.
 
-    Where ``numbers`` are given, these columns must exist, and each cell is a number in the range of its column, except
-    those of the columns ``texts``. Each number is the least in its column, where every row has one; None where not.
+    ``numbers`` gives columns that must exist, each with its least value, or None if its cells may be empty. If it is
+    given, each cell outside the columns ``texts`` must be a number in the range of its column.
     """
 
     def __init__(
@@ -32,7 +32,7 @@ class CSVTable:
         self.path = path
         self._numbers, self._texts = numbers, texts
         self._names: list[str] = []
-        self._n_rows: int | None = None  # unknown until it is counted, as the file may be long
+        self._n_rows: int | None = None  # None until it is needed, as counting a long file takes time
 
     @property
     def n_rows(self) -> int:
@@ -42,14 +42,14 @@ class CSVTable:
         return self._n_rows or 0
 
     def keep(self, n_rows: float = math.inf, steps: float = math.inf) -> int:
-        """Keep the first ``n_rows`` rows, each up to ``steps``, delete the rest, and return how many rows there are."""
+        """Keep the first ``n_rows`` rows, delete the rest, and return how many are left; refuse rows past ``steps``."""
         n_kept, end = self.measure(n_rows, steps)
         if self.path.exists() and self.path.stat().st_size > end:
             truncate(self.path, end)
         return n_kept
 
     def measure(self, n_rows: float = math.inf, steps: float = math.inf) -> tuple[int, int]:
-        """Return the number of rows that `keep` would keep, and the bytes until their end; change nothing."""
+        """Return the number of rows that `keep` would keep, and the bytes up to their end; change nothing."""
         names, n_kept, end = [], 0, 0
         for place, entries in self._rows(steps) if n_rows else ():
             n_kept += bool(names)
@@ -62,7 +62,7 @@ class CSVTable:
         return n_kept, end
 
     def append(self, rows: Sequence[Mapping[str, object]]) -> None:
-        """Append rows. An entry that a row lacks is NaN; a new entry makes a column, with NaN in all earlier rows."""
+        """Append rows. Missing entries become NaN; a new entry adds a column, with NaN in all earlier rows."""
         if not rows:
             return
         n_rows, entries = self.n_rows, dict.fromkeys(name for row in rows for name in row)
@@ -83,11 +83,11 @@ class CSVTable:
         write_atomically(self.path, lines)
 
     def sync(self) -> None:
-        """Have the rows outlive a loss of power."""
+        """Make the rows survive a loss of power."""
         sync(self.path)
 
     def read(self) -> list[dict[str, str]]:
-        """Return the rows as text by column, none where there is no file; an empty cell of a number is ``nan``."""
+        """Return the rows as text by column, none if there is no file; an empty cell of a number becomes ``nan``."""
         rows = (entries for _, entries in self._rows())
         names = next(rows, [])
         empty = ["nan" if self._numbers is not None and name not in self._texts else "" for name in names]
@@ -111,10 +111,10 @@ class CSVTable:
         with open_regular(self.path) as opened, open(opened, "rb", closefd=False) as file:
             for number, line in enumerate(iter(partial(file.readline, _LONGEST), b""), start=1):
                 end += len(line)
-                if not line.strip():  # a crash leaves such lines too
+                if not line.strip():  # a crash can leave such lines
                     continue
-                if not line.endswith(b"\n") or b"\0" in line:  # a crash leaves that at the end
-                    # Another encoding or other line ends look so too, and have lines after what should be the names.
+                if not line.endswith(b"\n") or b"\0" in line:  # a crash can leave this at the end
+                    # Other encodings or line ends look the same, but have more lines after the one with the names.
                     is_foreign = not names and (torn > 0 or line.count(b"\r") > 1)
                     torn, first_torn = torn or number, first_torn if torn else end - len(line)
                     if is_foreign or end - first_torn > MOST_TEXT:

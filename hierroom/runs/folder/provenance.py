@@ -27,15 +27,15 @@ from hierroom.support.reading import read_json, read_text
 
 FILE = "provenance.json"
 PACKAGES = ("numba", "numpy", "scipy", "torch", "gymnasium", "pettingzoo")
-"""Packages that may decide a result, besides hierroom."""
+"""Packages, besides hierroom, with versions that can change results."""
 
 
 def record_session(path: Path, config: TrainConfig, variant: str = "", warm_start: str = "") -> list[str]:
     """Add this session to a run's provenance.json, copy new and changed modules of the user, and return warnings.
 
-    The copies are for reading; only `--trust-run` imports them. No environment variable and no address of a repository
-    is written. ``variant`` is the run's name in the plan of a sweep, ``warm_start`` the digest of the weights that it
-    begins with.
+    The copies are for reading; only `--trust-run` imports them. Environment variables and addresses of repositories are
+    not written. ``variant`` is the run's name in the plan of a sweep; ``warm_start`` is the digest of the weights that
+    it starts from.
     """
     sessions, files = read_sessions(path), find_module_files(config) if named_code(config) else []
     before = _newest_modules(path, sessions)
@@ -51,15 +51,15 @@ def record_session(path: Path, config: TrainConfig, variant: str = "", warm_star
 
 
 def variant_of(path: Path) -> str:
-    """Return the variant of a run in a sweep's plan; empty without one."""
+    """Return the run's variant in a sweep's plan; empty if it has none."""
     named = (one for one in read_sessions(path) if isinstance(one, dict))
     return next((str(one["variant"]) for one in named if "variant" in one), "")
 
 
 def code_of(path: Path) -> dict[str, frozenset[str]]:
-    """Return the code of a run by name: modules, hierroom, packages, its warm start.
+    """Return the code of a run by name: modules, hierroom, packages, and the weights of its warm start.
 
-    The values are digests and versions, several where the sessions differ; none if provenance.json cannot be read.
+    The values are digests and versions, several if the sessions differ. Empty if provenance.json cannot be read.
     """
     found: dict[str, set[str]] = {}
     try:
@@ -89,7 +89,7 @@ def warn_of_changed_modules(path: Path, config: TrainConfig) -> None:
 
 
 def describe_session(device: str = "cpu") -> dict[str, Any]:
-    """Return the circumstances of a result besides the config: command, versions, machine, commits."""
+    """Return what a result may depend on besides the config: command, versions, machine, commits."""
     package = Path(hierroom.__file__).parent
     return {
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -108,7 +108,7 @@ def describe_session(device: str = "cpu") -> dict[str, Any]:
 
 @cache
 def version_of_code() -> str:
-    """Return the version of hierroom, in a checkout with the commit of the first call."""
+    """Return the version of hierroom; in a git checkout, with the commit at the first call."""
     return _with_commit(hierroom.__version__, describe_git(Path(hierroom.__file__).parent, "__init__.py"))
 
 
@@ -119,10 +119,10 @@ def _with_commit(version: str, git: Mapping[str, Any] | None) -> str:
 
 
 def describe_git(folder: Path, tracked: str | None = None) -> dict[str, Any] | None:
-    """Return the commit that is checked out in a folder, and whether tracked files differ; None where there is none.
+    """Return the commit that is checked out in a folder, and whether tracked files differ; None if there is none.
 
-    No program that the checkout's config names is run: no filter, no hook, no monitor, none that fetches. The folder's
-    file ``tracked`` must belong to the checkout: an installed package may be inside another one.
+    Run no program that the checkout's config names, such as a filter, hook, monitor or fetcher. The checkout must track
+    the folder's file ``tracked``, because an installed package may be inside another project's checkout.
     """
     if tracked is not None and _git(folder, "ls-files", "--error-unmatch", tracked) is None:
         return None
@@ -132,8 +132,8 @@ def describe_git(folder: Path, tracked: str | None = None) -> dict[str, Any] | N
 
 def _git(folder: Path, *arguments: str) -> str | None:
     """Return git's output; None if it fails. It takes no lock and starts no program of the checkout's config."""
-    # In a hook, variables name git's repository, and would win over the folder. No missing file is fetched, because the
-    # checkout's config says by which program.
+    # In a git hook, GIT_ variables name another repository and would override the folder. Missing files are not
+    # fetched, because the checkout's config names the program that fetches.
     env = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
     env["GIT_NO_LAZY_FETCH"] = "1"
     command = ["git", "--no-optional-locks", "-c", "core.fsmonitor=false", *arguments]
@@ -147,17 +147,17 @@ def _git(folder: Path, *arguments: str) -> str | None:
 
 
 def _status(folder: Path) -> str | None:
-    """Return git status's output, or None; the checkout's own filters, which would run programs, are off."""
+    """Return the output of git status, or None. The checkout's filters are off, as they would run programs."""
     listed = [
         _git(folder, "config", scope, "--includes", "--null", "--name-only", "--get-regexp", r"^filter\.")
         for scope in ("--local", "--worktree")
     ]
     names = {key.rpartition(".")[0] for keys in listed if keys for key in keys.strip("\0").split("\0")}
-    if any("=" in name for name in names):  # -c would take what follows for the value
+    if any("=" in name for name in names):  # -c would read the rest of the name as the value
         return None
     off = [f"{name}.{entry}" for name in sorted(names) for entry in ("clean=", "process=", "required=false")]
     config = [word for entry in off for word in ("-c", entry)]
-    # A submodule has a config of its own, so that git status is not to look for changes in it.
+    # A submodule has its own config with filters, so git status must not look for changes in it.
     return _git(folder, *config, "status", "--porcelain", "--untracked-files=no", "--ignore-submodules=dirty")
 
 
@@ -171,7 +171,7 @@ def _cpu() -> str:
 
 
 def read_sessions(path: Path) -> list[dict[str, Any]]:
-    """Return the sessions of a run's provenance.json, unchanged; none without that file."""
+    """Return the sessions of a run's provenance.json, unchanged; none if there is no such file."""
     file = path / FILE
     if not file.exists():
         return []

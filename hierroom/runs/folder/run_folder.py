@@ -1,4 +1,4 @@
-"""The folder of a training run: config, tables, checkpoints and summary. Tables grow, other files are written whole."""
+"""The folder of a training run: config, tables, checkpoints, summary. Tables grow; other files are written whole."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ _COLUMNS: Mapping[str, Mapping[str, Any]] = {
         "texts": ("graph",),
     },
 }
-"""The columns that tables must have, see `CSVTable`; ``episodes.csv`` may be long, and nothing needs all its cells."""
+"""The columns that tables must have, see `CSVTable`. Cells of ``episodes.csv``, which may be long, are not checked."""
 
 
 class RunFolder:
     """A training run on disk: config, provenance, tables, checkpoints named by their steps, summary, pictures, a lock.
 
-    ``config.json`` holds user-defined goal graphs by content, so that the run can go on even if their files change.
+    ``config.json`` has the content of user-defined goal graphs, so the run can be resumed even if their files change.
     """
 
     def __init__(self, path: str | Path):
@@ -56,7 +56,7 @@ class RunFolder:
 
     @classmethod
     def create(cls, path: str | Path, config: TrainConfig) -> RunFolder:
-        """Create the folder of a run: a new one, an empty one, or one that a killed call left."""
+        """Create the folder of a run; it may exist if it is empty, or if a killed call left it."""
         run = cls(path)
         try:
             for folder in (run.path, *run.path.parents):
@@ -64,9 +64,9 @@ class RunFolder:
                     why = f"{folder} is not a folder; choose another --out"
                     raise InputError(f"cannot create the run folder {run.path}: {why}")
             run.path.mkdir(parents=True, exist_ok=True)
-            run._refuse_content()  # before the lock leaves a file in it
+            run._refuse_content()  # before the lock adds a file
             with run.lock:
-                run._refuse_content()  # another process may have been faster
+                run._refuse_content()  # another process may have written there
                 remove_unfinished(run.path)
                 run.checkpoints.mkdir(exist_ok=True)
                 run.save_config(config)
@@ -101,7 +101,7 @@ class RunFolder:
         table = read_json(path)
         try:
             return TrainConfig.from_dict(table)
-        except (InputError, ValueError) as error:  # ValueError: of half a character, which JSON can hold
+        except (InputError, ValueError) as error:  # ValueError: JSON can hold half of a surrogate pair
             raise InputError(f"{path}: {error}") from error
 
     def save_checkpoint(self, state: Mapping[str, Any]) -> Path:
@@ -111,13 +111,13 @@ class RunFolder:
         return path
 
     def save_interrupted(self, state: Mapping[str, Any]) -> Path:
-        """Write a checkpoint where a run is interrupted; the next `save_checkpoint` deletes it."""
+        """Write a checkpoint of an interrupted run; the next `save_checkpoint` deletes it."""
         return self._write_checkpoint(state, f"{state['steps']:012d}{_INTERRUPTED}.pt")
 
     def _write_checkpoint(self, state: Mapping[str, Any], name: str) -> Path:
         content = checkpoint.to_bytes({**state, "tables": {table.path.stem: table.n_rows for table in self.tables}})
         for table in self.tables:
-            table.sync()  # a run goes on from a checkpoint, so what was written before it must last as long
+            table.sync()  # a resumed run relies on the rows before its checkpoint
         path = self.checkpoints / name
         write_atomically(path, content)
         return path
@@ -130,11 +130,11 @@ class RunFolder:
         kept = max(self._checkpoint_paths().items(), default=(0, None))[1]
         for path in self.checkpoints.glob(f"*{_INTERRUPTED}.pt"):
             if path != kept:
-                with suppress(OSError):  # the next one tries again
+                with suppress(OSError):  # the next call tries again
                     delete(path)
 
     def refuse_foreign(self) -> None:
-        """Refuse links and special files in the place of what a run writes, cuts or deletes; nothing is changed."""
+        """Refuse links and special files at the paths that a run writes, cuts or deletes; change nothing."""
         copies, written = self.path / provenance.COPIES, (self.path / name for name in (*_WRITTEN, provenance.FILE))
         refuse_foreign(
             replaced=[*written, *self._checkpoint_paths().values()],
@@ -148,14 +148,14 @@ class RunFolder:
         )
 
     def tidy(self) -> None:
-        """Delete what a killed process left: unfinished files, and interrupted checkpoints that were replaced."""
+        """Delete files that a killed process left: unfinished ones, and outdated checkpoints of interrupted runs."""
         self.refuse_foreign()
         remove_unfinished(self.path)
         self._remove_interrupted()
 
     @property
     def is_untrained(self) -> bool:
-        """Return whether its process was killed before the first checkpoint, so that there is nothing to lose."""
+        """Return whether there is no checkpoint and no table yet, so that there is nothing to lose."""
         return not self._checkpoint_paths() and not any(table.path.exists() for table in self.tables)
 
     def load_checkpoint(self, steps: int | None = None) -> dict[str, Any]:
@@ -178,7 +178,7 @@ class RunFolder:
     def require_same_config(
         self, config: TrainConfig, checkpoint: Mapping[str, Any], ignored: Collection[str] = ()
     ) -> None:
-        """Refuse a config that is not the one of a checkpoint, except for ignored entries; see `differences`."""
+        """Refuse a config that differs from a checkpoint's, except in ignored entries; see `differences`."""
         try:
             trained = TrainConfig.from_dict(json.loads(checkpoint["config"]))
         except (KeyError, TypeError, ValueError, RecursionError, InputError) as error:
@@ -190,9 +190,9 @@ class RunFolder:
             )
 
     def keep_rows(self, checkpoint: Mapping[str, Any]) -> None:
-        """Delete the rows that were written after a checkpoint, which a resumed run writes again; warn of lost ones."""
+        """Delete the rows after a checkpoint, which a resumed run writes again; warn if earlier rows are missing."""
         counts, steps = [(table, checkpoint["tables"][table.path.stem]) for table in self.tables], checkpoint["steps"]
-        for table, n_rows in counts:  # all of them before the first is changed
+        for table, n_rows in counts:  # check all tables before any is changed
             try:
                 table.measure(n_rows, steps)
             except InputError as error:
@@ -207,7 +207,7 @@ class RunFolder:
 
 
 def claim_folder(path: Path) -> Path:
-    """Create the first of the folders path, path-2, path-3, ... that does not exist; no two processes get the same."""
+    """Create the first of the folders path, path-2, ... that does not exist; each process gets another one."""
     candidate, number = path, 1
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -15,7 +15,7 @@ class RunLockedError(InputError):
 
 
 class RunLock:
-    """The lock of a process that trains a run, which the system releases when it ends; reading needs none."""
+    """The lock of a process that trains a run. The system releases it when the process ends; readers need no lock."""
 
     FILE = ".lock"
 

@@ -1,4 +1,4 @@
-"""The user's code that may run: named in a call or on a command line, or agreed to; never named by a folder alone."""
+"""Trust in user-defined code: it runs if a call or command line names it, or the user trusts the run's folder."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from hierroom.turns.rewards import REWARDS
 from hierroom.worlds.make import ships
 
 COPIES = "modules"
-"""The folder in a run with copies of the user's modules."""
+"""The folder, inside a run's, with copies of the user's modules."""
 
 
 def named_code(config: TrainConfig) -> dict[str, str]:
-    """Return the ``meta``, ``network``, ``reward`` and ``task`` of a config that name code besides what ships.
+    """Return the ``meta``, ``network``, ``reward`` and ``task`` of a config, as far as they are not built-in names.
 
-    Names in hierroom itself (``hierroom.train:main``) and entry points are among them: each of these can be called.
+    They include entry points and functions of hierroom (``hierroom.train:main``), as all of these would be called.
     Nothing is imported.
     """
     shipped = {"meta": (*META_CONTROLLERS, LEARNED), "network": (DEFAULT_NETWORK,), "reward": REWARDS}
@@ -30,9 +30,9 @@ def named_code(config: TrainConfig) -> dict[str, str]:
 
 
 def require_trust(path: Path, config: TrainConfig, *, trust: bool, named: Mapping[str, Any] | None = None) -> None:
-    """Refuse a folder's config that names code besides what its user ``named``, unless the user trusts the folder.
+    """Refuse a folder's config that names other code than the user has ``named``, unless the user trusts the folder.
 
-    Code of a folder that is trusted is found where Python finds modules, and else among the copies that the run holds.
+    Modules of a trusted folder are imported from Python's path, or else from the copies in the run's folder.
     """
     given = named or {}
     unnamed = {what: spec for what, spec in named_code(config).items() if given.get(what) != spec}
@@ -47,12 +47,12 @@ def require_trust(path: Path, config: TrainConfig, *, trust: bool, named: Mappin
 
 
 def _find_copies(run: Path) -> None:
-    """Let Python find a run's copies of modules, the newest first, if they are nowhere else."""
+    """Append a run's copies of modules to Python's path, the newest first."""
     copies = Path(run, COPIES).absolute()
     later = sorted(copies.glob("session-*"), key=lambda folder: (len(folder.name), folder.name), reverse=True)
     sys.path += [str(folder) for folder in (*later, copies) if folder.is_dir() and str(folder) not in sys.path]
 
 
 def trust_option(config: TrainConfig) -> tuple[str, ...]:
-    """Return the option that a printed command on a run of this config needs: ``--trust-run``, or none."""
+    """Return the option that a command on a run of this config needs: ``--trust-run``, or none."""
     return ("--trust-run",) if named_code(config) else ()

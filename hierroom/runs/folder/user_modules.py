@@ -25,21 +25,21 @@ _PLUGGED = ("meta", "network", "reward", "task")
 class ModuleFile:
     """A source file that a run uses."""
 
-    name: str  # its path from the folder that its module is imported from, such as ``lab/metas.py``
-    content: bytes | None  # None where it cannot be read
+    name: str  # its path, relative to the folder from which its module is imported, such as ``lab/metas.py``
+    content: bytes | None  # None if it cannot be read
     problem: str = ""  # why it is not copied
 
     @property
     def digest(self) -> str | None:
-        """SHA-256 of the content, in hexadecimal."""
+        """The SHA-256 of the content, in hexadecimal; None if it cannot be read."""
         return None if self.content is None else hashlib.sha256(self.content).hexdigest()
 
 
 def find_module_files(config: TrainConfig, metas: Sequence[str] = ()) -> list[ModuleFile]:
-    """Return the files of the modules that a config and ``metas`` name, and of what these import from the same folder.
+    """Return the files of the modules that a config and ``metas`` name, and of their imports from the same folder.
 
-    Imports are read from the source; nothing is imported here. Of an installed package only its own files are taken,
-    never those of hierroom. At most 50 are returned, and one named ``...`` if there are more.
+    Imports are read from the source; nothing is imported here. An installed package contributes only its own files, and
+    files of hierroom are never included. At most 50 are returned, and one named ``...`` if there are more.
     """
     files: dict[str, ModuleFile] = {}
     named = [*(config.entries[entry] for entry in _PLUGGED), *metas]
@@ -50,7 +50,7 @@ def find_module_files(config: TrainConfig, metas: Sequence[str] = ()) -> list[Mo
             continue
         path = Path(path).absolute()
         root = path.parents[min(module.count(".") + (path.name == "__init__.py"), len(path.parents) - 1)]
-        if _source(root, module) is None:  # it was not imported by its name, such as __main__
+        if _source(root, module) is None:  # such as __main__, which has another name
             files[path.name] = _read(path, path.name)
         else:
             _gather(module, root, files)
@@ -58,7 +58,7 @@ def find_module_files(config: TrainConfig, metas: Sequence[str] = ()) -> list[Mo
 
 
 def user_code_digest(config: TrainConfig, metas: Sequence[str] = ()) -> str:
-    """Return 16 hexadecimal digits of `find_module_files`; empty if all ships with hierroom or a file is missing."""
+    """Return a digest of `find_module_files`, 16 hexadecimal digits; empty if there are none or one is unreadable."""
     files = [(file.name, file.digest) for file in find_module_files(config, metas) if file.name != _MORE]
     is_complete = files and all(digest for _, digest in files)
     return hashlib.sha256(repr(files).encode()).hexdigest()[:16] if is_complete else ""
@@ -72,10 +72,10 @@ def _file_of(module: str) -> str | Path | None:
 
 
 def _folders_of_finders(module: str) -> Iterator[Path]:
-    """Yield where Python's finders, such as those of editable installs, find the top package of a module."""
+    """Yield the folders where Python's finders, such as those of editable installs, find a module's top package."""
     try:
         spec = find_spec(module.partition(".")[0])
-    except (ImportError, ValueError):  # a finder that fails; a module of that name that was loaded in an odd way
+    except (ImportError, ValueError):  # a finder fails, or a loaded module has no spec
         return
     if spec is not None:
         packages = spec.submodule_search_locations or ([] if spec.origin is None else [spec.origin])
@@ -109,7 +109,7 @@ def _gather(first: str, root: Path, files: dict[str, ModuleFile]) -> None:
 
 
 def _source(root: Path, module: str) -> Path | None:
-    """Return the file of a module below the folder, unless a module of that name was loaded from elsewhere."""
+    """Return the file of a module below a folder, unless a module of that name was loaded from another file."""
     base = root.joinpath(*module.split("."))
     for path in (base / "__init__.py", base.with_name(f"{base.name}.py")):
         if path.is_file():
@@ -130,7 +130,7 @@ def _read(path: Path, name: str) -> ModuleFile:
 def _imports(file: ModuleFile, package: str) -> Iterator[str]:
     try:
         nodes = [*ast.walk(ast.parse(file.content or b""))]
-    except (SyntaxError, ValueError, RecursionError):  # it changed since it was loaded
+    except (SyntaxError, ValueError, RecursionError):  # its source has changed since it was loaded
         return
     names = [package, *(alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names)]
     for node in nodes:
@@ -139,7 +139,7 @@ def _imports(file: ModuleFile, package: str) -> Iterator[str]:
             if node.level and package:
                 try:
                     base = resolve_name(base, package)
-                except ImportError:  # from beyond the top package; the file may well catch that
+                except ImportError:  # relative beyond the top package; the file may catch it
                     continue
             names += [base, *(f"{base}.{alias.name}" for alias in node.names)]
     for name in names:

@@ -21,7 +21,7 @@ from hierroom.support.files import to_json, usable_path, write_atomically
 SUFFIX = ".safetensors"
 FOLDER = Path(__file__).parents[2] / "weights"
 SHIPPED = ("a", "b", "c", "d", "e", "f", "g", "learned-g")
-"""The agents that ship: HiPPO of the default preset on graphs a to g, and a learned meta-controller on g."""
+"""The built-in agents: HiPPO with the default preset on graphs a to g, and a learned meta-controller on g."""
 _FORMAT = "hierroom agent 1"
 _OUTLINE = msgspec.defstruct(
     "Outline", [("config", dict), ("descriptions", dict), ("steps", Annotated[int, msgspec.Meta(ge=0, le=2**62)])]
@@ -30,14 +30,14 @@ _OUTLINE = msgspec.defstruct(
 
 @dataclass(frozen=True)
 class SavedAgent:
-    """A trained agent as read from a file of weights or a checkpoint."""
+    """A trained agent, read from a file of weights or a checkpoint."""
 
-    config: TrainConfig  # what was trained
+    config: TrainConfig  # the config of its training
     steps: int  # primitive steps it was trained for
-    agents: Mapping[str, dict[str, Any]]  # by the name of each agent that learns, what `PPOAgent.take_weights` takes
+    agents: Mapping[str, dict[str, Any]]  # the argument of `PPOAgent.take_weights` for each agent that learns
 
     def write(self, path: Path) -> None:
-        """Write it to a file, which is replaced."""
+        """Write it to a file, replacing one that exists."""
         tensors = {
             f"{agent}.{name}": tensor.detach().cpu().clone(memory_format=torch.contiguous_format)  # it may be shared
             for agent, state in self.agents.items()
@@ -71,7 +71,7 @@ class SavedAgent:
             entries = {name: json.loads(metadata.get(name, "null")) for name in ("config", "descriptions", "steps")}
             msgspec.convert(entries, _OUTLINE)
             config = TrainConfig.from_dict(entries["config"])
-        except (ValueError, RecursionError, InputError) as error:  # what msgspec raises is a ValueError
+        except (ValueError, RecursionError, InputError) as error:  # errors of msgspec are ValueErrors
             raise InputError(f"{path} cannot be used: {error}") from error
         agents: dict[str, dict[str, Any]] = {}
         for agent, description in entries["descriptions"].items():
@@ -82,7 +82,7 @@ class SavedAgent:
 
 
 def weights_file(run: str | Path) -> Path | None:
-    """Return the file of weights that a path, or else a name in `SHIPPED`, means; None for the folder of a run."""
+    """Return the file of weights for a path, or for a name in `SHIPPED`; None for the folder of a run."""
     path = usable_path(run)
     if str(run) in SHIPPED and not path.exists():
         return FOLDER / f"{run}{SUFFIX}"

@@ -1,4 +1,4 @@
-"""The episodes of training: a row for each, and means over the latest."""
+"""The episodes of training: a row for each, and means over the latest ones."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ _COLUMNS = ("steps", "env", "graph", "success", "length", "return", "goals")
 
 
 class EpisodeLog:
-    """Success, length and return of the last 500 episodes; ``ended`` holds rows of those since `begin_update`.
+    """Success, length and return of the last 500 episodes; ``ended`` has the rows of those since `begin_update`.
 
-    ``clocks`` [N] are steps that the first episode of each environment counts as taken before its first.
+    ``clocks`` [N] are the steps that each environment's first episode counts before its first step.
     """
 
     def __init__(self, goals: GoalSet, clocks: NDArray[np.integer]) -> None:
@@ -36,15 +36,15 @@ class EpisodeLog:
         self._window: dict[str, deque[float]] = {name: deque(maxlen=WINDOW) for name in ("success", "length", "return")}
         self._facts = EpisodeFacts(num_envs)
         self._goals = goals
-        self._options = np.zeros((2, 1 + len(goals.kinds)), np.int64)  # those that ended, those that reached their goal
+        self._options = np.zeros((2, 1 + len(goals.kinds)), np.int64)  # that ended, that reached their goal
 
     def begin_update(self) -> None:
-        """Forget the rows and options of the steps before the last update."""
+        """Delete the rows and option counts of the last update."""
         self.ended.clear()
         self._options[:] = 0
 
     def add(self, step: Step, turns: Turns, steps: int) -> None:
-        """Record a step in ``turns``, after ``steps`` steps of training, and the episodes that it ended."""
+        """Record a step in ``turns`` and the episodes that it ended; ``steps`` are the steps of training so far."""
         kinds = np.where(step.goals == NO_GOAL, len(self._goals.kinds), self._goals.kind_of[step.goals])
         for row, chosen in enumerate((step.option_ended, step.reached)):
             self._options[row] += np.bincount(kinds[chosen], minlength=self._options.shape[1])
@@ -67,14 +67,14 @@ class EpisodeLog:
 
     @property
     def means(self) -> dict[str, float]:
-        """Means over the window; before the first episode ends NaN, except the success rate, which is 0 then."""
+        """Means over the window; before an episode has ended, NaN, but 0 for the success rate."""
         length, returned = (np.mean(self._window[name] or np.nan) for name in ("length", "return"))
         success = np.mean(self._window["success"] or 0.0)
         return {"success_rate": float(success), "episode_length": float(length), "episode_return": float(returned)}
 
     @property
     def reached(self) -> dict[str, float]:
-        """The share of the options ended since `begin_update` that reached their goal, by its kind; NaN without any."""
+        """The share of options that reached their goal among those ended since `begin_update`, by kind; NaN if none."""
         ended, reached = self._options.tolist()
         shares = zip((*self._goals.kinds, "new"), ended, reached, strict=True)
         return {f"reached_{kind}": got / n if n else float("nan") for kind, n, got in shares}
@@ -92,7 +92,7 @@ class EpisodeLog:
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
         """Restore what `state_dict` returned."""
         n, ranges = len(self._clocks), {"success": Whole(0, 1), "length": Whole(1), "return": Real()}
-        achieved = as_array(state.get("achieved"), "log.achieved")  # as many as there were
+        achieved = as_array(state.get("achieved"), "log.achieved")  # of any length
         limits: Any = ((0, 1, 0), (n - 1, 2**62, len(self._goals) - 1))
         Table(
             {

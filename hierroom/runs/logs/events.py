@@ -1,4 +1,4 @@
-"""The events of a run, which TensorBoard shows."""
+"""Events of a run, for TensorBoard."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _NAME = "events.out.tfevents"
 
 
 class Events(Logger):
-    """Writes a session's events into the run's folder; hides earlier ones after ``begins_after`` steps, all for -1."""
+    """Writes a session's events into the run's folder; hides earlier ones after ``begins_after`` steps (-1: all)."""
 
     label = "TensorBoard"
 
@@ -55,12 +55,12 @@ class Events(Logger):
         self._write(*(Event(step=steps, summary=scalar(name, value)) for name, value in scalars.items()))
 
     def add_results(self, hyperparameters: Mapping[str, Plain], results: Mapping[str, float], steps: int) -> None:
-        """Show what the run was trained with and how it ended in TensorBoard's table of runs."""
+        """Show hyperparameters and results in TensorBoard's table of runs."""
         self._write(*(Event(step=steps, summary=summary) for summary in hparams(hyperparameters, results)))
         self.add({name: value for name, value in results.items() if "steps_to" in name}, steps)
 
     def sync(self) -> None:
-        """Have the events outlive a loss of power."""
+        """Make the events survive a loss of power."""
         if self._file is not None:
-            with suppress(InputError):  # the next event fails too, and is reported
+            with suppress(InputError):  # the next event fails too, and reports it
                 sync(self._file)

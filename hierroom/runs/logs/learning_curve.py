@@ -1,4 +1,4 @@
-"""The learning curve of a run: evaluations apart from training at fixed points, and the steps to a success rate."""
+"""The learning curve of a run: evaluations at planned steps, and the steps until a success rate is reached."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 from hierroom.runs.evaluation import Evaluation, Score
 
 MILESTONES = (50, 90, 95, 99)
-"""Success rates in percent; a run records when it first reaches each."""
+"""Success rates in percent; a run's summary has the steps until each is reached."""
 FIRST_POINT = 0.01
-"""The first evaluation after the one before training, as a share of all steps: learning is fastest at the start."""
+"""The first evaluation after the one at step 0, as a share of all steps; it is early, as learning is fast then."""
 
 
 def evaluation_points(steps: int, evaluations: int) -> list[int]:
@@ -24,7 +24,7 @@ def evaluation_points(steps: int, evaluations: int) -> list[int]:
 
 
 def evaluation_rows(steps: int, seconds: float, evaluation: Evaluation) -> list[dict[str, object]]:
-    """Return rows of ``evaluations.csv``, one per goal graph, with the share and the mean first step of each goal."""
+    """Return rows of ``evaluations.csv``, one per goal graph, with how often and when each goal was first achieved."""
     return [
         {"steps": steps, "seconds": round(seconds, 3), "graph": graph, **_columns(score)}
         for graph, score in evaluation.graphs.items()
@@ -53,22 +53,22 @@ class Crossing:
     steps: float  # primitive steps trained until then
     seconds: float  # of training until then
     low: float  # lower end of the 95% interval of ``steps``
-    high: float  # upper end; infinity where the evaluations cannot exclude that the rate was not reached
+    high: float  # upper end; infinity if it is possible that the rate was never reached
 
 
 @dataclass(frozen=True)
 class LearningCurve:
     """Success at the P evaluations of a run, over all goal graphs together."""
 
-    steps: np.ndarray  # [P] trained until then, increasing
-    seconds: np.ndarray  # [P] of training until then
+    steps: np.ndarray  # [P] primitive steps trained until then, increasing
+    seconds: np.ndarray  # [P] seconds of training until then
     success: np.ndarray  # [P] success rates
     length: np.ndarray  # [P] mean lengths of the episodes in primitive steps
     episodes: np.ndarray  # [P] numbers of episodes
 
     @classmethod
     def of_rows(cls, rows: Sequence[Mapping[str, str]]) -> LearningCurve | None:
-        """Return the curve of rows of ``evaluations.csv``, None without rows; graphs count by their episodes."""
+        """Return the curve of rows of ``evaluations.csv``, weighting each graph by its episodes; None without rows."""
         if not rows:
             return None
         table = {name: np.array([float(row[name]) for row in rows]) for name in ("steps", "seconds", "episodes")}
@@ -84,15 +84,15 @@ class LearningCurve:
 
     @property
     def area(self) -> float:
-        """The mean success rate over the steps: the area under the curve over its number of steps."""
+        """The mean success rate over the steps: the area under the curve divided by its number of steps."""
         return float(np.trapezoid(self.success, self.steps) / np.ptp(self.steps)) if len(self.steps) > 1 else np.nan
 
     def crossing(self, percent: float, resamples: int = 1000) -> Crossing | None:
         """Return when the success rate reached a percentage, see `first_crossing`; None if the measured rate did not.
 
-        The interval is of the evaluations' episodes alone: each success rate is drawn anew from its posterior
-        Beta(successes + 1/2, failures + 1/2) (Jeffreys), and the curve of the drawn rates is crossed. The drawn curves
-        are always the same.
+        The interval covers only the chance in the evaluations' episodes. Each success rate is drawn from its posterior
+        Beta(successes + 1/2, failures + 1/2) (Jeffreys), and the crossing of each drawn curve is found. The draws are
+        the same in every call.
         """
         level = percent / 100
         steps, seconds = (first_crossing(x, self.success, level) for x in (self.steps, self.seconds))
@@ -103,18 +103,18 @@ class LearningCurve:
             successes + 0.5, self.episodes - successes + 0.5, (resamples, len(self.steps))
         )
         crossings = [first_crossing(self.steps, success, level) for success in drawn]
-        low, high = np.quantile(crossings, (0.025, 0.975), method="inverted_cdf")  # which knows infinities
+        low, high = np.quantile(crossings, (0.025, 0.975), method="inverted_cdf")  # works with infinities
         return Crossing(steps, seconds, float(min(low, steps)), float(max(high, steps)))
 
 
 def first_crossing(x: np.ndarray, values: np.ndarray, level: float) -> float:
-    """Return the x at which values that rise with x reach a level, by straight lines between them; else infinity.
+    """Return the x where values reach a level, by linear interpolation; infinity if they never do.
 
-    The values are measured, and one that is high by chance is no crossing: they are first made to rise by isotonic
-    regression (the rising values that are nearest to them by least squares). So a level counts as reached where the
-    values stay that high on the whole. Both are [P]; x increases, and values may be NaN.
+    A measured value that is high by chance must not count. So isotonic regression first replaces the values by the
+    non-decreasing ones that are nearest by least squares; these reach a level only if the values stay high on the
+    whole. Both are [P]; x increases, and values may be NaN.
     """
-    from scipy.optimize import isotonic_regression  # it loads slowly, and is needed at the end
+    from scipy.optimize import isotonic_regression  # it loads slowly, and only the end of a run needs it
 
     known = ~np.isnan(values)
     if not known.any():

@@ -15,11 +15,11 @@ from hierroom.runs.logs.scalars import Logger, Plain
 from hierroom.support.errors import InputError
 
 _PARAMS_AT_ONCE = 100
-"""The most that a request to MLflow may have."""
+"""The most parameters that a request to MLflow may have."""
 
 
 class _Wandb(Logger):
-    """Shows a run in Weights & Biases over the steps trained; ``WANDB_MODE=offline`` asks no network."""
+    """Shows a run in Weights & Biases over the steps trained; with ``WANDB_MODE=offline`` it uses no network."""
 
     label = "Weights & Biases"
 
@@ -33,7 +33,7 @@ class _Wandb(Logger):
             resume="allow",
             config=dict(hyperparameters),
             dir=str(path),
-            settings=library.Settings(console="off"),  # what is printed stays what the run prints
+            settings=library.Settings(console="off"),  # W&B must not capture printed lines
         )
         self.identity: str = self._run.id
         self._run.define_metric("steps")
@@ -46,11 +46,11 @@ class _Wandb(Logger):
         self._run.summary.update({**results, "steps": steps})
 
     def close(self, *, is_done: bool) -> None:
-        self._run.finish(exit_code=0 if is_done else 130)  # one that may be resumed was stopped
+        self._run.finish(exit_code=0 if is_done else 130)  # 130: stopped, may be resumed
 
 
 class _MLflow(Logger):
-    """Shows a run in MLflow, at the place that ``MLFLOW_TRACKING_URI`` names, by default MLflow's own."""
+    """Shows a run in MLflow, on the server or in the folder of ``MLFLOW_TRACKING_URI``, by default MLflow's own."""
 
     label = "MLflow"
 
@@ -87,9 +87,9 @@ class _MLflow(Logger):
 
 
 LIBRARIES: Mapping[str, type[_Wandb | _MLflow]] = {"wandb": _Wandb, "mlflow": _MLflow}
-"""The loggers by the name of their package, which hierroom does not require.
+"""The loggers by the name of their package, which is an optional dependency.
 
-Each takes the package, the run's folder, its hyperparameters, and its ``identity`` in an earlier session if any.
+Each takes the package, the run's folder, its hyperparameters, and its ``identity`` in an earlier session, if any.
 """
 
 
@@ -99,6 +99,6 @@ def load_library(name: str) -> Any:
         library = importlib.import_module(name)
     except ImportError:
         library = None
-    if getattr(library, "__file__", None) is None:  # such as a folder of that name, in which it once kept its files
+    if getattr(library, "__file__", None) is None:  # a folder of that name, such as one with its old files
         raise InputError(f"--log {name} needs the package {name}, which `pip install {name}` installs")
     return library

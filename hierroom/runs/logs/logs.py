@@ -1,4 +1,4 @@
-"""The loggers of a run: their names, their identities in earlier sessions, and what happens if one fails."""
+"""The loggers of a run, chosen by name; they continue earlier sessions, and one that fails is dropped."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from hierroom.support.reading import read_json
 TENSORBOARD, NONE = "tensorboard", "none"
 DEFAULT = (TENSORBOARD,)
 _FILE = "logs.json"
-"""The identity of a run in each logger that is no file of the run."""
+"""The file with the run's identity in each logger outside the run's folder."""
 
 
 def logger_names(text: str) -> tuple[str, ...]:
-    """Return the loggers that ``tensorboard,wandb`` names; none for ``none``."""
+    """Return the names of loggers in a text such as ``tensorboard,wandb``; no names for ``none``."""
     if not isinstance(text, str):
         raise InputError(f"log is a text of names joined by commas, or {NONE!r}, not {shown(text)}")
     names = tuple(dict.fromkeys(name.strip() for name in text.split(",")))
@@ -39,10 +39,10 @@ def logger_names(text: str) -> tuple[str, ...]:
 
 
 class Logs:
-    """The loggers of a session. One that fails is warned of once, and training goes on without it.
+    """The loggers of a session. If one fails, the user is warned once, and training goes on without it.
 
-    ``begins_after`` are the steps before this session, -1 before the first. ``names`` come from the user, because a
-    folder is untrusted.
+    ``begins_after`` is the number of steps before this session, -1 in the first. ``names`` come from the user, not from
+    the folder, which is untrusted.
     """
 
     def __init__(self, path: Path, config: TrainConfig, begins_after: int, names: Sequence[str] = DEFAULT) -> None:
@@ -52,7 +52,7 @@ class Logs:
         for name in filter(LIBRARIES.__contains__, names):
             try:
                 logger = LIBRARIES[name](load_library(name), path, hyperparameters(config), identities.get(name))
-            except Exception as error:  # whatever a library of others may raise
+            except Exception as error:  # a library may raise anything
                 _warn(error, LIBRARIES[name].label)
                 continue
             self._loggers.append(logger)
@@ -68,17 +68,17 @@ class Logs:
                 _warn(error, logger.label)
 
     def add(self, scalars: Mapping[str, float], steps: int) -> None:
-        """Show numbers, see `scalars.Logger`; a NaN, of what has no value yet, is left out."""
+        """Show numbers, see `scalars.Logger`; NaNs, for quantities without a value yet, are left out."""
         known = {tag: value for tag, value in scalars.items() if not math.isnan(value)}
         self._each(lambda logger: logger.add(known, steps))
 
     def add_results(self, curve: LearningCurve | None) -> None:
-        """Show what the run was trained with, and how it ended."""
+        """Show hyperparameters and results."""
         results = hyperparameters(self._config), result_scalars(curve), self._config.steps
         self._each(lambda logger: logger.add_results(*results))
 
     def sync(self) -> None:
-        """Have the numbers so far outlive a loss of power."""
+        """Make the numbers so far survive a loss of power."""
         self._each(lambda logger: logger.sync())
 
     def close(self, *, is_done: bool) -> None:

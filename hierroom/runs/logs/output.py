@@ -1,4 +1,4 @@
-"""Output that may have no reader: training goes on after a terminal was closed or a reader has gone."""
+"""Output that may lose its reader: training goes on after a terminal or a pipe is closed."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ class LastingStream:
         return getattr(self.stream, name)
 
     def write(self, text: str) -> int:
-        """Write, with escapes for the characters that the stream's encoding lacks."""
+        """Write a text, with escapes for characters that the stream's encoding lacks."""
         if self.stream is not None:
             try:
                 self.stream.write(text)
             except UnicodeEncodeError:
                 encoding = self.stream.encoding or "ascii"
                 self.write(text.encode(encoding, "backslashreplace").decode(encoding))
-            except (OSError, ValueError):  # ValueError: it was closed
+            except (OSError, ValueError):  # ValueError: the stream is closed
                 self._lose()
         return len(text)
 
@@ -44,17 +44,17 @@ class LastingStream:
                 self._lose()
 
     def _lose(self) -> None:
-        """Lead the stream nowhere, so that Python does not fail at exit with buffered text."""
+        """Redirect the stream to the null device, so that Python can flush buffered text at exit."""
         with suppress(OSError, ValueError, AttributeError):
             number = self.stream.fileno() if self.stream is not None else -1
-            if number in (1, 2):  # the process's own
+            if number in (1, 2):  # standard output or error
                 nowhere = os.open(os.devnull, os.O_WRONLY)
                 os.dup2(nowhere, number)
                 os.close(nowhere)
 
 
 class _LastingOutput:
-    """Standard output and standard error are the process's: the first thread replaces them, the last puts them back."""
+    """Replaces the process's standard output and error while at least one thread is in the context."""
 
     def __init__(self) -> None:
         self._lock, self._n_users = Lock(), 0
@@ -62,7 +62,7 @@ class _LastingOutput:
 
     @contextmanager
     def __call__(self) -> Iterator[None]:
-        """Let writing to standard output and standard error never fail in this context."""
+        """Make writing to standard output and standard error never fail in this context."""
         with self._lock:
             self._n_users += 1
             if self._n_users == 1:
@@ -87,7 +87,7 @@ _quiet: ContextVar[bool] = ContextVar("quiet", default=False)
 
 @contextmanager
 def silence() -> Iterator[None]:
-    """Let a run in this context, and in this thread, print nothing: see `is_quiet`."""
+    """Make runs print nothing in this context and thread; see `is_quiet`."""
     before = _quiet.set(True)
     try:
         with compile_clock().quiet():

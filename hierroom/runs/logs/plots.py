@@ -16,7 +16,7 @@ from hierroom.support.files import write_atomically
 
 
 def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path) -> None:
-    """Plot success rate and episode length over the steps trained, as a PNG; ``curve`` is of its evaluations."""
+    """Plot success rate and episode length over the steps trained, as a PNG; ``curve`` has the evaluations."""
     from matplotlib.figure import Figure  # imported here, because it loads slowly
 
     rows = run.metrics.numbers()
@@ -33,7 +33,7 @@ def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path)
         axes.set_xlabel(f"primitive steps ({name})")
         axes.grid(alpha=0.3)
     panels[0].set(ylim=(-2, 102), ylabel="success (%)", title="reached the exit")
-    longest = np.nanmax([1, *windows[1], *(() if curve is None else curve.length)])  # nan: no episode has ended yet
+    longest = np.nanmax([1, *windows[1], *(() if curve is None else curve.length)])  # NaN before an episode ends
     panels[1].set(ylim=(0, 1.05 * longest), ylabel="steps", title="episode length")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     figure.suptitle(one_line(run.path.name), parse_math=False)
@@ -44,5 +44,5 @@ def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path)
 
 
 def step_unit(most: float) -> tuple[float, str]:
-    """Return the number of steps to a unit of an axis that ends at ``most`` steps, and the unit's name."""
+    """Return the number of steps per unit for an axis that ends at ``most`` steps, and the unit's name."""
     return (1e6, "millions") if most >= 200_000 else (1e3, "thousands")

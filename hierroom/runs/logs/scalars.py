@@ -13,35 +13,35 @@ Plain = bool | int | float | str
 
 
 class Logger(Protocol):
-    """Shows the numbers of a run somewhere. Whatever it raises, training goes on without it."""
+    """Shows the numbers of a run somewhere. If it raises an error, training goes on without it."""
 
     label: str
     """Its name in a warning."""
 
     def add(self, scalars: Mapping[str, float], steps: int) -> None:
-        """Show numbers, by tags such as ``eval/success_rate``, after so many primitive steps."""
+        """Show numbers by tags, such as ``eval/success_rate``, after ``steps`` primitive steps."""
         ...
 
     def add_results(self, hyperparameters: Mapping[str, Plain], results: Mapping[str, float], steps: int) -> None:
-        """Show what the run was trained with, and how it ended."""
+        """Show hyperparameters and results."""
         ...
 
     def sync(self) -> None:
-        """Have the numbers so far outlive a loss of power, unless the logger sees to its files itself."""
+        """Make the numbers so far survive a loss of power, unless the logger does so itself."""
 
     def close(self, *, is_done: bool) -> None:
-        """End a session; a run that has not taken all of its steps may be resumed."""
+        """End a session; if the run is not done, it may be resumed."""
 
 
 GROUPS: Mapping[str, tuple[str, ...]] = {
     "time": ("seconds", "compile_seconds", "steps_per_second"),
     "train": ("episodes", "success_rate", "episode_length", "episode_return", "stage"),
 }
-"""The first parts of the tags of these entries of ``metrics.csv``; those of others are their agents."""
+"""Groups of entries of ``metrics.csv``; other entries are grouped by their agents."""
 
 
 def tag(name: str) -> str:
-    """Return the tag of an entry of ``metrics.csv``: that of ``meta_entropy`` is ``meta/entropy``."""
+    """Return the tag of an entry of ``metrics.csv``, such as ``meta/entropy`` for ``meta_entropy``."""
     for group, names in GROUPS.items():
         if name in names:
             return f"{group}/{name}"
@@ -54,7 +54,7 @@ def metric_scalars(row: Mapping[str, float]) -> dict[str, float]:
 
 
 def evaluation_scalars(evaluation: Evaluation) -> dict[str, float]:
-    """Return an evaluation by tags: in all, by goal, and by goal graph if there are several."""
+    """Return an evaluation by tags: over all episodes, for each goal, and for each goal graph if there are several."""
     scalars = _of_score("eval", evaluation)
     for goal, (share, _) in evaluation.steps_to_goals.items():
         scalars[f"eval/achieved/{goal.replace(' ', '_')}"] = share

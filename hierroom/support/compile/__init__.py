@@ -1,1 +1,1 @@
-"""Compilation of kernels by Numba: the decorator, where compiled kernels are kept, a clock, and compiling ahead."""
+"""Compilation of kernels by Numba: the decorator, the folder of compiled kernels, a clock, and two processes."""

@@ -1,4 +1,4 @@
-"""A clock of Numba's compilation, which does not count as training, and lines about it."""
+"""A clock of Numba's compilation, so that it does not count as training, and lines about its progress."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from numba.core import event
 from hierroom.support.slow import FIRST_SECONDS, NEXT_SECONDS
 
 COMPILE_EVENT = "numba:compile"
-"""Numba's event for the compilation of one function that is not on disk."""
+"""Numba's event when it compiles a function that is not on disk."""
 ADVICE = "once; python -m hierroom compile does it ahead"
 
 
 def compiling(event: event.Event) -> Any:
-    """Return the kernel that such an event announces."""
+    """Return the kernel that an event is about."""
     assert event.data is not None
     return event.data["dispatcher"]
 
 
 class CompileClock(event.Listener):
-    """Adds up the time that this process compiles, and says so on standard error once that is long.
+    """Adds up the time that this process compiles, and reports it on standard error if it is long.
 
-    Meanwhile Python does not look for garbage: among Numba's many objects that took a tenth of the time.
+    Python's garbage collector is off during compilation: with Numba's many objects, it took a tenth of the time.
     """
 
     def __init__(self) -> None:
@@ -38,16 +38,16 @@ class CompileClock(event.Listener):
 
     @property
     def seconds(self) -> float:
-        """The time so far."""
+        """The seconds of compilation so far."""
         return self._done + (time.perf_counter() - self._started if self._depth else 0.0)
 
     def add(self, seconds: float) -> None:
-        """Count time that was spent waiting for what another process compiles."""
+        """Add time that was spent waiting for another process to compile."""
         self._done += seconds
 
     @contextmanager
     def quiet(self) -> Iterator[None]:
-        """Print nothing in this context, where other lines report compilation."""
+        """Print nothing in this context, because other lines report compilation."""
         was_heard, self._is_heard = self._is_heard, False
         try:
             yield
@@ -73,7 +73,7 @@ class CompileClock(event.Listener):
                 gc.enable()
 
     def _say(self, kernel: str) -> None:
-        # Where workers compile, their parent does, too.
+        # Workers stay silent: if they compile, their parent does, too.
         is_heard = self._is_heard and sys.stderr is not None and multiprocessing.parent_process() is None
         if is_heard and self.seconds >= self._next_line:
             self._next_line = self.seconds + NEXT_SECONDS
@@ -83,7 +83,7 @@ class CompileClock(event.Listener):
 
 @cache
 def compile_clock() -> CompileClock:
-    """Return the clock of this process, which runs from the first call on."""
+    """Return the clock of this process, which counts from the first call on."""
     clock = CompileClock()
     event.register(COMPILE_EVENT, clock)
     return clock

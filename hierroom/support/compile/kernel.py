@@ -1,4 +1,4 @@
-"""Numba's ``njit`` as every kernel of the package uses it: compiled code is kept on disk wherever there is a place."""
+"""Numba's ``njit`` as every kernel of the package uses it: compiled code is kept on disk if a folder can be written."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from hierroom.support.compile.kernel_folder import kernel_folder
 
 KERNELS: list[Any] = []
 """All kernels that are kept on disk, in the order of their definitions."""
-compile_clock()  # it also says on a terminal that kernels are compiled
+compile_clock()  # it also reports compilation on standard error
 
 
 def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Decorate as Numba's ``njit``, with compiled code in `kernel_folder`; other packages keep their own places."""
+    """Decorate like Numba's ``njit``, with compiled code in `kernel_folder`; other packages keep their own folders."""
     options |= {"no_cfunc_wrapper": True}  # nobody calls kernels from C
 
     def define(function: Callable[..., Any]) -> Any:
         if config.DISABLE_JIT and options.get("nogil"):  # pyright: ignore[reportAttributeAccessIssue] - set at run time
-            # In ordinary Python, uint64 scalars warn of overflow, which random numbers rely on.
+            # Random numbers rely on overflow of uint64 scalars, of which NumPy would warn in ordinary Python.
             return np.errstate(over="ignore")(function)
         if not cache or config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
             return _with_plain_integers(numba.njit(**options)(function))
@@ -40,12 +40,12 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]
 
 
 def _with_plain_integers(kernel: Any) -> Any:
-    """Let other kernels call one with int64 wherever they have a constant or a narrower integer.
+    """Make other kernels pass a constant or a narrower signed integer to this one as int64.
 
-    Numba compiles a function anew for each constant, although LLVM puts these in by itself.
+    Otherwise Numba would compile a function again for each constant, although LLVM inserts constants by itself.
     """
     if config.DISABLE_JIT or kernel.targetoptions.get("inline"):  # pyright: ignore[reportAttributeAccessIssue]
-        return kernel  # a plain function, or one that callers take in whole
+        return kernel  # a plain function, or one that is inlined
     template = kernel.get_call_template
 
     def plain(kind: Any) -> Any:
@@ -62,14 +62,14 @@ def _with_plain_integers(kernel: Any) -> Any:
 def compiled(kernel: Any, *arrays: Any) -> Any:
     """Compile a kernel for arguments of the same types as ``arrays``; the caller must only pass such arguments.
 
-    Numba then need not look up the types in each call, which takes several times as long as one environment's step.
+    Without this, Numba looks up the types in each call, which takes several times as long as one environment's step.
     """
     return kernel.compile(tuple(numba.typeof(array) for array in arrays)) if hasattr(kernel, "compile") else kernel
 
 
 @njit(cache=True)
 def copy_matrix(source, target):
-    """Copy a matrix. For ``target[:] = source`` Numba takes seconds: it compiles how an error would show the shapes."""
+    """Copy a matrix. ``target[:] = source`` takes Numba seconds, as it compiles an error message with the shapes."""
     for i in range(source.shape[0]):
         for j in range(source.shape[1]):
             target[i, j] = source[i, j]

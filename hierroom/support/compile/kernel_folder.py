@@ -1,6 +1,6 @@
-"""The folder of compiled kernels, with the digest of all their source in its name, so that none is stale.
+"""The folder of compiled kernels, with the digest of all their source in its name, so that none is outdated.
 
-Numba keeps compiled code as long as the kernel's own file is the same, but kernels call those of other files.
+Numba keeps compiled code while the kernel's own file is unchanged, but kernels call kernels of other files.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ _DAY = 24 * 60 * 60
 
 @cache
 def kernel_folder() -> str | None:
-    """Return the first that can be written: in ``NUMBA_CACHE_DIR``, the package, the user's cache, temporary files.
+    """Return the first folder that can be written: in NUMBA_CACHE_DIR, the package, the user's cache, temporary files.
 
-    Warn of the last, and of None, where there is no such folder.
+    Return None if there is none. Warn if it is the temporary folder or None.
     """
     chosen = config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
     installation = hashlib.sha256(str(PACKAGE).encode()).hexdigest()[:8]
@@ -48,7 +48,7 @@ def kernel_folder() -> str | None:
 
 
 def _remove_old(folders: set[Path]) -> None:
-    """Remove kernels of earlier source, unless they are so new that a process may still write there."""
+    """Remove folders of earlier source, unless they changed within a day, as a process may still write there."""
     for folder in folders:
         with suppress(OSError):  # another process has removed it
             if time.time() - folder.stat().st_mtime > _DAY:
@@ -56,7 +56,7 @@ def _remove_old(folders: set[Path]) -> None:
 
 
 def digest_of_kernels(folder: Path) -> str:
-    """Return the SHA-256 of all files in a folder that define kernels, or numbers that are compiled into them."""
+    """Return the SHA-256 of all files in a folder that define kernels, or constants that are compiled into them."""
     contents = {path: path.read_bytes() for path in sorted(folder.rglob("*.py"))}
     of_kernels = (content for path, content in contents.items() if path.name in CONSTANTS or b"njit(" in content)
     return hashlib.sha256(b"".join(of_kernels)).hexdigest()
@@ -72,12 +72,12 @@ def _can_write(folder: Path) -> bool:
 
 
 def _private_folder() -> Path | None:
-    """Return a temporary folder where only this user can write, because its code is run."""
+    """Return a temporary folder that only this user can write, because code in it is run; None if there is none."""
     try:
         path = Path(tempfile.gettempdir()).absolute() / f"hierroom-{os.getuid()}"
         path.mkdir(mode=0o700, exist_ok=True)
         status = path.lstat()
-    except (OSError, AttributeError):  # Windows numbers no users; their cache folders can be written
+    except (OSError, AttributeError):  # Windows has no user ids, and its cache folders can be written
         return None
     is_private = stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid() and not status.st_mode & 0o077
     return path if is_private and _can_write(path) else None

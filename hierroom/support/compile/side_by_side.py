@@ -1,4 +1,4 @@
-"""Compilation in two processes side by side, as Numba compiles one function at a time in each."""
+"""Compilation in two processes at the same time, as Numba compiles one function at a time in each."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from hierroom.support.slow import said_when_slow
 
 @contextmanager
 def side_by_side(statement: str) -> Iterator[None]:
-    """Let another process run a Python statement meanwhile, wait for it at the end, and say how far both are.
+    """Run a Python statement in another process during this context, wait for it at the end, and report progress.
 
-    It compiles kernels that are called here later; what it does not compile is compiled when it is called. Where there
-    is one core alone, or no folder that both processes keep kernels in, there is no other process.
+    The statement compiles kernels that this process calls later; any others are compiled when they are called. No other
+    process is started if there is only one core, or no folder where both processes can keep kernels.
     """
     clock, child, started = compile_clock(), None, time.perf_counter()
     if _can_share():
@@ -44,17 +44,17 @@ def side_by_side(statement: str) -> Iterator[None]:
                 clock.add(time.perf_counter() - waiting)
     finally:
         if child is not None:
-            child.kill()  # nothing happens to one that has ended
+            child.kill()  # has no effect if it has ended
             child.wait()
 
 
 def n_compiled() -> int:
-    """Return the number of kernels on disk, each counted once for each signature."""
+    """Return the number of kernels on disk, counting each signature of a kernel."""
     return len([*Path(kernel_folder() or os.devnull).rglob("*.nbc")])
 
 
 def _can_share() -> bool:
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    is_first = multiprocessing.parent_process() is None  # workers have siblings that compute
+    is_first = multiprocessing.parent_process() is None  # siblings of a worker use the other cores
     is_compiled = not config.DISABLE_JIT  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
     return cores > 1 and is_first and is_compiled and kernel_folder() is not None
