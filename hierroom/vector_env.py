@@ -121,7 +121,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
             options: ``{"reset_mask": mask}``, [N] bool, begins an episode in those environments only;
                 ``{"complexity": True}`` puts the complexity report into the infos; other keys give a warning.
         """
-        options, seeds = checked_options(options, "complexity", "reset_mask"), self._seeds(seed)
+        options, seeds = checked_options(options, self.turns.world, "complexity", "reset_mask"), self._seeds(seed)
         where = self._reset_mask(options)
         if where.all():
             self.turns.reset(seeds)

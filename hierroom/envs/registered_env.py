@@ -12,10 +12,11 @@ from gymnasium.envs.registration import EnvSpec
 from hierroom.goals import graph_specs
 from hierroom.support.errors import InputError, shown, warn_once
 from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.world import World
 
 
-def checked_options(options: Any, *known: str) -> dict[str, Any]:
-    """Return the options of a reset as a dict, empty for None; warn once about unknown ones."""
+def checked_options(options: Any, world: World, *known: str) -> dict[str, Any]:
+    """Return the options of a reset of a world as a dict, empty for None; warn once about unknown ones."""
     if options is None:
         return {}
     if not isinstance(options, Mapping):
@@ -23,6 +24,8 @@ def checked_options(options: Any, *known: str) -> dict[str, Any]:
     if ignored := [shown(name) for name in options if name not in known]:
         made = "pass graph and the like when making the environment"
         warn_once(f"a reset takes the options {' and '.join(known)}; it ignores {', '.join(ignored)} ({made})")
+    if options.get("complexity") and world.complexity is None:
+        raise InputError("a task without rules has no complexity; reset it without the option complexity")
     return dict(options)
 
 

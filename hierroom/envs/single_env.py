@@ -52,7 +52,7 @@ class SingleEnv:
         """Begin an episode, the first one of a seed or without a seed the next one, and return its first infos."""
         if seed is not None:
             Whole(0, 2**63 - 1).check(seed, "a seed")  # a batch of one would also accept a list of one seed
-        asks_complexity = checked_options(options, "complexity").get("complexity")
+        asks_complexity = checked_options(options, self.turns.world, "complexity").get("complexity")
         self.turns.reset(fresh_seed() if seed is None and not self.has_begun else seed)
         self.has_begun = True
         self._last = *_AT_RESET[:3], self.turns.ledger.shortest.item(), *_AT_RESET[4:]

@@ -116,3 +116,11 @@ def test_views_for_other_libraries_take_a_task_or_say_that_they_cannot():
     assert featured.reset(seed=0)[0]["features"].shape == (4,)
     with pytest.raises(InputError, match="minigrid_view shows levels of EscapeRooms; task has none"):
         hierroom.minigrid_view(EscapeRoom(chest_task.chest))
+
+
+def test_a_reset_says_that_a_task_without_rules_has_no_complexity():
+    for make in (hierroom.env, hierroom.parallel_env, EscapeRoom, lambda task: EscapeRooms(2, graph=task)):
+        env = make(chest_task.free)
+        with pytest.raises(InputError, match="a task without rules has no complexity"):
+            env.reset(seed=0, options={"complexity": True})
+        env.reset(seed=0)
