@@ -1,6 +1,7 @@
 """The protocol of a world: N environments that are stepped together, and their goals. Other code uses only this."""
 
-# pyright: reportReturnType=false - protocol methods have only a docstring
+# Protocol methods have only a docstring.
+# pyright: reportReturnType=false
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

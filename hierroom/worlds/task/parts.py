@@ -1,6 +1,7 @@
 """The parts of a task that its worlds, environments and replays read."""
 
-# pyright: reportReturnType=false - protocol methods have only a docstring
+# Protocol methods have only a docstring.
+# pyright: reportReturnType=false
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
