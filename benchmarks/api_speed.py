@@ -36,7 +36,7 @@ BATCHES = (128, 8192)
 SHORT = 60
 TICTACTOE, MINIGRID = "tictactoe, raw", "MiniGrid, MultiRoom-N6"
 MAX_TIMES = {"AEC, raw": (TICTACTOE, 1.25), "parallel": (TICTACTOE, 2.25), "Gymnasium": (MINIGRID, 0.07)}
-"""How many times the CPU time of a peer a turn or step may take."""
+"""Most CPU time of a turn or step, as a multiple of a peer's."""
 MIN_SHARE = {"": 0.8, f", episodes of {SHORT}": 0.2}
 """Of the engine's speed, for the vector environment, by the end of the case's name."""
 

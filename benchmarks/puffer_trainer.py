@@ -90,6 +90,7 @@ def pufferlib_update(graph: str, num_envs: int, length: int, epochs: int, miniba
     batch = num_envs * length
     sizes = {"batch_size": batch, "minibatch_size": batch // minibatches, "max_minibatch_size": batch}
     trainer = QuietTrainer(LEARNING | sizes | {"bptt_horizon": length, "update_epochs": epochs}, env, policy)
+    trainer.utilization.stop()  # a thread that reads the load for the table, and would keep the process alive
 
     def update() -> None:
         trainer.evaluate()

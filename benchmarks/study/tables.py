@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from itertools import dropwhile
 from pathlib import Path
 
+from benchmarks.committed import ROOT
 from hierroom.support.errors import InputError
 
-ROOT = Path(__file__).parents[2]
 MEASURES_PATH = Path("benchmarks/results/study/measures.csv")
 NEEDED = {"graph", "twin_of", "rooms", "goals", "settings"}
 Row = Mapping[str, str]

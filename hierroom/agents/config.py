@@ -76,7 +76,7 @@ def require_features(name: str, given: object, known: Collection[str] | None = N
 
 
 FEATURES = tyro.conf.arg(metavar="FEATURE [FEATURE ...]")
-"""How the command line shows features."""
+"""Placeholder for features on the command line."""
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ class DepthFirst:
         self._used = rules.used[rows] > 0
         self._target = rules.facts.index(rules.target)
         self.n_random = len(self._ways) + len(rules.facts)
-        """How many random numbers an episode needs."""
+        """The number of random numbers that an episode needs."""
 
     def next_rule(self, marking: ArrayLike, random: NDArray[np.floating]) -> int | None:
         """Return the rule to apply next, or None if the target is there already or no way leads to it.

@@ -10,7 +10,7 @@ from hierroom.support.compile.kernel import njit
 
 NO_GOAL = -1
 NO_OUTCOME, REACHED, TIMED_OUT, OTHER = range(4)
-"""How the last option ended: no option yet, goal reached, horizon ran out, or episode ended."""
+"""Outcomes of the last option: no option yet, goal reached, horizon ran out, or episode ended."""
 OWN_REWARD, EXTRINSIC, BONUS, INTRINSIC, NOVELTY = range(-1, 4)
 KERNEL_REWARDS = {"extrinsic": EXTRINSIC, "bonus": BONUS, "intrinsic": INTRINSIC, "novelty": NOVELTY}
 """Built-in rewards, which the kernel computes; for a custom one (`OWN_REWARD`) it writes 0."""

@@ -51,7 +51,7 @@ class BaseWorld(ABC):
     rules: Any = None
     replayer: Any = None
     is_repeatable: Any = True
-    """Whether an achieved goal may be chosen again where no rules are known: flags [G], or one for all goals."""
+    """True if an achieved goal may be chosen again where no rules are known: flags [G], or one for all goals."""
     keys_to_action: Mapping[str, int] = {}
     stage_titles: Sequence[str] = ()
     notes: Sequence[str] = ()

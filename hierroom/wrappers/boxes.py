@@ -28,7 +28,7 @@ SIZES = {
     "action_mask": N_META_ACTIONS,
     "is_meta": 1,
 }
-"""How many numbers each part of a box has, in order; features come after them."""
+"""The number of values of each part of a box, in order; features come after them."""
 
 
 @overload

@@ -23,7 +23,7 @@ PRINTED = {
     ),
     "conjecture": tuple,
 }
-"""What the commands print that a page names."""
+"""Output of the commands that a page names."""
 
 
 def estimates(text: str) -> list[Estimate]:

@@ -1,4 +1,4 @@
-"""What is wrong with a user's task, or does not fit one, is one line."""
+"""An error in a user's task, or in its use, is one line."""
 
 import gymnasium
 import numpy as np

@@ -23,7 +23,7 @@ Weights: TypeAlias = ArrayLike | sp.sparray | sp.spmatrix
 Targets: TypeAlias = int | Iterable[int]
 
 SLACK, ROUNDINGS = 1e-9, 8
-"""How far rounding may lift a sum of probabilities above one: absolute, and in machine epsilons of coarser floats."""
+"""Most by which rounding may lift a sum of probabilities above one: absolute, and in epsilons of coarser floats."""
 
 
 def rounding_slack(dtype: np.dtype) -> float:

@@ -41,7 +41,7 @@ class EvaluatedRun:
 
     @property
     def kind(self) -> str:
-        """What its curves belong to: ``task``, ``layout`` or ``graph``."""
+        """The source of its levels: ``task``, ``layout`` or ``graph``."""
         return next((kind for kind in ("task", "layout") if self.entries.get(kind)), "graph")
 
     @property

@@ -76,7 +76,7 @@ OUTCOME = record_type(
 
 
 MEMORIES: Mapping[str, int] = {"visited": VISITED, "explored": EXPLORED, "doorways": DOORWAYS}
-"""What a level can remember of its episode on request, in the fields of `LEVEL` with the same names."""
+"""Memories that a level keeps of its episode on request, in the fields of `LEVEL` with the same names."""
 
 
 @dataclass(frozen=True, eq=False)
