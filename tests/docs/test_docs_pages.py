@@ -185,8 +185,9 @@ def test_the_notebook_runs(tmp_path, monkeypatch):
 
 
 def test_every_page_has_a_heading_and_lists_stand_apart():
-    """Markdown as the site reads it: a list that follows a paragraph without an empty line is no list there."""
+    """Markdown as the site reads it: a list after a paragraph without an empty line is no list, nor is an item within a line."""
     for page, text in PAGES.items():
         assert text.startswith("# "), page
         outside = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
         assert not re.search(r"^(?![-|\s#]|\d+\. )[^\n]+\n- ", outside, re.MULTILINE), page
+        assert not re.search(r"[.:)] (- [A-Z`*]|[2-9]\. [A-Z])", outside), page
