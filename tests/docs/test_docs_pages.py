@@ -185,7 +185,7 @@ def test_the_notebook_runs(tmp_path, monkeypatch):
 
 
 def test_every_page_has_a_heading_and_lists_stand_apart():
-    """Markdown as the site reads it: a list after a paragraph without an empty line is no list, nor is an item within a line."""
+    """Markdown as the site reads it: a list needs an empty line before it, and an item its own line."""
     for page, text in PAGES.items():
         assert text.startswith("# "), page
         outside = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
