@@ -52,10 +52,13 @@ def test_encoder_gradients(cardinalities):
     expected = network.encoder(torch.from_numpy(features))
     close(encoded[:, :10], expected)
     common, differences, base = most_common(features), np.empty((len(table) + 1, 10)), np.empty(10)
-    rows, counts = rare_rows(features, offsets, common, len(table))
+    used = np.zeros(len(table), bool)
+    rows, counts = rare_rows(features, offsets, common, used)
+    occurring = np.flatnonzero(used)
+    np.testing.assert_array_equal(occurring, np.unique(features + offsets))
     assert rows.shape == (150, -(-n_features // 4) * 4)
     np.testing.assert_array_equal(counts, (features != common).sum(axis=1))
-    compare_rows(table, bias, offsets, common, differences, base)
+    compare_rows(table, bias, offsets, common, occurring, differences, base)
     encoded[...] = 0
     encode_rare(rows, counts, differences, base, encoded)
     close(encoded[:, :10], expected)
@@ -65,7 +68,7 @@ def test_encoder_gradients(cardinalities):
     for half in (slice(70), slice(70, None)):
         encode_backward(rows[half], counts[half], encoded[half], d_encoded[half], d_table, d_bias)
     d_table[offsets + common] = 7.0  # what is there does not matter
-    complete_table(offsets, common, d_bias, d_table)
+    complete_table(offsets, common, occurring, d_bias, d_table)
     close(d_table, network.encoder.weight.grad)
     close(d_bias, network.encoder.bias.grad)
 
@@ -73,7 +76,7 @@ def test_encoder_gradients(cardinalities):
 @pytest.mark.parametrize(("n_table_rows", "dtype"), [(2**16 - 1, np.uint16), (2**16, np.uint32)])
 def test_rows_of_a_large_table_are_wider_numbers(n_table_rows, dtype):
     features, offsets = np.array([[0, 1, 1]], np.uint8), np.array([0, 2, n_table_rows - 2])
-    rows, counts = rare_rows(features, offsets, np.zeros(3, np.uint8), n_table_rows)
+    rows, counts = rare_rows(features, offsets, np.zeros(3, np.uint8), np.zeros(n_table_rows, bool))
     assert rows.dtype == dtype
     assert rows.tolist() == [[3, n_table_rows - 1, n_table_rows, n_table_rows]]
     assert counts.tolist() == [2]
@@ -155,9 +158,11 @@ def test_the_whole_network_backwards():
     tape.d_hidden[...] = d_hidden
     parts = Parameters.views(gradient, network)
     common = np.zeros(4, np.uint8)
-    rows, counts = rare_rows(features.reshape(70, 4), offsets, common, len(table))
+    used = np.zeros(len(table), bool)
+    rows, counts = rare_rows(features.reshape(70, 4), offsets, common, used)
+    used[offsets] = True  # of the common values
     backward(weights, rows, counts, resets, tape, parts, parts.encoder_weight)
-    complete_table(offsets, common, parts.encoder_bias, parts.encoder_weight)
+    complete_table(offsets, common, np.flatnonzero(used), parts.encoder_bias, parts.encoder_weight)
     inputs = [torch.from_numpy(x) for x in (features, states, resets)]
     logits, values = network.sequence(*inputs)
     close(tape.logits.reshape(7, 10, 4), logits)
@@ -172,14 +177,16 @@ def test_adam_steps_like_torch():
     parameter = torch.nn.Parameter(torch.from_numpy(normal(50)))
     adam = torch.optim.Adam([parameter], lr=0.01, eps=1e-5)
     found, means, squares = parameter.detach().numpy().copy(), np.zeros(50), np.zeros(50)
+    blocks = np.array([[0, 7], [7, 20], [33, 50]])
     for step in range(1, 6):
         shares = normal(3, 50) * 10**-step
+        shares[:, 20:33] = 0  # no gradient ever
         parameter.grad = torch.from_numpy(shares.sum(0))
         expected_norm = torch.nn.utils.clip_grad_norm_([parameter], 0.5)
         adam.step()
-        norm = sum_gradients(shares)
+        norm = sum_gradients(shares, blocks)
         close(norm, expected_norm)
-        adam_step(found, shares[0], means, squares, min(1, 0.5 / (norm + 1e-6)), 0.01, 1e-5, step)
+        adam_step(found, shares[0], means, squares, blocks, min(1, 0.5 / (norm + 1e-6)), 0.01, 1e-5, step)
         close(found, parameter, 1e-10)
 
 
@@ -223,6 +230,28 @@ def test_either_goes_on_from_what_the_other_saved(begun):
     assert (weights[0] - weights[1]).abs().max() < 1e-3
 
 
+def test_leaving_out_rows_without_a_gradient_changes_nothing():
+    space, config = AgentSpace((250, 7, 90), 3), PPOConfig(sequence_length=5, minibatches=2, hidden_size=8)
+    learners = [Learner(space, 6, config, seed=1) for _ in range(3)]
+    learners[1]._backend._used[:] = True
+    envs = [RandomEnvs(6, seed=1, space=space) for _ in learners]
+    n_used = []
+    for share in (1, 2, 3):  # of the values of the large features
+        for learner, env in zip(learners, envs, strict=True):
+            env.space = AgentSpace((80 * share, 7, 30 * share), 3)
+            while not env.tick(learner)[3]:
+                pass
+        n_used.append([len(learner._backend._blocks()) for learner in learners])
+        saved = learners[2].state_dict()
+        learners[2] = Learner(space, 6, config, seed=5)
+        learners[2].load_state_dict(saved)
+    sparse, dense, loaded = (parameters_to_vector(learner.network.parameters()) for learner in learners)
+    assert torch.equal(sparse, dense)
+    assert torch.equal(sparse, loaded)
+    assert n_used[0][0] < n_used[-1][0] < n_used[-1][1] == len(range(0, 347, 16)) + 1
+    assert [of[0] for of in n_used] == [of[2] for of in n_used]
+
+
 @pytest.mark.parametrize(("num_envs", "many"), [(6, 2), (600, 2), (2400, 9)])
 def test_the_number_of_threads_changes_nothing(num_envs, many):
     states = []
@@ -245,5 +274,5 @@ def test_weights_loaded_into_the_network_are_used():
 def test_means_of_rows_seen_no_more_reach_zero_and_stay_out_of_denormals():
     parameters, means, squares = (np.full(3, value, np.float32) for value in (0, 1e-3, 1e-6))
     for step in range(1, 2001):
-        adam_step(parameters, np.zeros(3, np.float32), means, squares, 1.0, 1e-3, 1e-5, step)
+        adam_step(parameters, np.zeros(3, np.float32), means, squares, np.array([[0, 3]]), 1.0, 1e-3, 1e-5, step)
     assert (means == 0).all()

@@ -1,4 +1,9 @@
-"""Gradient clipping and Adam over one flat vector of parameters."""
+"""Gradient clipping and Adam over one flat vector of parameters, a block of it after the other.
+
+A row of the encoder's table gets no gradient until its feature has its value. Tasks with many goals have thousands of
+such rows. So the kernels visit only the blocks that had a gradient: a parameter whose gradient and moments are zero
+does not change.
+"""
 
 from __future__ import annotations
 
@@ -18,13 +23,21 @@ down every later step. They would stay there, as 0.9 times the smallest denormal
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def sum_gradients(shares: NDArray[np.floating]) -> float:
-    """Sum gradients [L, P] into the first row, in order, and return the Euclidean norm of the sum."""
+def clear(gradient: NDArray[np.floating], blocks: NDArray[np.int64]) -> None:
+    """Set the blocks [B, 2], each with its first index and the one after its last, of a gradient [P] to zero."""
+    for b in range(len(blocks)):
+        gradient[blocks[b, 0] : blocks[b, 1]] = 0
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def sum_gradients(shares: NDArray[np.floating], blocks: NDArray[np.int64]) -> float:
+    """Sum blocks of gradients [L, P] into the first row, in order, and return the Euclidean norm of the whole row."""
     total = shares[0]
     for share in range(1, len(shares)):
         added = shares[share]
-        for i in range(len(total)):
-            total[i] += added[i]
+        for b in range(len(blocks)):
+            for i in range(blocks[b, 0], blocks[b, 1]):
+                total[i] += added[i]
     square = 0.0
     for i in range(len(total)):
         square += total[i] * total[i]
@@ -37,6 +50,7 @@ def adam_step(
     gradient: NDArray[np.floating],  # [P]
     means: NDArray[np.floating],  # [P] m, updated in place
     squares: NDArray[np.floating],  # [P] v, updated in place
+    blocks: NDArray[np.int64],  # [B, 2] the parameters to update, as in `clear`
     scale: float,  # factor from gradient clipping, 0 to 1
     learning_rate: float,  # alpha
     epsilon: float,  # constant in the denominator
@@ -48,6 +62,14 @@ def adam_step(
         m &\leftarrow \beta_1 m + (1 - \beta_1) g, \qquad v \leftarrow \beta_2 v + (1 - \beta_2) g^2 \\
         \theta &\leftarrow \theta - \alpha\, \frac{m / (1 - \beta_1^t)}{\sqrt{v / (1 - \beta_2^t)} + \epsilon}
     """
+    for b in range(len(blocks)):
+        first, stop = blocks[b]
+        vectors = parameters[first:stop], gradient[first:stop], means[first:stop], squares[first:stop]
+        _adam_step(*vectors, scale, learning_rate, epsilon, step)
+
+
+@njit(nogil=True, fastmath=True, error_model="numpy")
+def _adam_step(parameters, gradient, means, squares, scale, learning_rate, epsilon, step):
     to_float = parameters.dtype.type  # keeps float32 parameters in float32 arithmetic
     rate = to_float(learning_rate / (1 - BETA1**step))
     correction = to_float(1 / (1 - BETA2**step))

@@ -24,6 +24,7 @@ from hierroom.support.thread_pool import ThreadPool
 
 _SHARD = 16  # sequences per shard: 16 of 128 turns fit the last-level cache; fewer make matrix products too small
 _MAX_WORKERS = 8
+_BLOCK = 16  # table rows; with fewer, kernels take longer where all rows have gradients
 
 
 class FusedBackend:
@@ -39,7 +40,7 @@ class FusedBackend:
         for parameter, view in zip(network.parameters(), vars(self._weights).values(), strict=True):
             parameter.data = torch.from_numpy(view)
         self._offsets = network.encoder.offsets.numpy()
-        self._n_table_rows = len(network.encoder.table())
+        self._used = np.zeros(len(network.encoder.table()), np.bool_)  # table rows that had a gradient
         self._numbers = fixed_numbers(network)
         self._means = np.zeros_like(self._parameters)
         self._squares = np.zeros_like(self._parameters)
@@ -82,25 +83,27 @@ class FusedBackend:
         targets = advantages + batch.values
         # Every 16th turn is enough to find the most common value of each feature.
         common = most_common(batch.features[::16].reshape(-1, batch.features.shape[-1]))
-        rows, counts = rare_rows(batch.features, self._offsets, common, self._n_table_rows)
-        differences = np.empty((self._n_table_rows + 1, self._config.hidden_size), np.float32)
+        rows, counts = rare_rows(batch.features, self._offsets, common, self._used)
+        occurring, blocks = np.flatnonzero(self._used), self._blocks()
+        differences = np.empty((len(self._used) + 1, self._config.hidden_size), np.float32)
         base = np.empty_like(self._weights.encoder_bias)
         measured = []
         for part in minibatches:
-            compare_rows(self._stepper.table(), self._weights.encoder_bias, self._offsets, common, differences, base)
+            places = self._offsets, common, occurring
+            compare_rows(self._stepper.table(), self._weights.encoder_bias, *places, differences, base)
             shift, scale = np.float32(0), np.float32(1)
             if self._config.normalize_advantages:  # as `torch_backend.normalized`
                 chosen = advantages.take(part, axis=1)
                 shift, scale = chosen.mean(), np.float32(1 / max(chosen.std(), self._config.min_advantage_std))
             scores = (advantages - shift) * scale * importance_weights
-            encoding = differences, base, self._offsets, common, rows, counts
+            encoding = differences, base, *places, blocks, rows, counts
             turn_weight = 1 / (len(advantages) * len(part))
             minibatch = Minibatch(self._weights, *encoding, batch, scores, targets, turn_weight)
             statistics, norm = self._gradient(minibatch, part)
             measured.append([*statistics, norm])
             self._n_steps += 1
             clipped = min(1.0, self._config.max_gradient_norm / (norm + 1e-6))  # as torch's clip_grad_norm_
-            settings = clipped, learning_rate, self._config.adam_epsilon, self._n_steps
+            settings = blocks, clipped, learning_rate, self._config.adam_epsilon, self._n_steps
             adam_step(self._parameters, self._shares[0], self._means, self._squares, *settings)
         return np.mean(measured, axis=0)
 
@@ -110,14 +113,24 @@ class FusedBackend:
         workers = self._workers[: len(shards)]
 
         def work(worker: ShardWorker, hand: list[NDArray[np.integer]]) -> NDArray[np.float64]:
-            worker.clear()
+            worker.clear(minibatch)
             for shard in hand:
                 worker.add_shard(minibatch, shard)
             return worker.finish(minibatch)
 
         hands = [shards[first :: len(workers)] for first in range(len(workers))]
         statistics = np.sum(self._each(work, workers, hands), axis=0)
-        return statistics, sum_gradients(self._shares[: len(workers)])
+        return statistics, sum_gradients(self._shares[: len(workers)], minibatch.blocks)
+
+    def _blocks(self) -> NDArray[np.int64]:
+        """Return first index and stop [B, 2] of the blocks of parameters that had a gradient."""
+        if self._numbers is not None:
+            return np.array([[0, len(self._parameters)]])
+        table_size = self._weights.encoder_weight.size
+        first_rows = np.arange(0, len(self._used), _BLOCK)
+        starts = first_rows[np.logical_or.reduceat(self._used, first_rows)] * self._config.hidden_size
+        stops = np.minimum(starts + _BLOCK * self._config.hidden_size, table_size)
+        return np.stack([np.append(starts, table_size), np.append(stops, len(self._parameters))], axis=1)
 
     def _each(self, work: Callable, workers: list[ShardWorker], tasks: list) -> list:
         if min(self._threads, len(workers)) == 1:
@@ -140,3 +153,7 @@ class FusedBackend:
         self._means[...] = state["means"].numpy()
         self._squares[...] = state["squares"].numpy()
         self._n_steps = state["n_steps"]
+        self._shares[...] = 0
+        if self._numbers is None:
+            tables = [Parameters.views(m, self._network).encoder_weight for m in (self._means, self._squares)]
+            self._used[...] = np.any(tables, axis=(0, 2))

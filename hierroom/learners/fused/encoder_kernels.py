@@ -63,7 +63,7 @@ def rare_rows(
     features: NDArray[np.uint8],  # [..., K]
     offsets: NDArray[np.int64],  # [K] the table row of each feature's value 0
     common: NDArray[np.uint8],  # [K] one value of each feature; the most common ones are fastest
-    n_table_rows: int,  # number of table rows R
+    used: NDArray[np.bool_],  # [R] set to True for each table row that occurs
 ) -> tuple[NDArray[np.unsignedinteger], NDArray[np.int64]]:
     """Find the table rows of all values except the common ones.
 
@@ -71,25 +71,27 @@ def rare_rows(
         rows [..., K rounded up to a multiple of four] uint16 or uint32, padded with R to a multiple of four, and their
         number [...] int64 before the padding.
     """
-    n_features = features.shape[-1]
+    n_features, n_table_rows = features.shape[-1], len(used)
     rows = np.empty((*features.shape[:-1], -(-n_features // 4) * 4), np.uint16 if n_table_rows < 2**16 else np.uint32)
     counts = np.empty(features.shape[:-1], np.int64)
     flat = features.reshape(-1, n_features)
-    _write_rare_rows(flat, offsets, common, n_table_rows, rows.reshape(len(flat), -1), counts.reshape(-1))
+    _write_rare_rows(flat, offsets, common, used, rows.reshape(len(flat), -1), counts.reshape(-1))
     return rows, counts
 
 
 @njit(cache=True, nogil=True)
-def _write_rare_rows(features, offsets, common, n_table_rows, rows, counts):
+def _write_rare_rows(features, offsets, common, used, rows, counts):
     n_samples, n_features = features.shape
     for n in range(n_samples):
         count = 0
         for k in range(n_features):  # without a branch, which would be mispredicted often
-            rows[n, count] = offsets[k] + features[n, k]
+            row = offsets[k] + features[n, k]
+            rows[n, count] = row
+            used[row] = True
             count += features[n, k] != common[k]
         counts[n] = count
         for i in range(count, -(-count // 4) * 4):
-            rows[n, i] = n_table_rows
+            rows[n, i] = len(used)
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -98,6 +100,7 @@ def compare_rows(
     bias: NDArray[np.floating],  # [H]
     offsets: NDArray[np.int64],  # [K]
     common: NDArray[np.uint8],  # [K] as given to `rare_rows`
+    occurring: NDArray[np.int64],  # [U] the rows to compare, ascending: all that `rare_rows` set
     differences: NDArray[np.floating],  # [R + 1, H] written: each row minus its feature's common row; then zeros
     base: NDArray[np.floating],  # [H] written: the bias plus the common rows
 ) -> None:
@@ -105,12 +108,15 @@ def compare_rows(
     n_features, width = len(offsets), len(bias)
     for j in range(width):
         base[j] = bias[j]
+    u = 0
     for k in range(n_features):
         stop = offsets[k + 1] if k + 1 < n_features else len(table)
         shared = offsets[k] + common[k]
-        for row in range(offsets[k], stop):
+        while u < len(occurring) and occurring[u] < stop:
+            row = occurring[u]
             for j in range(width):
                 differences[row, j] = table[row, j] - table[shared, j]
+            u += 1
         for j in range(width):
             base[j] += table[shared, j]
     differences[len(table)] = 0
@@ -166,18 +172,20 @@ def encode_backward(
 def complete_table(
     offsets: NDArray[np.int64],  # [K] as given to `rare_rows`
     common: NDArray[np.uint8],  # [K] as given to `rare_rows`
+    occurring: NDArray[np.int64],  # [U] as given to `compare_rows`
     d_bias: NDArray[np.floating],  # [H] the bias gradient of exactly these samples
     d_table: NDArray[np.floating],  # [R, H] the table gradient of exactly these samples; its common rows are written
 ) -> None:
     """Fill in the rows that `encode_backward` skipped, after it was called with all samples."""
-    n_features = len(offsets)
+    n_features, u = len(offsets), 0
     for k in range(n_features):
         stop = offsets[k + 1] if k + 1 < n_features else len(d_table)
-        left = d_bias.copy()
-        for row in range(offsets[k], stop):
-            if row != offsets[k] + common[k]:
-                left -= d_table[row]
         shared = offsets[k] + common[k]
+        left = d_bias.copy()
+        while u < len(occurring) and occurring[u] < stop:
+            if occurring[u] != shared:
+                left -= d_table[occurring[u]]
+            u += 1
         for j in range(len(left)):
             d_table[shared, j] = left[j]
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.learners.config import PPOConfig
+from hierroom.learners.fused.adam_kernels import clear
 from hierroom.learners.fused.encoder_kernels import add_scaled_rows, complete_table, encode_rare
 from hierroom.learners.fused.loss_kernels import loss_backward
 from hierroom.learners.fused.network import Parameters, TapeMemory, backward, forward
@@ -24,6 +25,8 @@ class Minibatch:
     base: NDArray[np.float32]  # [H] from `compare_rows`
     offsets: NDArray[np.int64]  # [K] the table row of each feature's value 0
     common: NDArray[np.uint8]  # [K] as given to `rare_rows`
+    occurring: NDArray[np.int64]  # [U] table rows that have or had a gradient
+    blocks: NDArray[np.int64]  # [B, 2] their parameters and those behind the table, as in `adam_kernels.clear`
     rows: NDArray[np.unsignedinteger]  # [T, M, K or more] from `rare_rows`
     counts: NDArray[np.int64]  # [T, M] from `rare_rows`
     batch: Batch  # M sequences of T turns, including those of other minibatches
@@ -51,9 +54,9 @@ class ShardWorker:
         self._sums = np.zeros(5)
         self.memory = TapeMemory(self._gradient)
 
-    def clear(self) -> None:
+    def clear(self, minibatch: Minibatch) -> None:
         """Reset the gradients and sums before a minibatch."""
-        self._share.fill(0)
+        clear(self._share, minibatch.blocks)
         if self._numbers is not None:
             self._d_table.fill(0)
         self._sums.fill(0)
@@ -84,7 +87,8 @@ class ShardWorker:
 
     def finish(self, minibatch: Minibatch) -> NDArray[np.float64]:
         """Complete the gradient; return this worker's part of the first five of `STATISTICS`."""
-        complete_table(minibatch.offsets, minibatch.common, self._gradient.encoder_bias, self._d_table)
+        places = minibatch.offsets, minibatch.common, minibatch.occurring
+        complete_table(*places, self._gradient.encoder_bias, self._d_table)
         if self._numbers is not None:
             rows, columns, numbers = self._numbers
             add_scaled_rows(columns, rows, numbers, self._d_table, self._gradient.encoder_weight)
