@@ -40,14 +40,16 @@ def require_format(path: str | Path) -> None:
 
 def gif(pictures: Sequence[NDArray[np.uint8]], seconds_per_frame: float = 0.1) -> bytes:
     """Return pictures [H, W, 3] as a looping GIF that shows the last picture for a second."""
-    images = [Image.fromarray(picture) for picture in pictures]
-    colours = {colour for image in images for _, colour in image.getcolors(image.width * image.height) or ()}
+    n_pixels = max(picture.shape[0] * picture.shape[1] for picture in pictures)
+    counted = (Image.fromarray(picture).getcolors(n_pixels) for picture in pictures)
+    colours = {colour for counts in counted for _, colour in counts or ()}
     # All pictures share one palette: a palette for each would take several times as long and make the file larger.
     palette = Image.fromarray(np.array([sorted(colours)], np.uint8)).quantize(256)
-    images = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
-    milliseconds = [round(1000 * seconds_per_frame)] * (len(images) - 1) + [1000]
+    # One after the other, as pictures of a wide task in three forms at once would take gigabytes.
+    images = (Image.fromarray(one).quantize(palette=palette, dither=Image.Dither.NONE) for one in pictures)
+    milliseconds = [round(1000 * seconds_per_frame)] * (len(pictures) - 1) + [1000]
     content = io.BytesIO()
-    images[0].save(content, format="GIF", save_all=True, append_images=images[1:], duration=milliseconds, loop=0)
+    next(images).save(content, format="GIF", save_all=True, append_images=images, duration=milliseconds, loop=0)
     return content.getvalue()
 
 

@@ -13,6 +13,8 @@ from hierroom.goals import Rules
 
 COLUMN, ROW, HALF_HEIGHT, LEGEND = 42, 33, 13, 34
 """Pixels for a unit of the drawing across and down, half the height of a goal, and the height of the legend."""
+TIGHT_ROW, FULL_HEIGHT = 18, 600
+"""Fewest pixels for a unit down, and the height beyond which units have fewer than ROW."""
 PAPER, INK, FADED, DONE, PURSUED, USED = "#ffffff", "#202020", "#a0a0a0", "#bfe5c8", "#f28e2b", "#e15759"
 LONGEST_NAME = 14
 
@@ -66,7 +68,8 @@ def rules_picture(
 def _layout(rules: Rules) -> tuple[list[Point], tuple[int, int]]:
     places = place_rows(np.array([*goal_depths(rules).values()]), np.array([link[:2] for link in links(rules)]), 0)
     xs, ys = zip(*places, strict=True)
-    at = [(COLUMN * (x - min(xs) + 1.4), ROW * (max(ys) - y + 0.8)) for x, y in places]
+    row = min(ROW, max(TIGHT_ROW, FULL_HEIGHT / (max(ys) - min(ys) + 1.6)))
+    at = [(COLUMN * (x - min(xs) + 1.4), row * (max(ys) - y + 0.8)) for x, y in places]
     wide = max(x for x, _ in at) + 1.4 * COLUMN
     return at, (max(round(wide), 240), round(max(y for _, y in at) + 0.8 * ROW) + LEGEND)
 
