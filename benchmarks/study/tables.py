@@ -47,13 +47,15 @@ def measures_for(table: Path, given: Path | None = None) -> list[Row]:
 
     Args:
         table: the training runs.
-        given: the table of measures. None: measures.csv next to the training runs, or the study's if there is none.
+        given: the table of measures. None: measures.csv next to the training runs, or in the folder that theirs is
+            named after, as conjecture_factors is after conjecture, or the study's if there is none.
 
     Raises:
         InputError: as `known_measures`.
     """
-    own = table.with_name("measures.csv")
-    return known_measures(given or (own if own.exists() else ROOT / MEASURES_PATH))
+    folder = table.resolve().parent
+    own = [one / "measures.csv" for one in (folder, folder.with_name(folder.name.partition("_")[0]))]
+    return known_measures(given or next((path for path in own if path.exists()), ROOT / MEASURES_PATH))
 
 
 def first_seeds(rows: Sequence[Row], n_seeds: int | None) -> list[Row]:
