@@ -95,6 +95,8 @@ def test_of_an_installed_package_its_own_files_alone_are_copied(monkeypatch, tmp
 def test_what_ships_is_not_copied(tmp_path):
     for changes in ({}, {"meta": "learned"}, {"meta": "hierroom.meta:FixedDFS"}, {"graph": "hitting_time:8..13"}):
         assert find_module_files(SMALL.changed(**changes)) == []
+    Path("workshop.py").write_text("", encoding="utf-8")  # no module of the built-in workshops
+    assert find_module_files(TrainConfig(EnvConfig(task="workshop:4"))) == []
     assert record_session(tmp_path, SMALL) == []
     assert not Path("modules").exists()
 

@@ -12,13 +12,12 @@ from importlib.util import find_spec, resolve_name
 from pathlib import Path
 
 from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.trust import named_code
 from hierroom.support.errors import InputError
 from hierroom.support.reading import read_bytes
 
 MAX_FILES, MAX_BYTES = 50, 2**20
 _MORE = "..."
-_PLUGGED = ("meta", "network", "reward", "task")
-"""Entries that may name a user-defined class."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,7 @@ def find_module_files(config: TrainConfig, metas: Sequence[str] = ()) -> list[Mo
     files of hierroom are never included. At most 50 are returned, and one named ``...`` if there are more.
     """
     files: dict[str, ModuleFile] = {}
-    named = [*(config.entries[entry] for entry in _PLUGGED), *metas]
+    named = [*named_code(config).values(), *metas]
     for module in dict.fromkeys(filter(None, map(_module_of, named))):
         path = _file_of(module)
         if path is None or Path(path).suffix != ".py":
