@@ -13,7 +13,7 @@ from benchmarks.tables import FILE
 
 ROOT = Path(__file__).parents[2]
 NUMBER = r"-?(?:\d+(?:\.\d+)?|∞)"
-ESTIMATE = re.compile(rf"({NUMBER})\s+\[({NUMBER}),\s+({NUMBER})\]")
+ESTIMATE = re.compile(rf"({NUMBER})%?\s+\[({NUMBER})%?,\s+({NUMBER})%?\]")
 TABLE = re.compile(r"<!-- (\w+) [^>]*-->\n.*?<!-- end of \1 -->\n", re.DOTALL)
 Estimate = tuple[tuple[float, int], ...]
 PRINTED = {
@@ -72,6 +72,21 @@ def test_each_estimate_of_the_text_stands_in_a_table(page, fewest):
     assert len(stated) > fewest
     for estimate, paragraph in stated:
         assert any(agree(estimate, one) for one in known_estimates), (estimate, paragraph)
+
+
+def test_the_conjecture_s_counts_of_trees_are_those_of_the_single_factors():
+    text = " ".join((ROOT / "docs" / "conjecture.md").read_text().split())
+    stated = re.search(
+        r"above 50% success on all; on only (\d+) .*, on (\d+) .* with goals picked at random on (\d+), "
+        r"with learned ones on (\d+); PPO\+Bonus does so on (\d+)",
+        text,
+    )
+    rows = read_rows(ROOT / "benchmarks" / "results" / "conjecture_factors" / "factors.csv")
+    counted = {row["method"].removeprefix("hippo "): row["above 50% on"].removesuffix(" of 12") for row in rows}
+    assert counted["as it is"] == "12"
+    variants = ("reward for any event", "goal not observed", "random goals", "learned goals", "ppo-bonus")
+    assert stated
+    assert list(stated.groups()) == [counted[variant] for variant in variants]
 
 
 def test_each_range_of_seeds_of_the_text_stands_in_a_file():
