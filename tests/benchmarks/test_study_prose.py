@@ -78,7 +78,7 @@ def test_the_conjecture_s_counts_of_trees_are_those_of_the_single_factors():
     text = " ".join((ROOT / "docs" / "conjecture.md").read_text().split())
     stated = re.search(
         r"above 50% success on all; on only (\d+) .*, on (\d+) .* with goals picked at random on (\d+), "
-        r"with learned ones on (\d+); PPO\+Bonus does so on (\d+)",
+        r"with learned ones on (\d+) .*\. PPO\+Bonus does so on (\d+)",
         text,
     )
     rows = read_rows(ROOT / "benchmarks" / "results" / "conjecture_factors" / "factors.csv")
