@@ -36,7 +36,7 @@ class Options:
     Args:
         table: the training runs.
         comparisons: the file that names the methods.
-        measures: the measures of the goal graphs; by default measures.csv next to the table, else the study's.
+        measures: the measures of the goal graphs; by default measures.csv next to the table, else its study's.
         seeds: only seeds 0, 1, ..., so many of them; all by default.
         bootstrap: how intervals are computed.
     """

@@ -41,7 +41,7 @@ class Options:
         table: the training runs.
         reference: the method that the others are held against.
         measures: the measures of the goal graphs, which know which of them are twins; by default measures.csv next to
-            the table, else the study's.
+            the table, else its study's.
         outcome: the milestone to compare steps by; by default, for each method, steps_to_95, or steps_to_50 if it or
             the reference never got there on more than a third of the graphs.
         seeds: only seeds 0, 1, ..., so many of them, as of a sweep that goes on; all by default.

@@ -50,7 +50,7 @@ class Options:
         table: the training runs.
         out: the picture; its suffix chooses the format.
         shown: the measures, a panel each.
-        measures: the measures of the goal graphs; by default measures.csv next to the table, else the study's.
+        measures: the measures of the goal graphs; by default measures.csv next to the table, else its study's.
         outcome: what says how hard a graph was.
         seeds: only seeds 0, 1, ..., so many of them, as of a sweep that goes on; all by default.
     """

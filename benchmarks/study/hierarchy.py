@@ -49,7 +49,7 @@ class Options:
         table: the training runs.
         flat: the method without a hierarchy.
         hierarchical: the method with one.
-        measures: the measures of the goal graphs; by default measures.csv next to the table, else the study's.
+        measures: the measures of the goal graphs; by default measures.csv next to the table, else its study's.
         outcome: the milestone to compare steps by; by default steps_to_95, or steps_to_50 if one of the methods never
             got there on more than a third of the graphs.
         by: the rows of the table: the number of goals before the exit (exit depth), the largest number of rooms at the

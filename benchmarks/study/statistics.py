@@ -33,7 +33,7 @@ class Options:
 
     Args:
         table: the training runs.
-        measures: the measures of their goal graphs; by default measures.csv next to the table, else the study's.
+        measures: the measures of their goal graphs; by default measures.csv next to the table, else its study's.
         outcome: what says how hard a graph was; by default steps_to_95, or steps_to_50 for a method that never got
             there on more than a third of the graphs.
         rooms: only goal graphs of so many rooms; all by default.

@@ -47,8 +47,8 @@ def measures_for(table: Path, given: Path | None = None) -> list[Row]:
 
     Args:
         table: the training runs.
-        given: the table of measures. None: measures.csv next to the training runs, or in the folder that theirs is
-            named after, as conjecture_factors is after conjecture, or the study's if there is none.
+        given: the table of measures. None: measures.csv next to the training runs, else in the folder of their study:
+            conjecture for conjecture_factors. If there is none, results/study/measures.csv.
 
     Raises:
         InputError: as `known_measures`.

@@ -45,7 +45,7 @@ def gif(pictures: Sequence[NDArray[np.uint8]], seconds_per_frame: float = 0.1) -
     colours = {colour for counts in counted for _, colour in counts or ()}
     # All pictures share one palette: a palette for each would take several times as long and make the file larger.
     palette = Image.fromarray(np.array([sorted(colours)], np.uint8)).quantize(256)
-    # One after the other, as pictures of a wide task in three forms at once would take gigabytes.
+    # One after the other: pictures of a task with many goals, held in several forms at once, take gigabytes.
     images = (Image.fromarray(one).quantize(palette=palette, dither=Image.Dither.NONE) for one in pictures)
     milliseconds = [round(1000 * seconds_per_frame)] * (len(pictures) - 1) + [1000]
     content = io.BytesIO()
