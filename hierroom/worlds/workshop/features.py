@@ -23,8 +23,8 @@ def features_of(book: Book) -> Mapping[str, Feature]:
     shelf: the thing at each place. stock, bench: the count of each thing on the shelf and on the bench. goal-shelf:
     pairs of the controller's goal and the thing at each place, so that one table row can tell that the goal takes this
     thing. goal-bench: pairs of the goal and each count on the bench. For a meta-controller, the goal is its last one.
-    For each goal there are goal-status (can be made now, was achieved in this episode), goal-stock (the count of its
-    product) and goal-wanted (the way to the target lacks it, by the rules).
+    For each goal there are goal-status (can be made now, was achieved in this episode) and goal-wanted (the way to the
+    target lacks it, by the rules).
     """
     recipes = book.recipes
     standing, n_goals = recipes.standing, recipes.n_goals
@@ -33,7 +33,6 @@ def features_of(book: Book) -> Mapping[str, Feature]:
     number_of[standing] = np.arange(n_places)
     most = np.minimum(recipes.limits, MOST).astype(np.int64)
     levels = tuple((1 + most[standing]).tolist())
-    product = np.array([recipes.gives[recipes.goals == goal].argmax(axis=1)[0] for goal in range(n_goals)])
 
     def counts(observation: Any, *rows: int) -> NDArray[np.int64]:
         return np.minimum(sum(observation.things[:, row].astype(np.int64) for row in rows), most)
@@ -56,9 +55,8 @@ def features_of(book: Book) -> Mapping[str, Feature]:
         "bench": Feature(levels, bench),
         "goal-shelf": Feature(with_shelf.cardinalities, lambda o: with_shelf.encode(o.goals, shelf(o)), **of_goal),
         "goal-bench": Feature(with_bench.cardinalities, lambda o: with_bench.encode(o.goals, bench(o)), **of_goal),
-        "goal-status": Feature((4,) * n_goals, status, is_by_goal=True),
-        "goal-stock": Feature((1 + MOST,) * n_goals, lambda o: counts(o, SHELF, BENCH)[:, product], is_by_goal=True),
-        "goal-wanted": Feature((2,) * n_goals, lambda o: o.depth_first_ranks > 0, is_by_goal=True),
+        "goal-status": Feature((4,) * n_goals, status),
+        "goal-wanted": Feature((2,) * n_goals, lambda o: o.depth_first_ranks > 0),
     }
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any
 
@@ -33,7 +33,7 @@ class WorkshopTask:
     rules: Rules
     name: str
     controller_features = ("goal-shelf", "goal-bench", "symbol", "shelf", "stock", "bench", "previous-action")
-    meta_features = ("goal-status", "goal-stock", "goal-outcome")
+    meta_features = ("goal-status", "stock", "bench", "goal-outcome")
     max_steps = DEFAULT_MAX_STEPS
 
     def __post_init__(self) -> None:
@@ -56,9 +56,8 @@ class WorkshopTask:
     @cached_property
     def goal_set(self) -> GoalSet:
         """The goals, named like the rules; the target is the first rule that makes the rules' target."""
-        names, last = self.rules.names, self.book.recipes.last_goal
-        goals = GoalSet.one_hot(names, names[last])
-        return replace(goals, n_alike=last) if 0 < last == len(names) - 1 else goals
+        names = self.rules.names
+        return GoalSet.one_hot(names, names[self.book.recipes.last_goal])
 
     @property
     def n_actions(self) -> int:
