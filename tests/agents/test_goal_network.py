@@ -1,6 +1,7 @@
 """The learned meta-controller's network, and what it reads."""
 
 import numpy as np
+import pytest
 import torch
 from escape_room import WORLD
 
@@ -8,6 +9,7 @@ from hierroom.agents.features import Features
 from hierroom.agents.goal_network import GoalNetwork
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS
 from hierroom.learners.networks.actor_critic import AgentSpace
+from hierroom.runs.assembly import make_agents
 from hierroom.runs.config.presets import find_preset
 from hierroom.turns.records import META
 
@@ -35,3 +37,12 @@ def test_permuting_colours_permutes_what_the_network_says():
         step_logits, step_values, state = network.step(features[t], state)
         torch.testing.assert_close(step_logits, logits[t])
         torch.testing.assert_close(step_values, values[t])
+
+
+@pytest.mark.parametrize(("task", "are_alike"), [(None, True), ("workshop:4", False)])
+def test_colours_are_alike_and_a_workshops_items_are_not(task, are_alike):
+    meta, _ = make_agents(find_preset("learned").changed(task=task, num_envs=4, threads=1))
+    network, features = meta.learner.network, torch.zeros(1, meta.learner.space.n_features, dtype=torch.uint8)
+    with torch.no_grad():
+        logits, _, _ = network.step(features, network.initial_state(1))
+    assert torch.isclose(logits[0, 0], logits[0, 1], rtol=1e-4, atol=0).item() == are_alike
