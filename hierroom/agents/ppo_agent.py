@@ -119,7 +119,7 @@ class PPOAgent:
             theirs = state["description"].get(what)
             if ours != theirs:
                 found = " ".join(theirs.split()) if isinstance(theirs, str) else shown(theirs)
-                raise InputError(f"these weights belong to another agent: its {what} is {found}, not {ours}")
+                raise InputError(f"these weights belong to another agent, with {what} {found}, not {ours}")
         self.learner.take_weights(state["learner"])
 
     @property

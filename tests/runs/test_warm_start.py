@@ -77,17 +77,17 @@ def test_the_weights_act(run):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"hidden_size": 32}, "its hidden_size is 64, not 32"),
-        ({"drop_key": True}, "its number of actions is 5, not 6"),
+        ({"hidden_size": 32}, "with hidden_size 64, not 32"),
+        ({"drop_key": True}, "with number of actions 5, not 6"),
         ({"method": "ppo"}, f"{' '.join(SMALL.agents.features[1:])}, not"),
-        ({"features": ("view",)}, "its features is "),
+        ({"features": ("view",)}, "with features "),
         ({"network": "other"}, "not other"),
     ],
 )
 def test_what_does_not_fit_is_one_clear_line(run, change, said):
     if change.get("network"):
         change = {"network": {"recurrent": OWN, OWN: "recurrent"}[run.config().agents.network]}
-        said = f"its network is {run.config().agents.network}, not {change['network']}"
+        said = f"with network {run.config().agents.network}, not {change['network']}"
     with pytest.raises(InputError, match=re.escape(said)) as caught:
         Trainer(run.config().changed(**change, warm_start=str(run.path)))
     assert str(caught.value).startswith(f"{run.path} cannot warm-start this run: ")

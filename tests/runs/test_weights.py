@@ -182,7 +182,7 @@ def test_weights_of_another_network_are_refused(tmp_path, trained):
     saved = SavedAgent.read(_saved(tmp_path, trained))
     other = SavedAgent(saved.config.changed(hidden_size=32), saved.steps, saved.agents)
     other.write(tmp_path / "other.safetensors")
-    with pytest.raises(InputError, match="these weights belong to another agent: its hidden_size is 64, not 32"):
+    with pytest.raises(InputError, match="these weights belong to another agent, with hidden_size 64, not 32"):
         hierroom.load(tmp_path / "other.safetensors")
     SavedAgent(saved.config, saved.steps, {}).write(tmp_path / "empty.safetensors")
     with pytest.raises(InputError, match=r"empty\.safetensors does not fit its config"):
@@ -214,7 +214,7 @@ def test_a_training_begins_as_an_agent_that_ships(tmp_path, is_file):
     ours, theirs = warm.controller.weights, hierroom.load("a").controller.weights
     for name, tensor in theirs["learner"]["backend"]["network"].items():
         assert torch.equal(ours["learner"]["backend"]["network"][name], tensor)
-    with pytest.raises(InputError, match=r"cannot warm-start this run: .*hidden_size is 64, not 32"):
+    with pytest.raises(InputError, match=r"cannot warm-start this run: .*hidden_size 64, not 32"):
         Trainer(warm.config.changed(hidden_size=32))
 
 
