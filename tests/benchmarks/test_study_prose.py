@@ -89,6 +89,25 @@ def test_the_conjecture_s_counts_of_trees_are_those_of_the_single_factors():
     assert list(stated.groups()) == [counted[variant] for variant in variants]
 
 
+def test_the_conjecture_s_counts_of_trees_are_those_of_each_width():
+    text = " ".join((ROOT / "docs" / "conjecture.md").read_text().split())
+    count = r"(\d+), (\d+) and (\d+)"
+    stated = re.search(
+        r"are (\d+) trees of width 1, (\d+) of width 2 and (\d+) of width 3 or 4\. "
+        rf"It reaches 50% success in both seeds on {count} of them, "
+        rf"HiPPO with learned goals on {count}, and PPO\+Bonus on {count}\.",
+        text,
+    )
+    folder = ROOT / "benchmarks" / "results" / "conjecture"
+    tables = [read_rows(folder / name) for name in ("hierarchy.csv", "hierarchy_learned.csv")]
+    rows = [one | other for one, other in zip(*tables, strict=True)]
+    columns = ["graphs", "hippo HiPPO: reached on", "hippo HiPPO learned: reached on", "ppo-bonus: reached on"]
+    counted = [[int(row[column]) for row in rows] for column in columns]
+    assert [row["width"] for row in rows] == ["1", "2", "3", "4"]
+    assert stated
+    assert [*map(int, stated.groups())] == [n for one, two, *more in counted for n in (one, two, sum(more))]
+
+
 def test_each_range_of_seeds_of_the_text_stands_in_a_file():
     text = TABLE.sub("", (ROOT / "docs" / "study.md").read_text())
     ranges = re.findall(r"(\d+\.\d) to (\d+\.\d)%", text)
