@@ -78,7 +78,7 @@ def test_each_estimate_of_the_text_stands_in_a_table(page, fewest):
 def test_the_conjecture_s_counts_of_trees_are_those_of_the_single_factors():
     text = " ".join((ROOT / "docs" / "conjecture.md").read_text().split())
     stated = re.search(
-        r"ends above 50% success on (\d+) of .* If .* on (\d+)\. Rewarded .* on (\d+), .* "
+        r"ends above 50% success on (\d+) of .* If .* on (\d+)\. Rewarded .* on (\d+) .* "
         r"With goals .* on (\d+) each\. PPO\+Bonus does so on (\d+)",
         text,
     )
