@@ -75,27 +75,29 @@ def test_each_estimate_of_the_text_stands_in_a_table(page, fewest):
         assert any(agree(estimate, one) for one in known_estimates), (estimate, paragraph)
 
 
+def counts_in_conjecture(pattern: str) -> list[int]:
+    """Return the groups of a pattern that the text of the conjecture has, in one line, as whole numbers."""
+    found = re.search(pattern, " ".join((ROOT / "docs" / "conjecture.md").read_text().split()))
+    assert found
+    return [*map(int, found.groups())]
+
+
 def test_the_conjecture_s_counts_of_trees_are_those_of_the_single_factors():
-    text = " ".join((ROOT / "docs" / "conjecture.md").read_text().split())
-    stated = re.search(
+    stated = counts_in_conjecture(
         r"ends above 50% success on (\d+) of .* If .* on (\d+)\. Rewarded .* on (\d+) .* "
         r"With goals .* on (\d+) each\. PPO\+Bonus does so on (\d+)",
-        text,
     )
     rows = read_rows(ROOT / "benchmarks" / "results" / "conjecture_factors" / "factors.csv")
-    counted = {row["method"].removeprefix("hippo "): row["above 50% on"].removesuffix(" of 12") for row in rows}
+    counted = {row["method"].removeprefix("hippo "): int(row["above 50% on"].removesuffix(" of 12")) for row in rows}
     assert counted["random goals"] == counted["learned goals"]
     variants = ("as it is", "goal not observed", "reward for any event", "learned goals", "ppo-bonus")
-    assert stated
-    assert list(stated.groups()) == [counted[variant] for variant in variants]
+    assert stated == [counted[variant] for variant in variants]
 
 
 def test_the_conjecture_s_counts_of_trees_are_those_of_each_width():
-    text = " ".join((ROOT / "docs" / "conjecture.md").read_text().split())
-    stated = re.search(
+    stated = counts_in_conjecture(
         r"on (\d+) of (\d+) trees of width 1, on (\d+) of (\d+) of width 2 and on (\d+) of (\d+) of width 3 or 4\. "
         r"HiPPO with learned goals does so on (\d+), (\d+) and (\d+), PPO\+Bonus on (\d+), (\d+) and (\d+)\.",
-        text,
     )
     folder = ROOT / "benchmarks" / "results" / "conjecture"
     tables = [read_rows(folder / name) for name in ("hierarchy.csv", "hierarchy_learned.csv")]
@@ -104,8 +106,7 @@ def test_the_conjecture_s_counts_of_trees_are_those_of_each_width():
     columns = ("hippo HiPPO: reached on", "graphs", "hippo HiPPO learned: reached on", "ppo-bonus: reached on")
     counted = [[int(row[column]) for row in rows] for column in columns]
     scripted, trees, learned, bonus = ([one, two, sum(more)] for one, two, *more in counted)
-    assert stated
-    assert [*map(int, stated.groups())] == [*chain(*zip(scripted, trees, strict=True)), *learned, *bonus]
+    assert stated == [*chain(*zip(scripted, trees, strict=True)), *learned, *bonus]
 
 
 def test_each_range_of_seeds_of_the_text_stands_in_a_file():

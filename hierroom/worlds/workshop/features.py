@@ -55,8 +55,8 @@ def features_of(book: Book) -> Mapping[str, Feature]:
         "bench": Feature(levels, bench),
         "goal-shelf": Feature(with_shelf.cardinalities, lambda o: with_shelf.encode(o.goals, shelf(o)), **of_goal),
         "goal-bench": Feature(with_bench.cardinalities, lambda o: with_bench.encode(o.goals, bench(o)), **of_goal),
-        "goal-status": Feature((4,) * n_goals, status),
-        "goal-wanted": Feature((2,) * n_goals, lambda o: o.depth_first_ranks > 0),
+        "goal-status": Feature((4,) * n_goals, status, is_by_goal=True),
+        "goal-wanted": Feature((2,) * n_goals, lambda o: o.depth_first_ranks > 0, is_by_goal=True),
     }
 
 
