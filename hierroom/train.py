@@ -73,7 +73,7 @@ def parse(argv: Sequence[str]) -> TrainArguments:
     elif known.config:
         default = read_config(known.config, trust=trust, **named)
     else:
-        default = find_preset(known.preset or implied_preset(known.meta)).changed(task=known.task)
+        default = find_preset(known.preset or implied_preset(vars(known))).changed(task=known.task)
     if known.graph and known.layout:
         raise InputError("--graph and --layout are both given; a layout has a goal graph of its own, so leave one out")
     for name in () if known.resume else _LEVELS:  # each replaces the other in the preset or file
@@ -101,7 +101,7 @@ def train(
 
     Args:
         config: a config, such as from `hierroom.find_preset`. None: the ``preset`` among the entries; without one,
-            ``learned`` if ``meta="learned"``, else ``default``.
+            ``learned`` for ``meta="learned"`` in EscapeRooms, else ``default``.
         out: the run folder, new or empty; None: a new one in ``runs/``, named after the differences from the preset.
         log: ``"tensorboard"``, ``"wandb"``, ``"mlflow"``, several joined by commas, or ``"none"``.
         callback: called with the `Trainer` after each update. If it returns a true value, the run is saved and stops,
@@ -126,7 +126,7 @@ def train(
         raise InputError(f"quiet must be True or False, not {shown(quiet)}")
     spent = TimeSpent()
     if config is None:
-        config = find_preset(entries.pop("preset", None) or implied_preset(entries.get("meta")))
+        config = find_preset(entries.pop("preset", None) or implied_preset(entries))
     elif not isinstance(config, TrainConfig):
         raise InputError(f"train takes a TrainConfig and entries such as graph='c', not {config!r}")
     if is_task(task := entries.get("task")):

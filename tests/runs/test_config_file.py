@@ -65,7 +65,7 @@ def test_the_reward_of_the_method_can_be_asked_for_again():
     assert read_config(written('reward = "mine:Reward"')).env.reward == "mine:Reward"
 
 
-def test_a_learned_meta_controller_implies_its_preset_wherever_it_is_named():
+def test_a_learned_meta_controller_implies_its_preset_in_escape_rooms_wherever_it_is_named():
     learned = find_preset("learned")
     assert read_config(written('meta = "learned"')) == learned
     assert parse(["--config", "own.toml", "--meta", "random"]).config == TrainConfig().changed(meta="random")
@@ -73,6 +73,10 @@ def test_a_learned_meta_controller_implies_its_preset_wherever_it_is_named():
     assert parse(["--config", "own.toml", "--meta", "learned"]).config == learned
     written('meta = "learned"\npreset = "default"')
     assert read_config("own.toml") == TrainConfig().changed(meta="learned")
+    written('task = "workshop:4"')
+    assert read_config("own.toml", meta="learned").preset == "default"
+    assert parse(["--config", "own.toml", "--meta", "learned"]).config.preset == "default"
+    assert parse(["--task", "workshop:4", "--meta", "learned"]).config.preset == "default"
 
 
 @pytest.mark.parametrize("preset", PRESETS)

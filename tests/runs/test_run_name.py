@@ -29,6 +29,8 @@ def named(arguments: str) -> str:
         ("", "hippo-fixed-dfs-c-seed0"),
         ("--method ppo --graph g --seed 3", "ppo-g-seed3"),
         ("--meta learned", "hippo-learned-c-seed0"),
+        ("--meta learned --task workshop:4", "hippo-learned-workshop-4-seed0"),
+        ("--meta learned --task workshop:4 --preset learned", "hippo-learned-workshop-4-seed0-learned"),
         ("--num-envs 8 --gamma 0.9", "hippo-fixed-dfs-c-seed0-gamma0.9-num_envs8"),
         ("--preset paper --gamma 0.9", "hippo-fixed-dfs-c-seed0-paper"),  # it does not differ
         ("--steps 2_000_000", "hippo-fixed-dfs-c-seed0-steps2M"),

@@ -40,10 +40,11 @@ def test_a_learned_meta_controller_implies_its_preset(monkeypatch):
         raise InputError("as far as this test goes")
 
     monkeypatch.setattr(session, "begin", begin)
-    for settings_ in ({"meta": "learned"}, {"meta": "random"}):
+    for settings_ in ({"meta": "learned"}, {"meta": "random"}, {"meta": "learned", "task": "workshop:4"}):
         with pytest.raises(InputError, match="as far as"):
             hierroom.train(**settings_)
-    learned, random = given
+    learned, random, in_a_task = given
+    assert in_a_task == hierroom.TrainConfig().changed(meta="learned", task="workshop:4")
     assert learned == hierroom.find_preset("learned").changed(meta="learned")
     assert random == hierroom.TrainConfig().changed(meta="random")
 

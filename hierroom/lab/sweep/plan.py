@@ -109,7 +109,7 @@ class Plan:
             yield {"graph": [graph.name if NAMED_GRAPHS.get(graph.name) == graph else graph]}
 
     def _run(self, variant: str, entries: dict[str, Any], varied: Sequence[str]) -> PlannedRun:
-        start = find_preset(entries.pop("preset", None) or implied_preset(entries.get("meta")))
+        start = find_preset(entries.pop("preset", None) or implied_preset(entries))
         config = start.changed(**{"threads": 1, **entries})  # processes run in parallel instead
         if ships(config.env.task):
             find_task(config.env.task)  # refuses a name without a task

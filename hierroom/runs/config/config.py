@@ -51,8 +51,8 @@ class TrainConfig:
         ppo: hyperparameters of the controller's learner.
         meta_ppo: hyperparameters of a learned meta-controller's learner; its turns are options.
         preset: defaults of the other entries: default, long (five million steps and the shortest paths), large (grids
-            of 31 cells and more), learned (for a learned meta-controller), paper (section 3 of the paper) or algorithm1
-            (the paper's Algorithm 1). The run's name lists the differences from it.
+            of 31 cells and more), learned (a learned meta-controller in EscapeRooms), paper (section 3 of the paper) or
+            algorithm1 (the paper's Algorithm 1). The run's name lists the differences from it.
         steps: primitive steps to train for, over all environments.
         evaluations: number of evaluations during training, after one before the first step, at equal ratios of the
             steps. They play the same levels each time, none of them seen in training. 0: never.

@@ -42,7 +42,7 @@ def read_config(path: str | Path, *, trust: bool = False, **entries: Any) -> Tra
     preset = entries.pop("preset", None) or table.pop("preset", None)
     table.pop("preset", None)
     try:
-        start = find_preset(preset or implied_preset(entries.get("meta", table.get("meta"))))
+        start = find_preset(preset or implied_preset({**table, **entries}))
         config = start.changed(**table)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 from hierroom.agents.config import AgentsConfig
 from hierroom.learners.config import PPOConfig
@@ -90,6 +91,6 @@ def find_preset(name: str) -> TrainConfig:
     return PRESETS[name]
 
 
-def implied_preset(meta: object) -> str:
-    """Return the preset of a run with this meta-controller that names none."""
-    return "learned" if meta == "learned" else "default"
+def implied_preset(entries: Mapping[str, Any]) -> str:
+    """Return the preset of a run whose entries name none; ``learned`` was tuned for EscapeRooms, not for tasks."""
+    return "learned" if entries.get("meta") == "learned" and entries.get("task") is None else "default"

@@ -36,7 +36,7 @@ def run_name(config: TrainConfig) -> str:
         "" if meta == "none" else _shortened(_name_of(meta), _META_LENGTH),
         _shortened("-".join(graphs), _GRAPH_LENGTH),
         _shortened(f"seed{config.seed}", _SEED_LENGTH),
-        "" if config.preset == implied_preset(meta) else config.preset,
+        "" if config.preset == implied_preset({"meta": meta, "task": task}) else config.preset,
     )
     head = "-".join(_plain(part) for part in parts if part)
     usual, omitted = find_preset(config.preset).entries, _SEPARATE | _NEVER_NAMED
