@@ -101,5 +101,5 @@ class EscapeRoom(RegisteredEnv, gymnasium.Env):
         return self.single.render()
 
     def close(self) -> None:
-        """Close the window, if one is open."""
+        """Close the window, if one is open, and the environments of a task."""
         self.single.close()

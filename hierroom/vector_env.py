@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
@@ -18,6 +18,7 @@ from hierroom.support.errors import InputError, require_name, require_number, sh
 from hierroom.turns.records import CONTROLLER
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import FRAMES_PER_SECOND, EnvConfig, fresh_seed
+from hierroom.worlds.make import WorldMaker, find_task
 from hierroom.worlds.seeds import is_list
 from hierroom.worlds.world import Seeds
 
@@ -38,7 +39,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         meta: what chooses the goals, as for `EscapeRoom`.
         threads: largest number of threads that take steps.
         autoreset_mode: ``AutoresetMode.NEXT_STEP``, ``SAME_STEP`` or ``DISABLED``, or its value as text.
-        flat: whether observations are rows of numbers, one [N, K] uint8 array: see `vector_arrays.flat_space`.
+        flat: whether observations are rows of numbers, one [N, K] array: see `BatchWriter.flat_space`.
         copy: whether observations are new arrays; else each step overwrites those of the last one.
         render_mode: ``"ansi"``, ``"rgb_array"`` or None.
         **entries: other entries of the `EnvConfig`, by name; the reward is ``"extrinsic"`` unless it is given.
@@ -77,12 +78,12 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         render_mode: str | None = None,
         **entries: Any,
     ):
-        besides = ("max_episode_steps", "meta", "threads", "autoreset_mode", "flat", "copy", "render_mode")
-        config = EnvConfig.of_arguments({"graph": graph, "reward": "extrinsic", **entries}, besides)
+        others = ("max_episode_steps", "meta", "threads", "autoreset_mode", "flat", "copy", "render_mode")
+        config = EnvConfig.of_arguments({"graph": graph, "reward": "extrinsic", **entries}, others)
         if max_episode_steps is not None:
             require_number("max_episode_steps", max_episode_steps, 1, is_whole=True)
-            most = max_episode_steps if config.max_steps is None else min(config.max_steps, max_episode_steps)
-            config = replace(config, max_steps=int(most))
+            own = config.max_steps or cast(WorldMaker, find_task(config.task)).max_steps
+            config = replace(config, max_steps=int(min(own, max_episode_steps)))
         modes = [mode.value for mode in AutoresetMode]
         mode = getattr(autoreset_mode, "value", autoreset_mode)
         require_name("autoreset_mode must be one of", mode, modes)
@@ -171,6 +172,10 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         if not self._is_seeded:
             raise InputError("reset the environment before it is rendered")
         return tuple(self._screen.render(env, goal) for env, goal in enumerate(self.turns.goals.tolist()))
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Close the environments of a task; Gymnasium's ``close`` calls this."""
+        self.turns.world.close()
 
     def _show_last_goals(self, observations: Any) -> None:
         if (step := self.turns.last_step) is not None and self._has_ended:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class HasRules(Protocol):
-    """Something with declared dependencies, such as a task or a world."""
+    """Something with declared dependencies, such as a task."""
 
     rules: Any
 
@@ -73,12 +73,18 @@ def analyze(
         subject = rules
     if not isinstance(walk, Walk):
         raise InputError(f"a walk must be a Walk of three probabilities, not {shown(walk)}")
+    if (source, target) != ("start", "exit") and not hasattr(subject, "adj"):
+        raise InputError("source and target are nodes of a networkx graph, not of goal graphs, rules and chains")
     if isinstance(subject, (Rules, Chain)) or hasattr(subject, "adj"):
         if drop_key or reading != TABLE_READING:
             raise InputError("drop_key and reading are of goal graphs, not of rules, chains or networkx graphs")
         if isinstance(subject, Rules):
             return RulesReport(subject, walk)
         if isinstance(subject, Chain):
+            if walk != PAPER_WALK:
+                raise InputError(
+                    "a chain has its own probabilities; walk is for goal graphs, rules and networkx graphs"
+                )
             return ChainReport(subject)
         return ChainReport(Chain.from_networkx(subject, source, target, walk=walk), walk)
     if not isinstance(subject, (GoalGraph, str, Path, Mapping)):

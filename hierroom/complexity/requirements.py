@@ -3,8 +3,9 @@
 Requirements are not always a tree, and they may have cycles: water freezes and ice melts. So the depth of a goal is the
 least solution of
 
-    depth(goal) = 1 + min over alternatives of max over what it needs or uses of depth(fact, count)
-    depth(fact, count) = 0 if so many are there at the start, else min over goals that give the fact of depth(goal),
+    depth(goal) = min over its alternatives of depth(alternative)
+    depth(alternative) = 1 + max over what it needs or uses of depth(fact, count)
+    depth(fact, count) = 0 if the start has that many, else min over alternatives that give the fact of their depth,
 
 found by iteration from infinity. This assumes that facts that were given once stay, in any count up to their capacity.
 """

@@ -49,5 +49,5 @@ class TwoAgentEnv:
         return self.single.render()
 
     def close(self) -> None:
-        """Close the window, if one is open."""
+        """Close the window, if one is open, and the environments of a task."""
         self.single.close()

@@ -166,8 +166,9 @@ class SingleEnv:
         return self._screen.render(0, int(self.turns.goals[0]))
 
     def close(self) -> None:
-        """Close the window, if one is open."""
+        """Close the window, if one is open, and the world."""
         self._screen.close()
+        self.turns.world.close()
 
     def _show(self) -> None:
         self._screen.show(0, int(self.turns.goals[0]))

@@ -27,6 +27,7 @@ class DepthFirst:
         rows = tuple(np.array(self._ways).T)
         self._required, self._given = rules.required[rows], rules.given[rows] > 0  # [W, F]
         self._used = rules.used[rows] > 0
+        self._is_possible: NDArray[np.bool_] = np.all(self._required <= rules.limits, axis=1)
         self._target = rules.facts.index(rules.target)
         self.n_random = len(self._ways) + len(rules.facts)
         """The number of random numbers that an episode needs."""
@@ -39,7 +40,7 @@ class DepthFirst:
             random: `n_random` numbers that are the same throughout an episode.
         """
         have = np.asarray(marking)
-        kept = np.ones(len(self._ways), bool)
+        kept = self._is_possible.copy()
         if have[self._target] or self._makers(kept, have)[self._target] < 0:
             return None
         for way in np.argsort(random[: len(kept)]).tolist():

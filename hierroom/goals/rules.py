@@ -103,8 +103,16 @@ class Rules:
         """Leave out the cached arrays, because they would be writable in a copy."""
         return {one.name: getattr(self, one.name) for one in fields(self)}
 
+    def __eq__(self, other: object) -> bool:
+        """Compare also the order of goals and facts, which numbers them."""
+        return isinstance(other, Rules) and self._ordered == other._ordered
+
     def __hash__(self) -> int:
         return hash((self.names, self.facts, self.target))
+
+    @property
+    def _ordered(self) -> tuple[Any, ...]:
+        return self.target, *([*table.items()] for table in (self.rules, self.capacity, self.start))
 
     @property
     def name(self) -> str:

@@ -155,10 +155,7 @@ class Step:
         """Return a field by its name; fields are looked up only when read, because most never are."""
         if name in _STEP_NAMES:
             if name == "is_novel" and self._lacks_visits:
-                raise InputError(
-                    'a reward that reads is_novel asks for what levels are to remember: memories = ("visited",), '
-                    "an attribute of its class or function"
-                )
+                raise InputError('a reward that reads is_novel must have the attribute memories = ("visited",)')
             return self.records[name]
         raise AttributeError(f"a step has no {name!r}")
 

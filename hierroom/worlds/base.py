@@ -222,6 +222,10 @@ class BaseWorld(ABC):
         """Return a screen for environments in a render mode."""
         return StateScreen(self.get_state, self.replayer, render_mode)
 
+    def close(self) -> None:
+        """Do nothing; a world that holds environments or files closes them here."""
+        return
+
     def clocks(self) -> NDArray[np.integer]:
         """Return the steps [N] of the current episodes."""
         return self.lengths

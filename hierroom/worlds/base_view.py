@@ -23,7 +23,7 @@ class GoalInWords:
         id: its number.
         name: its name.
         is_legal: whether the meta-controller may choose it.
-        achieved: how often it was achieved in this episode.
+        achieved: how often it was achieved in this episode; in a Workshop, 1 for any number.
     """
 
     id: int

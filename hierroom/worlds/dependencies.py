@@ -34,14 +34,28 @@ class Dependencies:
         """Return the dependencies of a world, or None if it has no `Rules`."""
         return cls(rules, goals) if isinstance(rules, Rules) else None
 
+    def at_start(self, times: NDArray[np.integer]) -> NDArray[np.int64]:
+        """Return the markings [M, F] of episodes that begin with goals achieved ``times`` [M, G] already."""
+        given, limits = self.rules.given[self._rule_of_goal, 0], self.rules.limits
+        return np.minimum(self.rules.start_marking + np.minimum(times, limits.max()) @ given, limits)
+
     def apply(self, markings: NDArray[np.integer], times: NDArray[np.integer]) -> None:
-        """Update markings [N, F] by goals achieved ``times`` [N, G]; a goal counts even if its rule does not apply."""
-        for env, goal in np.argwhere(times).tolist():
-            rule = self._rule_of_goal[goal]
-            for _ in range(int(times[env, goal])):
+        """Update markings [N, F] by goals achieved ``times`` [N, G].
+
+        Of goals that one step achieved, those with a rule that applies come first; the others count all the same.
+        """
+        for env in np.flatnonzero(times.any(axis=1)).tolist():
+            goals = np.flatnonzero(times[env])
+            left = dict(zip(self._rule_of_goal[goals].tolist(), times[env, goals].tolist(), strict=True))
+            while left:
                 after, applies = self.rules.apply_all(markings[env])
+                rule = next((one for one in left if applies[one]), next(iter(left)))
                 forced = np.minimum(markings[env] + self.rules.given[rule, 0], self.rules.limits)
-                markings[env] = after[rule] if applies[rule] else forced
+                now = after[rule] if applies[rule] else forced
+                left[rule] -= 1
+                if left[rule] <= 0 or (now == markings[env]).all():
+                    del left[rule]
+                markings[env] = now
 
     def reachable(self, markings: NDArray[np.integer]) -> NDArray[np.bool_]:
         """Return the goals [M, G] with a rule that applies to a marking [M, F] and changes something."""

@@ -170,16 +170,18 @@ class EnvConfig:
         return replace(self, **entries)
 
     @classmethod
-    def of_arguments(cls, entries: Mapping[str, Any], besides: Sequence[str] = ()) -> EnvConfig:
+    def of_arguments(cls, entries: Mapping[str, Any], others: Sequence[str] = ()) -> EnvConfig:
         """Return the config that keyword arguments describe; a task given as ``graph`` becomes the task.
 
-        ``besides`` names other allowed arguments, for error messages.
+        ``others`` names other allowed arguments, for error messages.
         """
         if is_task(entries.get("graph")):
+            if entries.get("task", entries["graph"]) != entries["graph"]:
+                raise InputError("graph and task are two tasks; for a task of your own use hierroom/Task-v0")
             entries = {"task": entries["graph"], **{name: one for name, one in entries.items() if name != "graph"}}
         known = [field.name for field in fields(cls)]
         if unknown := [name for name in entries if name not in known]:
-            raise InputError(f"an environment takes {', '.join((*known, *besides))}; not {', '.join(unknown)}")
+            raise InputError(f"an environment takes {', '.join((*known, *others))}; not {', '.join(unknown)}")
         return cls(**entries)
 
     @property

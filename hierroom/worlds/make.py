@@ -10,7 +10,7 @@ from types import ModuleType
 from typing import Any, Protocol
 
 from hierroom.goals.goal_set import GoalSet
-from hierroom.support.errors import InputError, shown
+from hierroom.support.errors import InputError, shown, warn_once
 from hierroom.support.plugins import load_plugin
 from hierroom.worlds.env_config import EnvConfig, is_task
 from hierroom.worlds.world import Feature, World
@@ -77,13 +77,19 @@ def name_in_module(task: WorldMaker) -> str:
     found = [
         (module, name)
         for module, loaded in sorted(sys.modules.items())
+        if module != "__mp_main__"  # another name of __main__, by multiprocessing
         for name, value in ([*vars(loaded).items()] if isinstance(loaded, ModuleType) else ())
         if value is task
     ]
     if not found:
         raise InputError(f"name the task of a run like package.module:name; no module has a name for {task.name}")
     homes = getattr(task, "homes", ())
-    return ":".join(min(found, key=lambda one: (one[0] not in homes, one[0] == "__main__", one)))
+    module, name = min(found, key=lambda one: (one[0] not in homes, one[0] == "__main__", one))
+    if module == "__main__":
+        warn_once(
+            f"only this process can open runs of {name}, a task of __main__; define it in a module that both import"
+        )
+    return f"{module}:{name}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,18 +28,20 @@ class ObservationWriter:
     def __init__(self, world: Any, *, flat: bool) -> None:
         self._world, self._flat = world, flat
         self._mask = np.ones((len(world), world.n_actions), np.int8)
-        self._space = spaces.Dict(observation_spaces(world.observation_spaces, world.goals, world.n_actions))
+        self._parts = observation_spaces(world.observation_spaces, world.goals, world.n_actions)
+        self._space = spaces.Dict(self._parts)
         if flat:
-            low, high = (np.concatenate(ends) for ends in zip(*map(_ends, self._space.spaces.values()), strict=True))
-            self.flat_space: spaces.Box = spaces.Box(low, high, dtype=np.float32)
+            row: Any = spaces.flatten_space(self._space)
+            self.flat_space: spaces.Box = spaces.Box(
+                row.low.astype(np.float32), row.high.astype(np.float32), dtype=np.float32
+            )
 
     def empty(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
         """Return new arrays for `write`, and the same arrays by name (an empty dict if flat)."""
-        n, world = len(self._world), self._world
+        n = len(self._world)
         if self._flat:
             return (np.empty((n, *self.flat_space.shape), np.float32),), {}
-        parts = observation_spaces(world.observation_spaces, world.goals, world.n_actions)
-        arrays = {name: np.empty((n, *(space.shape or ())), space.dtype) for name, space in parts.items()}
+        arrays = {name: np.empty((n, *(space.shape or ())), space.dtype) for name, space in self._parts.items()}
         return tuple(arrays.values()), arrays
 
     def write(self, goals: NDArray[np.integer], arrays: tuple[NDArray, ...]) -> None:
@@ -49,8 +51,8 @@ class ObservationWriter:
         if self._flat:
             np.concatenate([_rows(shown[name], one) for name, one in self._space.items()], axis=1, out=arrays[0])
             return
-        for array, values in zip(arrays, shown.values(), strict=True):
-            array[...] = values
+        for name, array in zip(self._parts, arrays, strict=True):
+            array[...] = shown[name]
 
     def write_goals(self, observations: Any, goals: NDArray[np.integer], envs: NDArray[np.integer]) -> None:
         """Write the vectors of goals [N] into the observations of some environments."""
@@ -67,12 +69,6 @@ def flat_rows(parts: dict[str, NDArray], space: spaces.Dict, dtype: DTypeLike) -
     """Return M observations by name as rows of numbers [M, K], as `gymnasium.spaces.flatten` orders them."""
     rows = [_rows(parts[name], one) for name, one in space.items()]
     return np.concatenate(rows, axis=1, dtype=dtype, casting="unsafe")
-
-
-def _ends(space: spaces.Space) -> tuple[NDArray, NDArray]:
-    flat = spaces.flatten_space(space)
-    assert isinstance(flat, spaces.Box)
-    return flat.low.astype(np.float32), flat.high.astype(np.float32)
 
 
 def _rows(values: NDArray, space: spaces.Space) -> NDArray[np.float32]:

@@ -12,7 +12,6 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.goals import GoalGraph
 from hierroom.goals.goal_set import GoalSet
 from hierroom.support.byte_array import ByteArray
 from hierroom.support.errors import InputError
@@ -172,7 +171,7 @@ class World(Protocol):
     """
 
     goals: GoalSet
-    rules: GoalGraph | None
+    rules: Any
     n_actions: int
     features: Mapping[str, Feature]
     replayer: Replayer
@@ -232,6 +231,9 @@ class World(Protocol):
     def screen(self, render_mode: str | None) -> Screen:
         """Return a screen for environments in one of `RENDER_MODES`; None shows nothing."""
 
+    def close(self) -> None:
+        """Close what the world holds, such as the environments of a task."""
+
     def variants_of(self, envs: NDArray[np.integer]) -> list[str]:
         """Return the variant of the episode that ended last in environments [M]."""
 
@@ -258,8 +260,8 @@ class World(Protocol):
     def state_after(self, before: Any, actions: NDArray[np.int64]) -> Any:
         """Return the state after the last step from state ``before``, without resets."""
 
-    def graph_of(self, start: Any) -> GoalGraph:
-        """Return the goal graph of the state of one environment."""
+    def graph_of(self, start: Any) -> Any:
+        """Return the goal graph or the rules of the state of one environment, if known."""
 
     # Optional: results of a solver, for shortest lengths and for the oracle.
 

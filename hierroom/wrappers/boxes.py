@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from typing import Any, overload
 
 import numpy as np
@@ -28,7 +28,7 @@ SIZES = {
     "action_mask": N_META_ACTIONS,
     "is_meta": 1,
 }
-"""The number of values of each part of a box, in order; features come after them."""
+"""The number of values of each part of a box, in order; features and choices come after them."""
 
 
 @overload
@@ -49,6 +49,7 @@ def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
     | ``action_mask`` | 14 | zero for the actions that ``controller_0`` does not have |
     | which agent | 1 | 1 for ``meta_0``, 0 for ``controller_0`` |
     | ``features``, one-hot | as many as they have values | all zero for an agent without; see `add_features` |
+    | ``choice``, one-hot, where a trained agent chooses goals | 14 | all zero for ``controller_0`` |
 
     For a task, the parts are its own entries, flattened. Both agents have as many actions as the agent with more.
 
@@ -76,55 +77,25 @@ def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
     raise InputError(f"box_view takes a hierroom.env or a hierroom.parallel_env, not {env!r}")
 
 
-class Boxes:
-    """Turns the observations of both agents into boxes of one size."""
+class TaskBoxes:
+    """Turns the observations of both agents into boxes of one size: all entries but some, flat and concatenated.
 
-    n_actions = N_META_ACTIONS
+    Args:
+        given: the observation space of each agent.
+        n_actions: the number of actions of the agent with more.
+        without: the entries left out.
+    """
 
-    def __init__(self, given: Mapping[str, Any]) -> None:
-        self._n_values = {
-            agent: space["features"].nvec if "features" in space.spaces else np.zeros(0, int)
+    def __init__(self, given: Mapping[str, Any], n_actions: int, without: Container[str] = ("action_mask",)) -> None:
+        self.n_actions = n_actions
+        self._spaces = {
+            agent: {name: one for name, one in space.spaces.items() if name not in without}
             for agent, space in given.items()
         }
-        self._size = sum(SIZES.values()) + max(int(of_agent.sum()) for of_agent in self._n_values.values())
-        self.space = spaces.Box(0, 1, (self._size,), np.float32)
-
-    def mask(self, observation: Mapping[str, Any]) -> NDArray[np.int8]:
-        """Return the legal actions, [14] int8."""
-        mask = np.zeros(N_META_ACTIONS, np.int8)
-        mask[: len(observation["action_mask"])] = observation["action_mask"]
-        return mask
-
-    def vector(self, agent: str, observation: Mapping[str, Any]) -> NDArray[np.float32]:
-        """Return one observation as numbers from 0 to 1."""
-        parts: dict[str, Sequence[Any] | NDArray] = {
-            **observation,
-            "observation": observation["observation"] / np.float32(10),
-            "direction": np.eye(SIZES["direction"])[observation["direction"]],
-            "outcome": np.eye(N_OUTCOMES)[observation["outcome"]] if agent == META else (),
-            "is_meta": (agent == META,),
-        }
-        vector = np.zeros(self._size, np.float32)
-        start = 0
-        for name, size in SIZES.items():
-            part = np.ravel(parts[name])
-            vector[start : start + len(part)] = part
-            start += size
-        if "features" in observation:
-            n_values = self._n_values[agent]
-            vector[start + np.cumsum(n_values) - n_values + observation["features"]] = 1
-        return vector
-
-
-class TaskBoxes:
-    """Turns the observations of both agents of a task into boxes of one size: all entries, flat and concatenated."""
-
-    def __init__(self, given: Mapping[str, Any], n_actions: int) -> None:
-        self.n_actions = n_actions
-        parts = {name: space for of_agent in given.values() for name, space in of_agent.spaces.items()}
-        self._parts = {name: space for name, space in parts.items() if name != "action_mask"}
-        size = sum(map(spaces.flatdim, self._parts.values())) + n_actions + 1
-        self.space = spaces.Box(-np.inf, np.inf, (size,), np.float32)
+        self._sizes: dict[str, int] = {}  # an entry of both agents, such as ``features``, may have two spaces
+        for name, one in (item for entries in self._spaces.values() for item in entries.items()):
+            self._sizes[name] = max(self._sizes.get(name, 0), spaces.flatdim(one))
+        self.space = spaces.Box(-np.inf, np.inf, (sum(self._sizes.values()) + n_actions + 1,), np.float32)
 
     def mask(self, observation: Mapping[str, Any]) -> NDArray[np.int8]:
         """Return the legal actions, [A] int8."""
@@ -132,17 +103,45 @@ class TaskBoxes:
         mask[: len(observation["action_mask"])] = observation["action_mask"]
         return mask
 
+    def entries(self, agent: str, observation: Mapping[str, Any]) -> NDArray[np.float32]:
+        """Return the entries as numbers, with zeros for those that the agent does not have."""
+        numbers, start = np.zeros(sum(self._sizes.values()), np.float32), 0
+        for name, size in self._sizes.items():
+            if name in observation:
+                part: Any = spaces.flatten(self._spaces[agent][name], observation[name])
+                numbers[start : start + len(part)] = part
+            start += size
+        return numbers
+
     def vector(self, agent: str, observation: Mapping[str, Any]) -> NDArray[np.float32]:
-        """Return one observation as numbers, with zeros for entries that the agent does not have."""
-        parts: list[Any] = [
-            spaces.flatten(space, observation[name]) if name in observation else np.zeros(spaces.flatdim(space))
-            for name, space in self._parts.items()
-        ]
-        numbers = [np.asarray(part, np.float32) for part in (*parts, self.mask(observation), [agent == META])]
-        return np.concatenate(numbers)
+        """Return one observation as numbers."""
+        return np.concatenate(
+            [self.entries(agent, observation), self.mask(observation), [agent == META]], dtype=np.float32
+        )
 
 
-def _boxes(env: Any, agents: Sequence[str]) -> Boxes | TaskBoxes:
+class Boxes(TaskBoxes):
+    """Turns the observations of both agents of an EscapeRoom into boxes of one size, with numbers from 0 to 1."""
+
+    def __init__(self, given: Mapping[str, Any]) -> None:
+        super().__init__(given, N_META_ACTIONS, SIZES)
+        self.space = spaces.Box(0, 1, (sum(SIZES.values()) + sum(self._sizes.values()),), np.float32)
+
+    def vector(self, agent: str, observation: Mapping[str, Any]) -> NDArray[np.float32]:
+        """Return one observation as numbers."""
+        parts: dict[str, Sequence[Any] | NDArray] = {
+            **observation,
+            "observation": observation["observation"] / np.float32(10),
+            "direction": np.eye(SIZES["direction"])[observation["direction"]],
+            "outcome": np.eye(N_OUTCOMES)[observation["outcome"]] if agent == META else np.zeros(N_OUTCOMES),
+            "action_mask": self.mask(observation),
+            "is_meta": (agent == META,),
+        }
+        fixed = [np.ravel(parts[name]) for name in SIZES]
+        return np.concatenate([*fixed, self.entries(agent, observation)], dtype=np.float32)
+
+
+def _boxes(env: Any, agents: Sequence[str]) -> TaskBoxes:
     given = {agent: env.observation_space(agent) for agent in agents}
     if env.unwrapped.single.turns.config.task is None:
         return Boxes(given)

@@ -50,10 +50,10 @@ class BatchVecEnv(VecEnv):
                 finals, last = [{} for _ in ended], _split(observations, ended)
                 observations, _ = self.envs.reset(options={"reset_mask": dones.copy()})
             for n, final, observation in zip(ended, finals, last, strict=True):
+                info = {**infos[n], **final}
                 infos[n] = {
-                    **infos[n],
-                    **final,
-                    "is_success": bool(terminated[n]),
+                    **info,
+                    "is_success": info["success"],
                     "terminal_observation": observation,
                     "TimeLimit.truncated": bool(truncated[n] and not terminated[n]),
                 }

@@ -226,6 +226,11 @@ def test_analyze_takes_chains_graphs_and_what_declares_rules():
     for subject in (TUNNEL, chain, graph):
         with pytest.raises(InputError, match="drop_key and reading are of goal graphs"):
             analyze(subject, drop_key=True)
+    with pytest.raises(InputError, match="a chain has its own probabilities"):
+        analyze(chain, walk=Walk(0.9, 0.09, 0.01))
+    for subject in ("c", TUNNEL, chain):
+        with pytest.raises(InputError, match="source and target are nodes of a networkx graph"):
+            analyze(subject, target=3)
 
 
 def test_the_command_says_what_takes_long(tmp_path, capsys, monkeypatch):

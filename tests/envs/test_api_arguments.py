@@ -5,6 +5,7 @@ from dataclasses import fields
 from functools import partial
 from pathlib import Path
 
+import chest_task
 import gymnasium
 import numpy as np
 import pytest
@@ -41,6 +42,11 @@ def test_an_unknown_keyword_raises_input_error_that_names_the_known_ones(api):
         with pytest.raises(InputError) as caught:
             MADE[api](**wrong)
         assert str(caught.value) == f"an environment takes {known}; not {', '.join(wrong)}"
+
+
+def test_two_tasks_are_refused():
+    with pytest.raises(InputError, match="graph and task are two tasks; for a task of your own use hierroom/Task-v0"):
+        gymnasium.make("hierroom/Workshop-v0", graph=chest_task.chest)
 
 
 def first(env):

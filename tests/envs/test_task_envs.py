@@ -80,15 +80,50 @@ def test_gymnasium_makes_a_task_by_its_name():
     assert envs.reset(seed=0)[0]["picture"].shape == (2, 5, 7, 3)
 
 
-def test_pictures_and_text_show_what_the_environment_draws_and_the_goals():
-    env = hierroom.env(chest_task.chest, render_mode="rgb_array")
+@pytest.mark.parametrize("task", [chest_task.chest, chest_task.split], ids=["here", "in processes"])
+def test_pictures_and_text_show_what_the_environment_draws_and_the_goals(task):
+    env = hierroom.env(task, render_mode="rgb_array")
     env.reset(seed=0)
     env.step(1)
-    assert env.render().shape[2] == 3
+    drawn = np.full(3, 40 * (1 + int(env.observe("controller_0")["place"])))
+    picture = env.render()
+    assert (picture == drawn).all(axis=2).any()  # the frame of the environment, left of the panel with the goals
+    env.close()
+    envs = EscapeRooms(2, task, render_mode="rgb_array")
+    envs.reset(seed=0)
+    assert [one.shape for one in envs.render()] == [picture.shape] * 2
+    envs.close()
     text = hierroom.env(chest_task.chest, render_mode="ansi")
     text.reset(seed=0)
     text.step(1)
     assert text.render().splitlines() == ["  [ ] coin", "> [ ] key", "  [ ] chest  <- key"]
+
+
+class Counted(chest_task.Chest):
+    n_open = 0
+
+    def __init__(self):
+        super().__init__()
+        type(self).n_open += 1
+
+    def close(self):
+        type(self).n_open -= 1
+
+
+@pytest.mark.parametrize("make", [hierroom.env, hierroom.parallel_env, EscapeRoom, lambda task: EscapeRooms(3, task)])
+def test_closing_closes_the_environments_of_a_task(make):
+    task = hierroom.Task(Counted, chest_task.GOALS, target="chest")
+    task.trial  # noqa: B018 - it makes two, and closes one or both
+    Counted.n_open = 0
+    env = make(task)
+    assert Counted.n_open in (1, 3)
+    env.close()
+    assert Counted.n_open == 0
+
+
+def test_a_limit_of_steps_counts_if_it_is_below_the_task_s_own():
+    envs = gymnasium.make_vec("hierroom/Task-v0", 1, task="chest_task:chest", max_episode_steps=50)
+    assert envs.spec.max_episode_steps == chest_task.chest.max_steps == 30
 
 
 def test_the_state_and_the_complexity_of_a_task_are_those_of_its_rules():
@@ -112,6 +147,9 @@ def test_views_for_other_libraries_take_a_task_or_say_that_they_cannot():
     assert observations["meta_0"].shape == observations["controller_0"].shape == (500 + 2 + 4 + 6 + 1,)
     sb3 = hierroom.sb3_view(EscapeRooms(2, chest_task.chest))
     assert sb3.reset()["picture"].shape == (2, 5, 7, 3)
+    while not (ended := sb3.step([0, 0]))[2].any():  # to the left, into the pit
+        pass
+    assert not any(info.get("is_success") for info in ended[3])
     featured = hierroom.add_features(EscapeRoom(chest_task.chest), ["goal-status", "previous-action"])
     assert featured.reset(seed=0)[0]["features"].shape == (4,)
     with pytest.raises(InputError, match="minigrid_view shows levels of EscapeRooms; task has none"):

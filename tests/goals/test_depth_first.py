@@ -95,6 +95,18 @@ def test_what_takes_away_something_that_is_still_asked_for_comes_later(rules, wa
     assert {tuple(walk(rules, seed)) for seed in range(20)} == {way}
 
 
+def test_a_way_that_asks_for_more_than_a_capacity_is_never_taken():
+    rules = Rules(
+        {
+            "a": {"gives": "a"},
+            "b": {"gives": "b"},
+            "t": [{"needs": {"a": 2}, "gives": "t"}, {"needs": "b", "gives": "t"}],
+        },
+        "t",
+    )
+    assert {tuple(walk(rules, seed)) for seed in range(20)} == {("b", "t")}
+
+
 def test_there_is_no_next_goal_where_the_target_is_there_or_out_of_reach():
     search, marking = DepthFirst(TOOLS), TOOLS.start_marking
     marking[TOOLS.facts.index("way")] = 1

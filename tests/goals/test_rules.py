@@ -62,6 +62,8 @@ def test_rules_are_values_and_survive_files(rules, tmp_path):
     again = Rules.from_toml(path)
     assert again == rules == Rules.from_dict(rules.to_dict()) == pickle.loads(pickle.dumps(rules))
     assert hash(again) == hash(rules)
+    turned = Rules(dict(reversed(rules.rules.items())), rules.target, rules.capacity, rules.start)
+    assert (turned == rules) == (turned.names == rules.names)  # goals and facts are numbered in their order
     assert again.name == (rules.label or "mine")
     assert hierroom.Rules is Rules
     with pytest.raises(ValueError, match="read-only"):

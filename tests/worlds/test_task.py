@@ -10,10 +10,12 @@ import pytest
 from chest_task import GOALS, LEFT, RIGHT, USE, Chest, chest, dice, free
 
 import hierroom
+from hierroom.goals.goal_set import GoalSet
 from hierroom.goals.rules import Rules
 from hierroom.meta import make_meta, take_turn
 from hierroom.support.errors import InputError
 from hierroom.turns.turns import Turns
+from hierroom.worlds.dependencies import Dependencies
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.make import name_in_module
 
@@ -96,6 +98,31 @@ def test_without_rules_what_is_true_once_is_achieved_for_good_and_a_count_never(
     assert legal(turns) == ["coin", "key", "chest"]
     play(turns, TO_CHEST[:4])
     assert legal(turns) == ["coin", "chest"]
+
+
+def test_a_goal_that_is_true_at_a_reset_counts_as_there():
+    """Else HiPPO would be asked for what cannot become true, as the legal goals come from the rules."""
+    held = {"key": lambda env, info: True, "chest": GOALS["chest"], "coin": lambda env, info: 5}
+    task = replace(chest, goals=held)
+    turns = make(task, 3)
+    assert turns.world.markings.tolist() == [[2, 1, 0]] * 3  # coin, key, chest: the capacity is 2, 1, 1
+    assert turns.world.legal_goals("reachable", np.ones(3, bool))[0].tolist() == [False, True, False, False]
+    assert not turns.world.counts.any()
+    other = make(task, 3, seed=1)
+    other.world.set_arrays(turns.world.get_arrays(np.arange(3)))
+    assert other.world.markings.tolist() == turns.world.markings.tolist()
+    with pytest.warns(UserWarning, match="the target 'chest' of lid is true at a reset"):
+        make(replace(chest, goals={**GOALS, "chest": lambda env, info: True}, label="lid"))
+
+
+@pytest.mark.parametrize("order", [("wood", "table"), ("table", "wood")])
+def test_of_goals_that_one_step_achieves_those_that_apply_come_first(order):
+    rules = {"wood": {"gives": "wood"}, "table": {"uses": "wood", "gives": "table"}}
+    goals = GoalSet.one_hot(order, "table")
+    dependencies = Dependencies(Rules({name: rules[name] for name in order}, "table", {"wood": 9}), goals)
+    markings, n_wood = dependencies.rules.start_marking[None].copy(), 10**9
+    dependencies.apply(markings, np.array([[n_wood if name == "wood" else 1 for name in order]]))
+    assert dependencies.in_words(markings[0].tolist()) == {"wood": 9 if order[0] == "table" else 8, "table": 1}
 
 
 def test_fixed_dfs_goes_for_the_target_by_what_it_needs():
@@ -203,6 +230,10 @@ def test_a_task_is_found_again_by_the_name_that_its_module_gives_it():
     sys.modules["a_script"].chest = chest  # imported there, and earlier in the alphabet
     assert name_in_module(chest) == "chest_task:chest"
     del sys.modules["a_script"]
+    sys.modules["__main__"].own = sys.modules["__mp_main__"].own = own = replace(chest)
+    with pytest.warns(UserWarning, match="only this process can open runs of own"):
+        assert name_in_module(own) == "__main__:own"
+    del sys.modules["__main__"].own
     with pytest.raises(InputError, match="no module has a name for task"):
         name_in_module(replace(chest))
 

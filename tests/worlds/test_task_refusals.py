@@ -33,6 +33,46 @@ class Quitting(Chest):
         raise SystemExit(3)
 
 
+class Shown(Chest):
+    """A chest that shows a place of the user's choice."""
+
+    def __init__(self, place, **settings):
+        super().__init__(**settings)
+        self.place = place
+
+    def _observation(self):
+        return {**super()._observation(), "place": self.place}
+
+
+class Narrow(Chest):
+    observation_space = gymnasium.spaces.Box(0, 255, (1,), np.uint8)
+
+    def _observation(self):
+        return [300]
+
+
+class Manifold(Chest):
+    action_space = gymnasium.spaces.Discrete(500)
+
+
+class Unobserved(Chest):
+    observation_space = property()
+
+
+class Old(Chest):
+    def reset(self, **settings):
+        return super().reset(**settings)[0]
+
+
+class OldStep(Chest):
+    def step(self, action):
+        observation, reward, *_, info = super().step(action)
+        return observation, reward, False, info
+
+
+ONLY = Chest()
+
+
 def stops(env, info):
     raise BaseException("stop")
 
@@ -44,6 +84,17 @@ def stops(env, info):
         ({"make": lambda: 3}, "make of task must return a gymnasium.Env, not 3"),
         ({"make": "Nowhere-v7"}, "make of task fails: NameNotFound: "),
         ({"make": Untrue}, "observations are Box, Discrete, MultiDiscrete or MultiBinary, or dicts, not Dict("),
+        ({"make": lambda: ONLY}, "make of task must return a new environment each time, not always the same one"),
+        ({"make": Unobserved}, "make of task fails: AttributeError: "),
+        ({"make": Old}, "reset of task must return observation, info, the last one a dict, not a dict"),
+        (
+            {"make": OldStep},
+            "step of task must return observation, reward, terminated, truncated, info, the last one a dict, not 4",
+        ),
+        ({"make": lambda: Shown(5)}, "shows a place outside its observation space: 5 in Discrete(6, start=-1)"),
+        ({"make": lambda: Shown(-2)}, "shows a place outside its observation space: -2 in Discrete(6, start=-1)"),
+        ({"make": Narrow}, "shows a observation outside its observation space: 300 in Box(0, 255, (1,), uint8)"),
+        ({"make": Manifold}, "a task has at most 255 actions; task has 500"),
         ({"make": Steered}, "the actions of task must be Discrete, not Box("),
         ({"make": Broken}, "step of task fails: ValueError: no step (line "),
         ({"make": Quitting}, "step of task fails: SystemExit: 3 (line "),

@@ -61,6 +61,34 @@ def test_boxes_hold_the_numbers_of_the_dicts(drop_key):
     assert directions == {0, 1, 2, 3}
 
 
+@pytest.mark.parametrize("where", [{"graph": "a"}, {"task": "workshop:4"}])
+def test_features_of_each_agent_and_choices_are_in_its_box(where):
+    env = hierroom.add_features(hierroom.parallel_env(**where), ["goal-status"], "meta_0")
+    env = hierroom.add_features(env, ["previous-action"])
+    box, given = hierroom.box_view(env), env.observation_space("meta_0")
+    observations, _ = env.reset(seed=0)
+    rows = {}
+    for agent in BOTH:
+        values = env.observation_space(agent)["features"].nvec - 1
+        rows[agent] = [
+            box._boxes.vector(agent, {**observations[agent], "features": features})
+            for features in (np.zeros_like(values), values)
+        ]
+        assert (rows[agent][0] != rows[agent][1]).sum() == 2 * len(values)  # a one of each moves
+    assert len(rows["meta_0"][0]) == len(rows["controller_0"][0])
+    assert given["features"].nvec.sum() > env.observation_space("controller_0")["features"].nvec.sum()
+
+
+def test_the_goal_that_a_trained_agent_chooses_is_in_the_box():
+    env = hierroom.add_features(hierroom.parallel_env("a"), hierroom.load("a"))
+    box, (observations, _) = hierroom.box_view(env), env.reset(seed=0)
+    row = box._boxes.vector("meta_0", observations["meta_0"])
+    other = box._boxes.vector(
+        "meta_0", {**observations["meta_0"], "choice": (observations["meta_0"]["choice"] + 1) % 14}
+    )
+    assert (row != other).sum() == 2
+
+
 def make_aec(**settings):
     return hierroom.box_view(hierroom.env(**{"graph": "a", "size": 11, "max_steps": 60, **settings}))
 

@@ -93,7 +93,7 @@ def caption(augmented: AugmentedGraph) -> str:
     if augmented.drop_key:
         lines.append("drop: the second head of a grey arrow at a key, back to the rooms where the key may be put down")
     if len(kinds_of_nodes(augmented)) < len(augmented.nodes):
-        lines.append("x 3: so many that differ in the numbers of rooms only, drawn once")
+        lines.append("x 3: three that differ only in the numbers of rooms, drawn once")
     lines.append(
         f"not drawn: staying, a self-loop at every node ({walk.stay:g}), "
         f"and the restart from every node to the start ({walk.restart:g})"

@@ -31,13 +31,13 @@ def draw_reach(axes: Axes, chains: Mapping[str, Chain], last: int = 1000, goal: 
 
 
 def draw_played_reach(
-    axes: Axes, played: PlayedChain, last: int | None = None, beside: Mapping[str, Chain] = MappingProxyType({})
+    axes: Axes, played: PlayedChain, last: int | None = None, others: Mapping[str, Chain] = MappingProxyType({})
 ) -> None:
     """Draw the reach curve of a measured chain, and that of its episodes up to their step limit with Wilson's interval.
 
     Args:
         last: the largest number of steps; None: the length of the longest episode.
-        beside: more chains to draw, by their names in the legend.
+        others: more chains to draw, by their names in the legend.
     """
     last = int(played.counts.lengths.max()) if last is None else last
     times = _times(last)
@@ -47,7 +47,7 @@ def draw_played_reach(
     axes.fill_between(times[seen], low, high, color="#35a853", alpha=0.25, linewidth=0)
     label = f"{played.episodes} episodes, {played.level:.0%} interval"
     axes.plot(times[seen], shares[seen], color="#35a853", label=label)
-    draw_reach(axes, {"their chain": played.chain, **beside}, last)
+    draw_reach(axes, {"their chain": played.chain, **others}, last)
 
 
 def draw_measured_reach(axes: Axes, report: MeasuredReport, last: int | None = None) -> None:

@@ -56,7 +56,7 @@ def rules_picture(
         ink = INK if is_within_reach or name in achieved else FADED
         draw.rectangle(box, fill=DONE if name in achieved else PAPER, outline=ink, width=2 if is_within_reach else 1)
         draw.text((x, y), label, fill=ink, font=font, anchor="mm")
-    legend = ("filled: achieved; x2: so many are there", "black: can be done; red: is used up")
+    legend = ("filled: achieved; x2: the count", "black: can be done; red: is used up")
     for line, words in enumerate(legend):
         draw.text((6, height - LEGEND + 15 * line), words, fill=FADED, font=font)
     picture = np.asarray(image)

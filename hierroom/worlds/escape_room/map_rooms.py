@@ -96,7 +96,7 @@ def read_rooms(drawn: Drawn, refuse: Callable[[Cell, str], NoReturn], where: Cal
     ):
         if room not in entered:
             locked = _first_locked(room, entered, door_rooms)
-            key = f"the key of that door, at {where(drawn.keys[locked])}, cannot be come by before it"
+            key = f"the key of that door, at {where(drawn.keys[locked])}, is out of reach before that door opens"
             refuse(cell, f"the {what} cannot be reached in any order: it is behind {name[locked]}, and {key}")
     for colour, room in door_rooms.items():
         if room not in (passed := _passed(key_rooms[colour], key_rooms)):

@@ -197,6 +197,9 @@ class EscapeRoomWorld(Engine):
         """Return a screen for environments in a render mode."""
         return StateScreen(self.get_state, self.replayer, render_mode)
 
+    def close(self) -> None:
+        """Do nothing: there is nothing to close."""
+
     def get_arrays(self, envs: NDArray[np.integer]) -> dict[str, np.ndarray]:
         """Return everything that changes in environments [M], as fresh arrays."""
         state = self.get_state(envs)

@@ -25,9 +25,9 @@ class Taken(NamedTuple):
 class LocalEnvs:
     """N environments that are stepped one after the other."""
 
-    def __init__(self, task: TaskParts, num_envs: int) -> None:
+    def __init__(self, task: TaskParts, num_envs: int, render_mode: str | None = None) -> None:
         self._name, self._goals = task.name, task.goals
-        self._envs = [task.new_env() for _ in range(num_envs)]
+        self._envs = [task.new_env(render_mode) for _ in range(num_envs)]
 
     def reset(self, envs: Sequence[int], seeds: Sequence[int]) -> tuple[list[Any], NDArray]:
         """Begin an episode in some environments; return their observations and goal values [M, G]."""

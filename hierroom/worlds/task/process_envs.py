@@ -30,8 +30,8 @@ class Block(gymnasium.Env):
     observation has the observations of all environments, by name, and the results of their last steps.
     """
 
-    def __init__(self, task: TaskParts, n_envs: int, n_places: int) -> None:
-        self._task, self._envs = task, LocalEnvs(task, n_envs)
+    def __init__(self, task: TaskParts, n_envs: int, n_places: int, render_mode: str | None) -> None:
+        self._task, self._envs = task, LocalEnvs(task, n_envs, render_mode)
         shape = (n_places,)
         entries = {f"{_SHOWN}{name}": space for name, (_, space) in task.trial.entries.items()}
         results = {name: spaces.Box(-np.inf, np.inf, shape, np.float64) for name in _RESULTS[:3]}
@@ -41,6 +41,10 @@ class Block(gymnasium.Env):
         self.observation_space = spaces.Dict({**batches, **results, "totals": totals})
         self.action_space = spaces.Box(-most, most, (n_places, 2), np.int64)
         self._arrays = {name: np.zeros(one.shape or (), one.dtype) for name, one in self.observation_space.items()}
+
+    def close(self) -> None:
+        """Close all environments."""
+        self._envs.close()
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Return the current arrays; environments are reset by actions."""
@@ -71,13 +75,13 @@ class Block(gymnasium.Env):
 class ProcessEnvs:
     """N environments in several processes, with the interface of `LocalEnvs`."""
 
-    def __init__(self, task: TaskParts, num_envs: int) -> None:
+    def __init__(self, task: TaskParts, num_envs: int, render_mode: str | None = None) -> None:
         self._paths = {name: path for name, (path, _) in task.trial.entries.items()}
         n_blocks = min(task.processes, num_envs)
         self._n_places = -(-num_envs // n_blocks)
         n_blocks = -(-num_envs // self._n_places)
         sizes = [min(self._n_places, num_envs - n * self._n_places) for n in range(n_blocks)]
-        make = [partial(_make_block, os.getpid(), task, size, self._n_places) for size in sizes]
+        make = [partial(_make_block, os.getpid(), task, size, self._n_places, render_mode) for size in sizes]
         self._blocks = AsyncVectorEnv(make, autoreset_mode=AutoresetMode.DISABLED)
         self._blocks.reset()
 
@@ -111,7 +115,7 @@ class ProcessEnvs:
         self._blocks.close()
 
 
-def _make_block(parent: int, task: TaskParts, n_envs: int, n_places: int) -> Block:
+def _make_block(parent: int, task: TaskParts, n_envs: int, n_places: int, render_mode: str | None) -> Block:
     """Return a block; in a process of its own, first replace what a fork inherits from a training run.
 
     The run's signal handlers only note a signal, and its `AsyncVectorEnv`s complain if collected in another process.
@@ -121,7 +125,7 @@ def _make_block(parent: int, task: TaskParts, n_envs: int, n_places: int) -> Blo
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         gc.freeze()
-    return Block(task, n_envs, n_places)
+    return Block(task, n_envs, n_places, render_mode)
 
 
 def _batch(space: spaces.Space, n: int) -> spaces.Box:

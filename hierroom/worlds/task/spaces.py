@@ -33,7 +33,7 @@ def flat_entries(space: spaces.Space) -> tuple[dict[str, tuple[tuple[Any, ...], 
         if not isinstance(part, _KNOWN):
             left_out.append(name)
             continue
-        if name in RESERVED or name in entries:
+        while name in RESERVED or name in entries:
             name = f"observation_{name}"
         entries[name] = path, part
     if not entries:
@@ -84,6 +84,19 @@ def _feature(name: str, space: spaces.Space) -> Feature:
         return Feature(tuple(sizes.tolist()), numbers)
     layout = ByteArray((len(sizes),), "ids", n_values=int(sizes.max()))
     return Feature((MAX_CATEGORIES,) * layout.n_bytes, lambda o: layout.to_bytes(numbers(o)), array=layout)
+
+
+def first_outside(space: spaces.Space, values: NDArray) -> Any:
+    """Return the first whole number of values [M, ...] that is outside a space or its dtype; None if there is none."""
+    if isinstance(space, spaces.Box):
+        if space.dtype.kind not in "iu" or values.dtype == space.dtype:
+            return None
+        low, high = np.iinfo(space.dtype).min, np.iinfo(space.dtype).max
+    else:
+        low, sizes = _categories(space)
+        high = low + sizes - 1
+    is_outside = (values < low) | (values > high)
+    return values[is_outside][0] if is_outside.any() else None
 
 
 def _categories(space: spaces.Space) -> tuple[NDArray, NDArray]:

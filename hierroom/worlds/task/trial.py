@@ -2,28 +2,42 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from gymnasium import spaces
 
-from hierroom.support.errors import InputError, user_code
+from hierroom.support.errors import InputError, shown, user_code, warn_once
 from hierroom.worlds.task.goal_values import goal_values
 from hierroom.worlds.task.local_envs import LocalEnvs
 from hierroom.worlds.task.parts import TaskParts, Trial
-from hierroom.worlds.task.spaces import flat_entries
+from hierroom.worlds.task.spaces import MAX_CATEGORIES, flat_entries
 
 N_STEPS = 20
 
 
 def try_out(task: TaskParts) -> Trial:
     """Take random steps in a new environment of a task, and raise its errors as one line."""
-    env = task.new_env()
-    actions = env.action_space
+    env, other = task.new_env(), task.new_env()
+    if other.unwrapped is env.unwrapped:
+        raise InputError(f"make of {task.name} must return a new environment each time, not always the same one")
+    other.close()
+    with user_code(f"make of {task.name}"):
+        actions, space = env.action_space, env.observation_space
     if not isinstance(actions, spaces.Discrete):
         raise InputError(f"the actions of {task.name} must be Discrete, not {actions}; wrap its environment")
-    entries, left_out = flat_entries(env.observation_space)
+    if actions.n >= MAX_CATEGORIES:
+        raise InputError(f"a task has at most {MAX_CATEGORIES - 1} actions; {task.name} has {actions.n}")
+    entries, left_out = flat_entries(space)
     with user_code(f"reset of {task.name}"):
-        _, info = env.reset(seed=0)
+        _, info = _returned(f"reset of {task.name}", env.reset(seed=0), "observation, info")
     values = goal_values(task.goals, [env], [info], task.name)
+    if values[task.goal_set.target] is True:
+        name = task.goal_set.names[task.goal_set.target]
+        warn_once(f"the target {name!r} of {task.name} is true at a reset; such an episode cannot achieve it")
+    with user_code(f"step of {task.name}"):
+        results = env.step(int(actions.start))
+        _returned(f"step of {task.name}", results, "observation, reward, terminated, truncated, info")
     env.close()
     envs, random = LocalEnvs(task, 1), np.random.default_rng(0)
     envs.reset([0], [0])
@@ -34,3 +48,10 @@ def try_out(task: TaskParts) -> Trial:
     envs.close()
     are_counts = tuple(not isinstance(value, (bool, np.bool_)) for value in values)
     return Trial(entries, left_out, int(actions.n), int(actions.start), are_counts)
+
+
+def _returned(what: str, results: Any, names: str) -> tuple[Any, ...]:
+    if not isinstance(results, tuple) or len(results) != len(names.split()) or not isinstance(results[-1], dict):
+        given = f"{len(results)} values" if isinstance(results, tuple) else shown(results)
+        raise InputError(f"{what} must return {names}, the last one a dict, not {given}")
+    return results

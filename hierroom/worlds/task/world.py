@@ -18,8 +18,8 @@ from hierroom.worlds.task.local_envs import LocalEnvs, Taken
 from hierroom.worlds.task.parts import TaskParts
 from hierroom.worlds.task.process_envs import ProcessEnvs
 from hierroom.worlds.task.replayer import Moment, TaskReplayer
-from hierroom.worlds.task.spaces import entry_of
-from hierroom.worlds.world import Feature
+from hierroom.worlds.task.spaces import entry_of, first_outside
+from hierroom.worlds.world import Feature, Screen
 
 MAX_REMEMBERED = 20_000
 """Most actions of an episode that a checkpoint keeps, so that a resumed run can continue it."""
@@ -55,8 +55,23 @@ class TaskWorld(BaseWorld):
         self._taken = np.zeros(num_envs, np.int64)
         self._actions = np.full((num_envs, n_remembered), _NONE, np.int32)
         self._cut = np.zeros(num_envs, bool)
-        self._envs = ProcessEnvs(task, num_envs) if task.processes else LocalEnvs(task, num_envs)
+        self._envs = self._make_envs(num_envs)
         super().__init__(config, num_envs, **settings)
+
+    def _make_envs(self, num_envs: int, render_mode: str | None = None) -> LocalEnvs | ProcessEnvs:
+        return (ProcessEnvs if self.task.processes else LocalEnvs)(self.task, num_envs, render_mode)
+
+    def screen(self, render_mode: str | None) -> Screen:
+        """Return a screen; for pictures, first make the environments anew with render mode ``rgb_array``."""
+        screen = super().screen(render_mode)
+        if render_mode in ("rgb_array", "human"):
+            self._envs.close()
+            self._envs = self._make_envs(len(self), "rgb_array")
+        return screen
+
+    def close(self) -> None:
+        """Close the task's environments, and end their processes."""
+        self._envs.close()
 
     @property
     def features(self) -> Mapping[str, Feature]:  # pyright: ignore[reportIncompatibleVariableOverride] - copies have none
@@ -70,6 +85,11 @@ class TaskWorld(BaseWorld):
         self._note(envs, *self._envs.reset(numbers, seeds))
         self._taken[envs], self._actions[envs], self._cut[envs] = 0, _NONE, False
 
+    def _begin_next(self, envs: NDArray[np.integer]) -> None:
+        super()._begin_next(envs)
+        if self.dependencies is not None:
+            self._markings[envs] = self.dependencies.at_start(self._totals[envs])
+
     def identity(self, env: int) -> tuple[int, int, int, str | None]:
         """Return the identity of an environment's episode: seed, environment, episode number and set of levels."""
         return int(self.seeds[env]), int(self.indices[env]), int(self.numbers[env]), self.config.levels
@@ -80,6 +100,8 @@ class TaskWorld(BaseWorld):
             shown = self._shown[name]
             try:
                 values = np.array([entry_of(one, path) for one in observations] if path else observations)
+                if (outside := first_outside(self.observation_spaces[name], values)) is not None:
+                    raise ValueError(f"{outside} in {self.observation_spaces[name]}")
                 shown[where] = values
             except (TypeError, ValueError, KeyError, IndexError, OverflowError) as error:
                 raise InputError(f"{self.variants[0]} shows a {name} outside its observation space: {error}") from error
