@@ -167,12 +167,12 @@ def main(argv: Sequence[str]) -> int:
     loggers = logger_names(arguments.log)
     if arguments.resume:
         return run_session(*resume(arguments.config, arguments.resume), loggers, spent)
-    trainer, folder = begin(arguments.config, arguments.out)
-    _warn_of_what_does_nothing(arguments.config)
     if arguments.config_file is not None and arguments.config_file.name == "config.json":
         from hierroom.runs.folder.provenance import warn_of_changed_modules
 
         warn_of_changed_modules(arguments.config_file.parent, arguments.config)
+    trainer, folder = begin(arguments.config, arguments.out)
+    _warn_of_what_does_nothing(arguments.config)
     return run_session(trainer, folder, loggers, spent)
 
 

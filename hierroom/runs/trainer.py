@@ -14,14 +14,14 @@ from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaSpec, make_meta
 from hierroom.runs.assembly import evaluation_seed, freeze, make_agents
-from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.config import RANGES, TrainConfig
 from hierroom.runs.environments import make_turns
 from hierroom.runs.evaluation import Evaluation, evaluate
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.weights import SavedAgent, weights_file
 from hierroom.runs.logs.episode_log import EpisodeLog
 from hierroom.support.compile.clock import compile_clock
-from hierroom.support.errors import DivergenceError, InputError
+from hierroom.support.errors import DivergenceError, InputError, require_number
 from hierroom.support.files import to_json
 from hierroom.support.schema import Array, Schema, Table, as_array
 from hierroom.turns.records import CONTROLLER, META
@@ -150,6 +150,8 @@ class Trainer:
         is_greedy: bool = False,
     ) -> Evaluation:
         """Evaluate the agents as they are now, each time on the same levels; None: as in the config."""
+        if episodes is not None:
+            require_number("episodes", episodes, *RANGES["evaluation_episodes"], is_whole=True)
         asked = self.config.evaluation_episodes if episodes is None else episodes
         episodes, num_envs = (MOST_EPISODES, ROUND) if asked is None else (asked, min(MAX_EVALUATION_ENVS, asked))
         seed = evaluation_seed(self.config.seed)
