@@ -204,7 +204,7 @@ def test_what_cannot_be_played_is_refused_at_once(run):
         ((of_shop, EnvConfig("a")), "in environments with other actions than graph a has"),
         ((of_shop, EnvConfig(task="workshop:6")), "in environments with other actions than task workshop:6 has"),
         ((agent, gymnasium.make("CartPole-v1")), "env must be an EnvConfig or an environment of hierroom, not"),
-        ((agent, None, 0), "episodes must be a whole number of at least 1, not 0"),
+        ((agent, None, 0), "episodes must be at least 1, not 0"),
         (("nobody",), "the players without training are random and oracle; there is no 'nobody'"),
         ((7,), "an agent to play is what hierroom.load gives, 'random', 'oracle' or .*, not 7"),
     ):
