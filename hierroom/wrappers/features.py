@@ -41,11 +41,11 @@ def add_features(
 
     Args:
         env: an environment of hierroom, of any API: AEC, parallel, Gymnasium or Gymnasium vector; wrapped or not.
-        names: names in `agents.features.FEATURES`, in order; each is one or several whole numbers. Or a `TrainedAgent`,
-            to play with its `act`: then the features are those of its controller. In an AEC or parallel environment,
-            ``meta_0`` also observes ``choice``, the goal that the agent's meta-controller chooses; the controller's
-            features already use that goal. Gymnasium's environments take the meta-controller when they are made:
-            ``meta=agent.meta_controller(num_envs)``.
+        names: names from `agents.features.offered`, in order; each is one or several whole numbers. Or a
+            `TrainedAgent`, to play with its `act`: then the features are those of its controller. In an AEC or parallel
+            environment, ``meta_0`` also observes ``choice``, the goal that the agent's meta-controller chooses; the
+            controller's features already use that goal. Gymnasium's environments take the meta-controller when they are
+            made: ``meta=agent.meta_controller(num_envs)``.
         agent: ``controller_0`` or ``meta_0``; Gymnasium's environments have only the first.
         seed: determines the choices of a `TrainedAgent`'s meta-controller; None: 0.
 
