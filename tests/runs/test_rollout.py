@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -210,14 +211,15 @@ def test_what_cannot_be_played_is_refused_at_once(run):
     ):
         with pytest.raises(InputError, match=message):
             hierroom.rollout(*arguments)
-    for call, arguments, message in (
+    calls: tuple[tuple[Any, dict[str, Any], str], ...] = (
         (agent.pair, {"num_envs": 0}, "num_envs must be at least 1, not 0"),
         (agent.meta_controller, {"num_envs": 1.5}, "num_envs must be a whole number, not 1.5"),
         (agent.pair, {"num_envs": 1, "seed": -1}, "seed must be at least 0, not -1"),
         (of_shop.meta_controller, {"seed": None}, "seed must be a whole number, not None"),
-    ):
+    )
+    for call, named, message in calls:
         with pytest.raises(InputError, match=message):
-            call(**arguments)
+            call(**named)
     idle = SimpleNamespace(step=lambda turns: None)
     with pytest.raises(InputError, match=r"^step of a player must return the Step that turns\.step returned, not"):
         list(hierroom.rollout(idle, EnvConfig("a")))
