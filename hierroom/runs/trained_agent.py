@@ -54,6 +54,7 @@ class TrainedAgent:
         >>> turns, player = agent.turns(num_envs=2), agent.pair(num_envs=2)
         >>> player.step(turns).option_ended.tolist()
         [False, False]
+        >>> agent.require_world(hierroom.EnvConfig("b"))
         >>> agent.save("mine.safetensors")
         >>> agent.export("mine.pt2")
         >>> hierroom.load("mine.safetensors").config.env.names

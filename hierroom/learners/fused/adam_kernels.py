@@ -18,8 +18,8 @@ BETA1, BETA2 = 0.9, 0.999
 """Decay rates of the two moments: the values of Kingma & Ba (2015) and of torch."""
 
 LEAST_MEAN, LEAST_SQUARE = 1e-30, 1e-37
-"""Moments below these become zero. Otherwise those of unused table rows decay to denormal numbers, which slow down every
-later step. They would stay there, as 0.9 times the smallest denormal number rounds to itself."""
+"""Moments below these become zero. Otherwise those of unused table rows decay to denormal numbers, which slow down
+every later step. They would stay there, as 0.9 times the smallest denormal number rounds to itself."""
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
