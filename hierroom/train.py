@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 _CODE = ("meta", "network", "reward", "task")  # options that may name custom code
 _LEVELS = ("graph", "layout")
-_ONLY_BESIDE_RESUME = "a resumed run keeps its config; only --steps, --threads and --device may be given"
+_WITH_RESUME = "a resumed run keeps its config; only --steps, --threads and --device may be given"
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def parse(argv: Sequence[str]) -> TrainArguments:
     known, _ = first.parse_known_args(argv)
     trust = "--trust-run" in argv or "--trust_run" in argv
     if known.resume and not (known.preset is known.config is known.out is None):
-        raise InputError(_ONLY_BESIDE_RESUME)
+        raise InputError(_WITH_RESUME)
     named = {name: getattr(known, name) for name in ("preset", *_CODE) if getattr(known, name) is not None}
     if known.resume:
         from hierroom.runs.folder.run_folder import RunFolder  # imports torch
@@ -82,7 +82,7 @@ def parse(argv: Sequence[str]) -> TrainArguments:
     arguments = read_arguments(TrainArguments, "train", argv, TrainArguments(config=default))
     kept = arguments.config.changed(steps=default.steps, threads=default.threads, device=default.device)
     if known.resume and kept != default:
-        raise InputError(_ONLY_BESIDE_RESUME)
+        raise InputError(_WITH_RESUME)
     return arguments
 
 
@@ -167,12 +167,12 @@ def main(argv: Sequence[str]) -> int:
     loggers = logger_names(arguments.log)
     if arguments.resume:
         return run_session(*resume(arguments.config, arguments.resume), loggers, spent)
-    trainer, folder = begin(arguments.config, arguments.out)
-    _warn_of_what_does_nothing(arguments.config)
     if arguments.config_file is not None and arguments.config_file.name == "config.json":
         from hierroom.runs.folder.provenance import warn_of_changed_modules
 
         warn_of_changed_modules(arguments.config_file.parent, arguments.config)
+    trainer, folder = begin(arguments.config, arguments.out)
+    _warn_of_what_does_nothing(arguments.config)
     return run_session(trainer, folder, loggers, spent)
 
 

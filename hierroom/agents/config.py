@@ -121,8 +121,9 @@ class AgentsConfig:
         if self.method not in METHODS:
             raise InputError(f"the methods are {', '.join(METHODS)}; there is no {self.method!r}")
         for name in ("features", "meta_features"):
-            if getattr(self, name) is not None:
-                require_features(name, getattr(self, name))
+            if (given := getattr(self, name)) is not None:
+                require_features(name, given)
+                object.__setattr__(self, name, tuple(given))
         for name in ("meta", "network"):
             if getattr(self, name) == "":
                 raise InputError(f"{name} must be a name, not an empty text")

@@ -2,52 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from threading import Lock
 from typing import cast
 
 import torch
-from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from hierroom.agents.config import DEFAULT_NETWORK
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
 from hierroom.learners.networks.array_network import ArrayActorCritic
+from hierroom.learners.networks.encoder import Vectors
 from hierroom.support.errors import InputError, shown, user_code
 from hierroom.support.plugins import load_plugin
 
 ENTRY_POINT_GROUP = "hierroom.networks"
-Vectors = Sequence[NDArray | None] | None
 _N_TURNS = 3
 _TOLERANCE = 1e-3
 """Tolerance between outputs of `PolicyNetwork.step` and of `PolicyNetwork.sequence`, absolute and relative."""
 _one_tries = Lock()
 
 
-def recurrent(space: AgentSpace, hidden_size: int, vectors: Vectors) -> nn.Module:
-    """Return the built-in network; compiled kernels can train it if the space has no arrays."""
-    return (ArrayActorCritic if space.arrays else RecurrentActorCritic)(space, hidden_size, vectors)
-
-
-NETWORKS: Mapping[str, Callable[[AgentSpace, int, Vectors], nn.Module]] = {DEFAULT_NETWORK: recurrent}
-"""Makers of the built-in networks, by the names that users type."""
-
-
 def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vectors) -> nn.Module:
     """Return the network that a user specified, after a trial of a custom one.
 
     Args:
-        spec: a name in `NETWORKS`; the name of an entry point in the group ``hierroom.networks``; or
+        spec: `DEFAULT_NETWORK`; the name of an entry point in the group ``hierroom.networks``; or
             ``package.module:Class``, a `torch.nn.Module` that implements `PolicyNetwork`.
         vectors: fixed vectors for values of features, for built-in networks (see `FeatureEncoder`). Custom networks get
             only the space and the hidden size.
     """
     if not isinstance(spec, str):
-        raise InputError(f"a network is named, like {', '.join(NETWORKS)} or package.module:Class, not {shown(spec)}")
-    if spec in NETWORKS:
-        return NETWORKS[spec](space, hidden_size, vectors)
-    make = load_plugin(spec, "network", NETWORKS, ENTRY_POINT_GROUP)
+        raise InputError(f"a network is named, like {DEFAULT_NETWORK} or package.module:Class, not {shown(spec)}")
+    if spec == DEFAULT_NETWORK:  # compiled kernels can train it if the space has no arrays
+        return (ArrayActorCritic if space.arrays else RecurrentActorCritic)(space, hidden_size, vectors)
+    make = load_plugin(spec, "network", (DEFAULT_NETWORK,), ENTRY_POINT_GROUP)
     with user_code(f"the network {spec!r}", "cannot be made"):
         network = make(space, hidden_size)
     if not isinstance(network, nn.Module) or not isinstance(network, PolicyNetwork):

@@ -188,5 +188,5 @@ class FrozenAgent:
         self._policy.reset(envs)
 
     def subset(self, envs: NDArray[np.integer]) -> FrozenAgent:
-        """Return the agent for some of its environments [M], to use instead of this one; see `Policy.part`."""
-        return FrozenAgent(self.features, self._policy.part(envs), is_greedy=self._is_greedy)
+        """Return the agent for some of its environments [M], to use instead of this one; see `Policy.subset`."""
+        return FrozenAgent(self.features, self._policy.subset(envs), is_greedy=self._is_greedy)

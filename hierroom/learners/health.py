@@ -25,7 +25,7 @@ Named = tuple[str, NDArray[np.floating] | Tensor]
 def check_health(numbers: Iterable[Named], advice: str) -> None:
     """Raise a `DivergenceError` with advice if any number is not finite or not below `LIMIT`."""
     for name, values in numbers:
-        # In NumPy, because between two updates PyTorch takes ten times as long to load its code again.
+        # In NumPy: between two updates the code of torch leaves the caches, and loading it takes ten times as long.
         flat = (_as_array(values) if isinstance(values, Tensor) else values).reshape(-1)
         with np.errstate(over="ignore", invalid="ignore"):
             # The sum of squares is twice as fast as checking each number.

@@ -91,16 +91,16 @@ class Policy:
         """Return the number of environments N."""
         return len(self._states)
 
-    def part(self, envs: NDArray[np.integer]) -> Policy:
+    def subset(self, envs: NDArray[np.integer]) -> Policy:
         """Return a policy for some environments [M] that acts there like the whole, with the same random numbers.
 
         Each call of `act` must name all environments. Both share a generator, so do not use the whole afterwards.
         """
-        part = copy(self)
+        subset = copy(self)
         n_drawn = len(self._states) + self._n_left_out
-        part._states, part._kept = self._states[envs], np.arange(n_drawn)[self._kept][envs]
-        part._n_left_out = n_drawn - len(envs)
-        return part
+        subset._states, subset._kept = self._states[envs], np.arange(n_drawn)[self._kept][envs]
+        subset._n_left_out = n_drawn - len(envs)
+        return subset
 
     def _logits(
         self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]

@@ -6,8 +6,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from hierroom.agents.episode import Episode
 from hierroom.agents.player import Pair, Player, make_player
 from hierroom.agents.recorder import record
@@ -30,9 +28,9 @@ def rollout(
 ) -> Iterator[Episode]:
     """Let an agent play, and yield each episode with its subgoals, actions, rewards and end.
 
-    Number and order of episodes are fixed: the first of each environment, then the second of each. Taking the first to
-        end would prefer short ones. The seed and ``num_envs`` determine the levels and, for a trained agent or a named
-        player, the actions.
+    Number and order of episodes are fixed: the first of each environment, then the second of each. The first episodes
+    to end would be short ones too often. The seed and ``num_envs`` determine the levels and, for a trained agent or a
+    named player, the actions.
 
     Args:
         agent: a trained agent from `hierroom.load` or `hierroom.train`, ``"random"``, ``"oracle"`` (a shortest way to
@@ -58,8 +56,7 @@ def rollout(
 def prepare(agent: Any, env: Any, episodes: Any, num_envs: Any, seed: Any) -> tuple[Turns, Player]:
     """Return the environments and the player that the arguments of `rollout` name, checked."""
     for name, value in (("episodes", episodes), ("num_envs", num_envs)):
-        if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 1:
-            raise InputError(f"{name} must be a whole number of at least 1, not {value!r}")
+        require_number(name, value, 1, is_whole=True)
     require_number("seed", seed, 0, 2**63 - 1, is_whole=True)
     num_envs, config = min(num_envs, episodes), None if env is None else _config_of(env)
     if isinstance(agent, TrainedAgent):

@@ -131,7 +131,7 @@ def run_session(
                 "it remembers is not saved, so resuming, evaluating and watching begin without it"
             )
         with Interrupt() as interrupt, _progress_bar(trainer, console) as report:
-            is_stopped = train(trainer, folder, interrupt, report, log, spent, callback)
+            is_stopped = train(trainer, folder, interrupt, report, spent, log, callback)
         if not trainer.is_done:
             say(f"stopped {'by the callback ' * is_stopped}and saved; go on with:")
             logged = () if tuple(log) == DEFAULT else ("--log", ",".join(log) or NONE)
@@ -146,9 +146,9 @@ def train(
     trainer: Trainer,
     folder: RunFolder,
     interrupt: Interrupt,
-    report: Callable[[str], object] = lambda status: None,
+    report: Callable[[str], object],
+    spent: TimeSpent,
     log: Sequence[str] = DEFAULT,
-    spent: TimeSpent | None = None,
     callback: Callback | None = None,
 ) -> bool:
     """Train until the end, an interrupt, a `DivergenceError`, or the callback stops it; return whether that did.
@@ -159,7 +159,7 @@ def train(
     """
     logs = Logs(folder.path, trainer.config, trainer.steps or -1, log)  # -1: a new run has logged nothing yet
     try:
-        return _train(trainer, folder, interrupt, report, logs, TimeSpent() if spent is None else spent, callback)
+        return _train(trainer, folder, interrupt, report, spent, logs, callback)
     finally:
         logs.close(is_done=trainer.is_done)
 
@@ -169,8 +169,8 @@ def _train(
     folder: RunFolder,
     interrupt: Interrupt,
     report: Callable[[str], object],
-    logs: Logs,
     spent: TimeSpent,
+    logs: Logs,
     callback: Callback | None,
 ) -> bool:
     """Train. Only the steps decide when to write or evaluate, so that a resumed run does the same."""

@@ -14,6 +14,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from hierroom.agents.acting import act
+from hierroom.agents.features import offered
 from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
@@ -30,11 +31,12 @@ from hierroom.runs.environments import make_turns
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.trust import require_trust
 from hierroom.runs.folder.weights import SHIPPED, SUFFIX, SavedAgent, weights_file
-from hierroom.support.errors import InputError, shown, user_code
+from hierroom.support.errors import InputError, require_number, shown, user_code
 from hierroom.support.files import usable_path
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.make import world_spec
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,6 +54,7 @@ class TrainedAgent:
         >>> turns, player = agent.turns(num_envs=2), agent.pair(num_envs=2)
         >>> player.step(turns).option_ended.tolist()
         [False, False]
+        >>> agent.require_world(hierroom.EnvConfig("b"))
         >>> agent.save("mine.safetensors")
         >>> agent.export("mine.pt2")
         >>> hierroom.load("mine.safetensors").config.env.names
@@ -168,12 +171,28 @@ class TrainedAgent:
         levels, env = (env and env.levels) or "evaluation", env or own
         if env.drop_key != own.drop_key:
             raise InputError("a trained agent cannot be played with another drop_key")
+        self.require_world(env)
         env = replace(env, reward=own.reward if env.reward is None else env.reward, curriculum_stages=1)
         config = self.config.changed(env=env)
         return make_turns(config, num_envs, seed, levels=levels, measure_shortest=True, autoreset=autoreset)
 
+    def require_world(self, config: EnvConfig) -> None:
+        """Refuse environments with other actions or features than those of the training."""
+        world = world_spec(config)
+        known = offered(world)
+        for agent, n_actions in ((self.meta, world.goals.n_choices), (self.controller, world.n_actions)):
+            if isinstance(agent, ScriptedAgent):
+                continue
+            features = tuple(c for name in agent.features.names if name in known for c in known[name].cardinalities)
+            space = agent.learner.space
+            differs = {"actions": space.n_actions != n_actions, "features": space.cardinalities != features}
+            if other := [what for what, is_other in differs.items() if is_other]:
+                where = f"{config.kind} {config.names[0]}"
+                raise InputError(f"the agent was trained in environments with other {other[0]} than {where} has")
+
     def pair(self, num_envs: int, *, seed: int = 0) -> Pair:
         """Return the agents as a new `Player` for ``num_envs`` environments; the seed determines their actions."""
+        _check(num_envs, seed)
         return freeze(self.meta, self.controller, num_envs, seed=seed, is_greedy=self.is_greedy)
 
     def meta_controller(self, num_envs: int = 1, *, seed: int = 0) -> MetaController:
@@ -181,6 +200,7 @@ class TrainedAgent:
 
         It chooses goals in ``num_envs`` environments. Its seed and theirs determine its random choices.
         """
+        _check(num_envs, seed)
         if isinstance(self.meta, PPOAgent):
             return TrainedGoals(self.meta, num_envs, meta_seed(seed))
         return self.meta.frozen(num_envs, seed=meta_seed(seed)).meta
@@ -251,6 +271,11 @@ def load(
         raise InputError(f"there is no run {run}, and the agents that ship with hierroom are {', '.join(SHIPPED)}")
     agents = _restore(config, saved.agents, meta, misfit)
     return TrainedAgent(config, *agents, saved.steps, is_greedy=greedy, has_other_meta=has_other_meta, path=path)
+
+
+def _check(num_envs: int, seed: int) -> None:
+    require_number("num_envs", num_envs, 1, 2**31 - 1, is_whole=True)
+    require_number("seed", seed, 0, 2**63 - 1, is_whole=True)
 
 
 def _restore(

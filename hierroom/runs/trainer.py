@@ -14,16 +14,16 @@ from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaSpec, make_meta
 from hierroom.runs.assembly import evaluation_seed, freeze, make_agents
-from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.config import RANGES, TrainConfig
 from hierroom.runs.environments import make_turns
 from hierroom.runs.evaluation import Evaluation, evaluate
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.weights import SavedAgent, weights_file
 from hierroom.runs.logs.episode_log import EpisodeLog
 from hierroom.support.compile.clock import compile_clock
-from hierroom.support.errors import DivergenceError, InputError
+from hierroom.support.errors import DivergenceError, InputError, require_number
 from hierroom.support.files import to_json
-from hierroom.support.schema import Array, Schema, Table, as_array
+from hierroom.support.schema import Schema, Table, as_array, of_records
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
 
@@ -43,8 +43,8 @@ class Trainer:
         steps: primitive steps so far, over all environments.
         seconds: seconds of training so far, without compilation and evaluations.
         compile_seconds: seconds of compilation so far.
-        evaluation: the latest `Evaluation` of this session, with ``success_rate`` and ``mean_return``; None before
-            the first.
+        evaluation: the latest of the run's own evaluations (``evaluations``) in this session, an `Evaluation` with
+            ``success_rate`` and ``mean_return``; None before the first.
         agents: the two agents by name.
         turns: the environments.
 
@@ -64,7 +64,7 @@ class Trainer:
             self.turns.world.stagger_clocks()
         meta, controller = make_agents(config)
         self.agents = {META: meta, CONTROLLER: controller}  # the meta-controller acts first
-        self.controller = controller
+        self._pair, self.controller = Pair(self.agents), controller
         if config.warm_start and begins:
             self._warm_start(config.warm_start)
         self.log = EpisodeLog(self.turns.world.goals, self.turns.world.clocks())
@@ -92,14 +92,11 @@ class Trainer:
         started, compiled, steps = time.perf_counter(), clock.seconds, self.steps
         self.log.begin_update()
         while not self.controller.ready:
-            for name in self.agents:
-                self._act(name)
-            step = self.turns.advance()
-            for agent in self.agents.values():
-                agent.record(step, self.turns)
+            self._choose_goals()
+            step = self._pair.step(self.turns)
             self.steps += len(self.turns)
             self.log.add(step, self.turns, self.steps)
-        self._act(META)  # the controller's next observation holds its next goal
+        self._choose_goals()  # the controller's next observation holds its next goal
         self._learn(CONTROLLER)
         compiled = clock.seconds - compiled
         seconds = time.perf_counter() - started - compiled
@@ -107,13 +104,10 @@ class Trainer:
         self.seconds += seconds
         self._speed = (self.steps - steps) / seconds
 
-    def _act(self, name: str) -> None:
-        agent, due = self.agents[name], self.turns.due(name)
-        if len(due):
-            if agent.ready:
-                self._learn(name)
-            observation = self.turns.observe(name, due)
-            self.turns.act(name, observation, agent.act(observation))
+    def _choose_goals(self) -> None:
+        if self.agents[META].ready and len(self.turns.due(META)):
+            self._learn(META)
+        self._pair.choose(self.turns, META)
 
     def _learn(self, name: str) -> None:
         observation = self.turns.observe(name, self.turns.due(name))
@@ -130,16 +124,14 @@ class Trainer:
         except InputError as error:
             raise InputError(f"{source} cannot warm-start this run: {error}") from error
 
-    def fresh_turns(
-        self, num_envs: int, seed: int, *, graph: GraphSpecs | None = None, autoreset: bool = True
-    ) -> Turns:
+    def fresh_turns(self, num_envs: int, seed: int, *, graph: GraphSpecs | None = None) -> Turns:
         """Make other environments of the config, with evaluation levels, which measure shortest lengths."""
         config = self.config if graph is None else self.config.changed(graph=graph, exclude=())
-        return make_turns(config, num_envs, seed, levels="evaluation", autoreset=autoreset, measure_shortest=True)
+        return make_turns(config, num_envs, seed, levels="evaluation", measure_shortest=True)
 
-    def freeze(self, num_envs: int, *, seed: int, is_greedy: bool = False) -> Pair:
+    def freeze(self, num_envs: int, *, seed: int) -> Pair:
         """Return copies of the agents, to play in other environments without learning; see `assembly.freeze`."""
-        return freeze(self.agents[META], self.controller, num_envs, seed=seed, is_greedy=is_greedy)
+        return freeze(self.agents[META], self.controller, num_envs, seed=seed)
 
     def evaluate(
         self,
@@ -150,6 +142,8 @@ class Trainer:
         is_greedy: bool = False,
     ) -> Evaluation:
         """Evaluate the agents as they are now, each time on the same levels; None: as in the config."""
+        if episodes is not None:
+            require_number("episodes", episodes, *RANGES["evaluation_episodes"], is_whole=True)
         asked = self.config.evaluation_episodes if episodes is None else episodes
         episodes, num_envs = (MOST_EPISODES, ROUND) if asked is None else (asked, min(MAX_EVALUATION_ENVS, asked))
         seed = evaluation_seed(self.config.seed)
@@ -229,13 +223,8 @@ def _as_tensors(array: np.ndarray) -> Any:
 def _as_array(saved: Any, like: np.ndarray, name: str) -> np.ndarray:
     if like.dtype.names is None:
         return as_array(saved, f"turns.{name}")
+    of_records(like.dtype, len(like), {}).check(saved, name)
     array = np.zeros_like(like)
-    if not isinstance(saved, dict) or saved.keys() != {*like.dtype.names}:
-        Table(dict.fromkeys(like.dtype.names, Schema())).check(saved, name)  # raises the right message
     for field in like.dtype.names:
-        value, kind = saved[field], like[field]
-        given = value.numpy(force=True) if isinstance(value, torch.Tensor) and value.layout is torch.strided else value
-        if not isinstance(given, np.ndarray) or given.dtype != kind.dtype or given.shape != kind.shape:
-            Array(kind.dtype, kind.shape).check(value, f"{name}.{field}")  # raises the right message
-        array[field] = given
+        array[field] = as_array(saved[field], f"{name}.{field}")
     return array

@@ -41,11 +41,11 @@ def add_features(
 
     Args:
         env: an environment of hierroom, of any API: AEC, parallel, Gymnasium or Gymnasium vector; wrapped or not.
-        names: names in `agents.features.FEATURES`, in order; each is one or several whole numbers. Or a `TrainedAgent`,
-            to play with its `act`: then the features are those of its controller. In an AEC or parallel environment,
-            ``meta_0`` also observes ``choice``, the goal that the agent's meta-controller chooses; the controller's
-            features already use that goal. Gymnasium's environments take the meta-controller when they are made:
-            ``meta=agent.meta_controller(num_envs)``.
+        names: names from `agents.features.offered`, in order; each is one or several whole numbers. Or a
+            `TrainedAgent`, to play with its `act`: then the features are those of its controller. In an AEC or parallel
+            environment, ``meta_0`` also observes ``choice``, the goal that the agent's meta-controller chooses; the
+            controller's features already use that goal. Gymnasium's environments take the meta-controller when they are
+            made: ``meta=agent.meta_controller(num_envs)``.
         agent: ``controller_0`` or ``meta_0``; Gymnasium's environments have only the first.
         seed: determines the choices of a `TrainedAgent`'s meta-controller; None: 0.
 
@@ -68,7 +68,8 @@ def add_features(
                 raise InputError(f"agent must be {' or '.join(agents)} in this environment, not {agent!r}")
             if trained is None:
                 return cast(Env, wrapper(env, cast(Sequence[str], names), agent))
-            _require_same_world(trained, env)
+            inner: Any = env.unwrapped
+            trained.require_world((inner.turns if wrapper is _Vector else inner.single.turns).config)
             wrapped: Any = wrapper(env, trained.controller.features.names)
             if wrapper in (_AEC, _Parallel):
                 wrapped.follow(trained, seed or 0)
@@ -82,18 +83,6 @@ def _trained(names: Any) -> TrainedAgent | None:
     from hierroom.runs.trained_agent import TrainedAgent  # this imports torch
 
     return names if isinstance(names, TrainedAgent) else None
-
-
-def _require_same_world(trained: TrainedAgent, env: Any) -> None:
-    inner, space = env.unwrapped, trained.controller.learner.space
-    turns: Turns = inner.turns if hasattr(inner, "turns") else inner.single.turns
-    features = Features(world_spec(turns.config), trained.controller.features.names)
-    for what, theirs, ours in (
-        ("actions", space.n_actions, turns.world.n_actions),
-        ("features", space.cardinalities, features.cardinalities),
-    ):
-        if theirs != ours:
-            raise InputError(f"the agent was trained in environments with other {what} than those of {env}")
 
 
 class _Reader:

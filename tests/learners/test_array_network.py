@@ -32,12 +32,18 @@ def space_of(*arrays):
     return AgentSpace((5, *(256,) * (start - 1), 3), 4, tuple(places))
 
 
+@pytest.mark.parametrize("usual", [torch.float32, torch.float64])
 @pytest.mark.parametrize("name", ARRAYS)
-def test_each_kind_of_array_gets_a_network_that_can_be_trained(name):
+def test_each_kind_of_array_gets_a_network_that_can_be_trained(name, usual):
     space = space_of(ARRAYS[name])
-    network = make_network("recurrent", space, 16, None)
-    assert type(network) is ArrayActorCritic
-    try_network(name, network, space)
+    torch.set_default_dtype(usual)
+    try:
+        network = make_network("recurrent", space, 16, None)
+        assert type(network) is ArrayActorCritic
+        try_network(name, network, space)
+    finally:
+        torch.set_default_dtype(torch.float32)
+    assert {weights.dtype for weights in network.parameters()} == {torch.float32}
 
 
 def test_categories_alone_keep_the_network_that_kernels_train():

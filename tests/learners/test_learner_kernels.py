@@ -271,8 +271,9 @@ def test_weights_loaded_into_the_network_are_used():
     np.testing.assert_array_equal(learner._backend.step(features, states)[1], other._backend.step(features, states)[1])
 
 
-def test_means_of_rows_seen_no_more_reach_zero_and_stay_out_of_denormals():
-    parameters, means, squares = (np.full(3, value, np.float32) for value in (0, 1e-3, 1e-6))
+def test_moments_of_rows_seen_no_more_reach_zero_and_stay_out_of_denormals():
+    parameters, means, squares = (np.full(3, value, np.float32) for value in (0, 1e-3, 5e-37))
     for step in range(1, 2001):
         adam_step(parameters, np.zeros(3, np.float32), means, squares, np.array([[0, 3]]), 1.0, 1e-3, 1e-5, step)
     assert (means == 0).all()
+    assert (squares == 0).all()

@@ -18,6 +18,7 @@ from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trained_agent import load
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError, one_line
+from hierroom.train import main
 from hierroom.worlds.env_config import EnvConfig
 
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=30), num_envs=4, steps=512).changed(minibatches=2, hidden_size=8)
@@ -98,6 +99,28 @@ def test_what_is_no_config_is_one_line(run, text):
 def test_a_config_refuses_what_is_out_of_range(name, value):
     with pytest.raises(InputError, match=f"{name} must be"):
         SMALL.changed(**{name: value})
+
+
+def test_a_run_to_repeat_with_an_unreadable_provenance_leaves_no_folder(run, tmp_path):
+    (run.path / "provenance.json").write_text('{"sessions": 3}')
+    with pytest.raises(InputError, match="it lists no sessions"):
+        main(["--config", str(run.path / "config.json"), "--out", str(tmp_path / "new"), "--log", "none"])
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("name", ["features", "meta_features"])
+def test_a_list_of_features_is_the_same_config_as_a_tuple(name):
+    usual = getattr(SMALL.agents, name)
+    assert SMALL.changed(**{name: [*usual]}) == SMALL
+    assert hash(SMALL.changed(**{name: [*usual]})) == hash(SMALL)
+    in_shop = TrainConfig().changed(task="workshop:4")
+    assert in_shop.changed(**{name: [*usual]}) == in_shop
+
+
+@pytest.mark.parametrize("episodes", [0, -1, 1.5, True, "3"])
+def test_a_callback_cannot_ask_for_an_evaluation_without_episodes(episodes):
+    with pytest.raises(InputError, match=r"^episodes must be (at least 1|a whole number), not"):
+        Trainer(SMALL).evaluate(episodes)
 
 
 @pytest.mark.parametrize("device", ["meta", "hpu", "nonsense", "cuda:99", "cpu:7x"])

@@ -49,3 +49,11 @@ def test_a_row_is_one_line_whatever_a_name_holds(tmp_path):
     table = CSVTable(tmp_path / "episodes.csv")
     table.append([{"steps": 1, "graph": 'a\r\nb,"c"\x85d'}, {"steps": 2, "graph": "\udcff"}])
     assert [row["graph"] for row in table.read()] == ['a b,"c" d', "\\udcff"]
+
+
+@pytest.mark.parametrize("letter", ["a", '"', "\udcff", "\N{GRINNING FACE}"])
+def test_a_cell_of_any_length_can_be_read_back(letter, tmp_path):
+    table = CSVTable(tmp_path / "episodes.csv")
+    table.append([{"steps": 1, "graph": letter, "goals": letter * 2**18}, {"steps": 2, "graph": letter}])
+    assert CSVTable(table.path).n_rows == 2
+    assert {row["graph"] for row in table.read()} == {letter.encode(errors="backslashreplace").decode()}

@@ -12,7 +12,7 @@ from turns_helpers import make
 from hierroom.agents.player import OraclePlayer
 from hierroom.goals import GoalGraph
 from hierroom.meta import make_meta, take_turn
-from hierroom.runs.logs.episode_log import WINDOW, EpisodeLog
+from hierroom.runs.logs.episode_log import MOST_NAMED, WINDOW, EpisodeLog
 
 
 def ended(*successes: bool, length: int = 10) -> Any:
@@ -103,6 +103,17 @@ def test_the_rows_tell_what_happened_in_the_order_in_which_it_did():
     assert any(row["success"] and row["goals"].endswith("door 3 > exit") for row in expected)
     log.begin_update()
     assert log.ended == []
+
+
+def test_a_row_names_the_first_milestones_and_counts_the_others():
+    log, turns, step = EpisodeLog(WORLD.goals, np.zeros(2, int)), places(2), ended(True)
+    for ends, n_before in ((True, 1), (False, MOST_NAMED + 1)):
+        step.episode_ended[0] = ends
+        for n in range(n_before):
+            log.add(step, turns, n)
+    step.episode_ended[0] = True
+    log.add(step, turns, 2000)
+    assert [row["goals"] for row in log.ended] == ["exit", " > ".join([*["exit"] * MOST_NAMED, "2 more"])]
 
 
 def test_options_are_counted_by_the_kind_of_their_goal():

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -15,8 +16,10 @@ import hierroom
 from hierroom.agents.player import make_player, quotas
 from hierroom.agents.recorder import record
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL
+from hierroom.runs.assembly import make_agents
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
@@ -194,16 +197,29 @@ def test_the_reward_is_the_one_it_was_trained_with_unless_another_is_named(run):
 
 
 def test_what_cannot_be_played_is_refused_at_once(run):
-    agent = hierroom.load(run)
+    agent, in_shop = hierroom.load(run), TrainConfig().changed(task="workshop:4", num_envs=4, meta="learned")
+    of_shop = TrainedAgent(in_shop, *make_agents(in_shop), 0)
     for arguments, message in (
         ((agent, EnvConfig(drop_key=True)), "a trained agent cannot be played with another drop_key"),
+        ((agent, EnvConfig(task="workshop:4")), "in environments with other actions than task workshop:4 has"),
+        ((of_shop, EnvConfig("a")), "in environments with other actions than graph a has"),
+        ((of_shop, EnvConfig(task="workshop:6")), "in environments with other actions than task workshop:6 has"),
         ((agent, gymnasium.make("CartPole-v1")), "env must be an EnvConfig or an environment of hierroom, not"),
-        ((agent, None, 0), "episodes must be a whole number of at least 1, not 0"),
+        ((agent, None, 0), "episodes must be at least 1, not 0"),
         (("nobody",), "the players without training are random and oracle; there is no 'nobody'"),
         ((7,), "an agent to play is what hierroom.load gives, 'random', 'oracle' or .*, not 7"),
     ):
         with pytest.raises(InputError, match=message):
             hierroom.rollout(*arguments)
+    calls: tuple[tuple[Any, dict[str, Any], str], ...] = (
+        (agent.pair, {"num_envs": 0}, "num_envs must be at least 1, not 0"),
+        (agent.meta_controller, {"num_envs": 1.5}, "num_envs must be a whole number, not 1.5"),
+        (agent.pair, {"num_envs": 1, "seed": -1}, "seed must be at least 0, not -1"),
+        (of_shop.meta_controller, {"seed": None}, "seed must be a whole number, not None"),
+    )
+    for call, named, message in calls:
+        with pytest.raises(InputError, match=message):
+            call(**named)
     idle = SimpleNamespace(step=lambda turns: None)
     with pytest.raises(InputError, match=r"^step of a player must return the Step that turns\.step returned, not"):
         list(hierroom.rollout(idle, EnvConfig("a")))

@@ -11,6 +11,7 @@ import pytest
 import torch
 from same_run import differences
 from torch import nn
+from torch.overrides import TorchFunctionMode
 
 import hierroom
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
@@ -105,6 +106,22 @@ def test_seeded_weights_are_those_of_a_seeded_process_whatever_other_threads_do(
     for _ in range(10):
         for weights in at_once(drawn, drawn, drawn):
             assert all(torch.equal(ours, theirs) for ours, theirs in zip(weights, expected, strict=True))
+
+
+@pytest.mark.parametrize("device", ["cuda", "cuda:0", torch.device("cuda"), "cpu", None])
+def test_the_private_generator_draws_only_for_the_processor(device):
+    has_generator = []
+
+    class Spy(TorchFunctionMode):
+        def __torch_function__(self, func, types, args=(), kwargs=None):
+            if func is not torch.randn:
+                return func(*args, **(kwargs or {}))
+            has_generator.append("generator" in (kwargs or {}))
+            return torch.empty(2, device="cpu")
+
+    with Spy(), seeded_weights(np.random.SeedSequence(0)):
+        torch.randn(2, device=device)
+    assert has_generator == [device in ("cpu", None)]
 
 
 def test_other_threads_draw_from_a_global_generator_that_nobody_touches(one_thread):

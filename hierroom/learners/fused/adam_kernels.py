@@ -17,9 +17,9 @@ from hierroom.support.compile.kernel import njit
 BETA1, BETA2 = 0.9, 0.999
 """Decay rates of the two moments: the values of Kingma & Ba (2015) and of torch."""
 
-LEAST_MEAN = 1e-30
-"""First moments below this become zero. Otherwise moments of unused table rows decay to denormal numbers, which slow
-down every later step. They would stay there, as 0.9 times the smallest denormal number rounds to itself."""
+LEAST_MEAN, LEAST_SQUARE = 1e-30, 1e-37
+"""Moments below these become zero. Otherwise those of unused table rows decay to denormal numbers, which slow down
+every later step. They would stay there, as 0.9 times the smallest denormal number rounds to itself."""
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -75,10 +75,11 @@ def _adam_step(parameters, gradient, means, squares, scale, learning_rate, epsil
     correction = to_float(1 / (1 - BETA2**step))
     keep1, keep2, shrink, floor = to_float(BETA1), to_float(BETA2), to_float(scale), to_float(epsilon)
     take1, take2 = to_float(1 - BETA1), to_float(1 - BETA2)
-    nothing, least = to_float(0), to_float(LEAST_MEAN)
+    nothing, least_mean, least_square = to_float(0), to_float(LEAST_MEAN), to_float(LEAST_SQUARE)
     for i in range(len(parameters)):
         slope = shrink * gradient[i]
         mean = keep1 * means[i] + take1 * slope
-        means[i] = mean if abs(mean) > least else nothing
-        squares[i] = keep2 * squares[i] + take2 * slope * slope
-        parameters[i] -= rate * mean / (np.sqrt(squares[i] * correction) + floor)
+        means[i] = mean if abs(mean) > least_mean else nothing
+        square = keep2 * squares[i] + take2 * slope * slope
+        squares[i] = square if square > least_square else nothing
+        parameters[i] -= rate * mean / (np.sqrt(square * correction) + floor)

@@ -85,7 +85,7 @@ class _Ids(nn.Module):
 
     def __init__(self, array: ByteArray, hidden_size: int) -> None:
         super().__init__()
-        self.table = nn.Embedding(array.n_numbers * array.n_values, hidden_size)
+        self.table = nn.Embedding(array.n_numbers * array.n_values, hidden_size, dtype=torch.float32)
         nn.init.orthogonal_(self.table.weight, 2**0.5)
         offsets = torch.arange(array.n_numbers) * array.n_values
         self.register_buffer("offsets", offsets, persistent=False)
@@ -100,9 +100,9 @@ class _Numbers(nn.Module):
         self._low, self._high = array.low, array.high
         self._is_bounded = -_BOUND < array.low < array.high < _BOUND
         self.layers = nn.Sequential(
-            _initialised(nn.Linear(array.n_numbers, hidden_size)),
+            _initialised(nn.Linear(array.n_numbers, hidden_size, dtype=torch.float32)),
             nn.ReLU(),
-            _initialised(nn.Linear(hidden_size, hidden_size)),
+            _initialised(nn.Linear(hidden_size, hidden_size, dtype=torch.float32)),
         )
 
     def forward(self, numbers: Tensor) -> Tensor:
@@ -121,15 +121,16 @@ class _Image(nn.Module):
         self._shape, self._low, self._high = array.shape, array.low, array.high
         height, width, channels = array.shape
         is_symbols = array.kind == "symbols"
-        self.symbols = nn.Embedding(256 * channels, _SYMBOL_SIZE) if is_symbols else None
+        self.symbols = nn.Embedding(256 * channels, _SYMBOL_SIZE, dtype=torch.float32) if is_symbols else None
         self.register_buffer("offsets", torch.arange(channels) * 256, persistent=False)
         layers, sizes = [], (_SYMBOL_SIZE if is_symbols else channels, *_CHANNELS)
         kernels = _kernels(height, width, is_symbols)
         for (inputs, outputs), (kernel, stride) in zip(pairwise(sizes), kernels, strict=False):
-            layers += [_initialised(nn.Conv2d(inputs, outputs, kernel, stride)), nn.ReLU()]
+            layers += [_initialised(nn.Conv2d(inputs, outputs, kernel, stride, dtype=torch.float32)), nn.ReLU()]
             height, width = (height - kernel) // stride + 1, (width - kernel) // stride + 1
         n_numbers = sizes[len(layers) // 2] * height * width
-        self.layers = nn.Sequential(*layers, nn.Flatten(), _initialised(nn.Linear(n_numbers, hidden_size)))
+        last = _initialised(nn.Linear(n_numbers, hidden_size, dtype=torch.float32))
+        self.layers = nn.Sequential(*layers, nn.Flatten(), last)
 
     def forward(self, numbers: Tensor) -> Tensor:
         image = numbers.reshape(-1, *self._shape)

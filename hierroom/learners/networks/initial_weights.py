@@ -48,14 +48,15 @@ class _DrawsFrom(TorchFunctionMode):
         self, func: Callable[..., Any], types: Sequence[type], args: Sequence = (), kwargs: Mapping | None = None
     ) -> Any:
         given = dict(kwargs or {})
-        if func in _DRAWS and given.get("generator") is None and _is_on_cpu(*args, *given.values()):
+        if func in _DRAWS and given.get("generator") is None and _is_on_cpu(args, given):
             given["generator"] = self._generator
         return func(*args, **given)
 
 
-def _is_on_cpu(*arguments: Any) -> bool:
-    devices = (a if isinstance(a, torch.device) else getattr(a, "device", None) for a in arguments)
-    return all(device is None or device.type == "cpu" for device in devices)
+def _is_on_cpu(arguments: Sequence, named: Mapping[str, Any]) -> bool:
+    device = named.get("device")  # a text, a number or a torch.device
+    tensors = (getattr(one, "device", None) for one in (*arguments, *named.values()))
+    return all(one is None or torch.device(one).type == "cpu" for one in (device, *tensors))
 
 
 @contextmanager

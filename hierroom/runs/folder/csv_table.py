@@ -16,7 +16,7 @@ from hierroom.support.files import append_whole, open_regular, sync, truncate, w
 from hierroom.support.reading import MOST_TEXT
 
 _FIRST = "steps"
-_LONGEST = 2**20  # bytes of a line
+_LONGEST, _LONGEST_CELL = 2**20, 2**16  # bytes of a line, characters of a text; csv.reader takes twice as many
 
 
 class CSVTable:
@@ -156,8 +156,12 @@ class CSVTable:
 
 def _line(entries: Sequence[object]) -> bytes:
     text = io.StringIO()
-    csv.writer(text).writerow([" ".join(entry.splitlines()) if isinstance(entry, str) else entry for entry in entries])
-    return text.getvalue().encode(errors="backslashreplace")
+    csv.writer(text).writerow([_short_line(entry) if isinstance(entry, str) else entry for entry in entries])
+    return text.getvalue().encode()
+
+
+def _short_line(text: str) -> str:
+    return " ".join(text.splitlines()).encode(errors="backslashreplace").decode()[:_LONGEST_CELL]
 
 
 def _cell(value: object) -> object:

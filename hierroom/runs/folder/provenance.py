@@ -88,7 +88,7 @@ def warn_of_changed_modules(path: Path, config: TrainConfig) -> None:
         warn(line)
 
 
-def describe_session(device: str = "cpu") -> dict[str, Any]:
+def describe_session(device: str) -> dict[str, Any]:
     """Return what a result may depend on besides the config: command, versions, machine, commits."""
     package = Path(hierroom.__file__).parent
     return {

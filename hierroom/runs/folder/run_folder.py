@@ -182,7 +182,7 @@ class RunFolder:
         try:
             trained = TrainConfig.from_dict(json.loads(checkpoint["config"]))
         except (KeyError, TypeError, ValueError, RecursionError, InputError) as error:
-            raise InputError(f"a checkpoint of {self.path} does not tell the config it was trained with") from error
+            raise InputError(f"a checkpoint of {self.path} has no readable config") from error
         if differences := config.differences(trained, ignored):
             raise InputError(
                 f"{self.path / 'config.json'} has changed since the run was trained: {', '.join(differences)}; put it "

@@ -10,7 +10,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from hierroom.agents.episode_facts import EpisodeFacts
+from hierroom.agents.episode_facts import Achievements, EpisodeFacts
 from hierroom.goals import NO_GOAL
 from hierroom.goals.goal_set import GoalSet
 from hierroom.support.schema import Array, Items, Real, Table, Whole, as_array
@@ -19,6 +19,8 @@ from hierroom.turns.turns import Turns
 
 WINDOW = 500
 """Number of episodes over which success, length and return are averaged."""
+MOST_NAMED = 1000
+"""The most milestones of an episode that its row names, as a task's goal can count every step."""
 
 _COLUMNS = ("steps", "env", "graph", "success", "length", "return", "goals")
 
@@ -58,12 +60,16 @@ class EpisodeLog:
         }
         for name, values in numbers.items():
             self._window[name].extend(values)
-        names = self._goals.milestones
-        achieved = [" > ".join(names[milestone] for _, milestone in one) for one in ended.milestones]
+        achieved = [self._named(one) for one in ended.milestones]
         for row in zip(ended.envs.tolist(), ended.variants, *numbers.values(), achieved, strict=True):
             self.ended.append(dict(zip(_COLUMNS, (steps, *row), strict=True)))
         self._clocks[ended.envs] = 0
         self.episodes += len(ended)
+
+    def _named(self, achieved: Achievements) -> str:
+        names = [self._goals.milestones[milestone] for _, milestone in achieved[:MOST_NAMED]]
+        more = [f"{len(achieved) - MOST_NAMED} more"] if len(achieved) > MOST_NAMED else []
+        return " > ".join(names + more)
 
     @property
     def means(self) -> dict[str, float]:

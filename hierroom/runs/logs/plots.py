@@ -32,7 +32,7 @@ def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path)
             axes.plot(curve.steps / unit, evaluated[n], color="tab:blue", marker="o", markersize=3, label="evaluated")
         axes.set_xlabel(f"primitive steps ({name})")
         axes.grid(alpha=0.3)
-    panels[0].set(ylim=(-2, 102), ylabel="success (%)", title="reached the exit")
+    panels[0].set(ylim=(-2, 102), ylabel="success (%)", title="reached the target")
     longest = np.nanmax([1, *windows[1], *(() if curve is None else curve.length)])  # NaN before an episode ends
     panels[1].set(ylim=(0, 1.05 * longest), ylabel="steps", title="episode length")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
