@@ -228,12 +228,12 @@ def _show_played_rules(options: ComplexityArguments, player: str, walk: Walk) ->
         raise InputError(f"rules are estimated from play in one goal graph, not in {len(specs)}")
     entries = given(options, "task", "layout", "size", "max_steps") | ({"graph": specs[0]} if specs else {})
     found = play_rules_named(player, entries, options.drop, options.episodes, options.seed, options.trust_run)
-    if options.json:
-        print(to_json({"episodes": found.episodes, "seen": dict(found.seen), **found.rules.to_dict()}))
-    else:
-        print(found)
+    seen = {"episodes": found.episodes, "seen": dict(found.seen), **found.rules.to_dict()}
+    print(to_json(seen) if options.json else found)
+    if not options.json or options.draw is not None:
         report = analyze(found.rules, walk=walk)
-        print(f"\n{report}")
+        if not options.json:
+            print(f"\n{report}")
         if options.draw is not None:
             report.draw(options.draw)
     if options.out is not None:
