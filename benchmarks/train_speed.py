@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import importlib.util
 import os
-import platform
 import resource
 import time
 from collections import Counter
@@ -37,6 +36,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv
 import hierroom  # noqa: F401 - registers the environments
 from hierroom.learners.config import PPOConfig
 from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.provenance import cpu_name
 from hierroom.runs.trainer import Trainer
 from hierroom.worlds.env_config import EnvConfig
 
@@ -133,7 +133,7 @@ def main() -> None:
             advance()
             if repeat:
                 speeds[name].append(NUM_ENVS * LENGTH / (time.perf_counter() - started))
-    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
+    print(f"{cpu_name()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
     print(
         f"{NUM_ENVS} environments x {LENGTH} steps, {options.repeats} updates after one to warm up; median, quartiles"
     )
