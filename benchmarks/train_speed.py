@@ -7,8 +7,8 @@ All train a flat PPO with an LSTM of 64 on graph c that reads the view: 128 envi
 minibatches. sb3-contrib's RecurrentPPO runs on the same Gymnasium environment, one process, with the view flattened. It
 has its own network (policy and value have an LSTM and two layers of 64 each), and once one shared LSTM and nothing
 after it, like ours. PufferLib's trainer takes part if it is installed (see `benchmarks.puffer_trainer`). It steps our
-vector environment as its native one. Its network is a layer of 64 and an LSTM of 64. The LSTM's state is reset at the start
-of each rollout and not at the end of an episode; ours is reset at the end of an episode only.
+vector environment as its native one. Its network is a layer of 64 and an LSTM of 64. The LSTM's state is reset at the
+start of each rollout and not at the end of an episode; ours is reset at the end of an episode only.
 HiPPO with 3 goals and with 13, with the features of the default, shows that the time does not grow with their number.
 Repeats take turns, so that a busy machine slows all alike.
 """
