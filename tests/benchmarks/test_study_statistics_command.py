@@ -31,7 +31,6 @@ def tables(tmp_path):
     few = run_rows({graph: steps[graph] for graph in graphs[:3]})
     for name, rows in (("runs", run_rows(steps)), ("few", few), ("measures", measures)):
         with (tmp_path / f"{name}.csv").open("w") as file:
-            file.write("# the command\n" * (name == "runs"))
             writer = csv.DictWriter(file, list(rows[0]))
             writer.writeheader()
             writer.writerows(rows)
