@@ -208,8 +208,8 @@ def main() -> None:
             batch, *rest = name.removeprefix("vector, ").removeprefix("flat, ").removeprefix("not copied, ").split(", ")
             end = "".join(f", {one}" for one in rest)
             share, spread = ratio(taken[f"engine, {batch}{end}"], taken[name], ".0%")
-            told = "met" if share >= MIN_SHARE[end] else "MISSED"
-            print(f"{name}: {spread} of the engine's speed, wanted {MIN_SHARE[end]:.0%} or more: {told}")
+            verdict = "met" if share >= MIN_SHARE[end] else "MISSED"
+            print(f"{name}: {spread} of the engine's speed, wanted {MIN_SHARE[end]:.0%} or more: {verdict}")
 
 
 if __name__ == "__main__":

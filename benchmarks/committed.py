@@ -33,7 +33,8 @@ def done_rows(name: str, runs: Sequence[PlannedRun]) -> pd.DataFrame:
     rows = SweepTable(ROOT / "benchmarks" / "results" / name).of(runs)
     if len(rows) < len(runs):
         raise InputError(
-            f"{len(rows)} of {len(runs)} runs of the sweep {name} are done; a page may have it when all are"
+            f"{len(rows)} of {len(runs)} runs of the sweep {name} are done; "
+            "a page shows a sweep only when all its runs are done"
         )
     return rows
 

@@ -30,6 +30,7 @@ from rich.table import Table
 
 from hierroom.complexity import analyze, mean_first_passage_time
 from hierroom.goals import GoalGraph
+from hierroom.runs.folder.provenance import cpu_name
 
 
 @dataclass(frozen=True)
@@ -105,7 +106,7 @@ def row(n_rooms: int, options: Options) -> list[str]:
 
 def main(options: Options) -> None:
     table = Table(
-        title=f"{platform.processor() or platform.machine()}, one thread, Python {platform.python_version()}, "
+        title=f"{cpu_name()}, one thread, Python {platform.python_version()}, "
         f"numpy {np.__version__}, deeptime {deeptime.__version__}; median of {options.repeats} (least-greatest)"
     )
     for heading in (

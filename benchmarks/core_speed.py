@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import multiprocessing as mp
 import os
-import platform
 import time
 from dataclasses import dataclass
 from multiprocessing.synchronize import Barrier
@@ -20,6 +19,7 @@ import tyro
 
 from benchmarks.device_speed import measured, spread
 from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.provenance import cpu_name
 from hierroom.runs.trainer import Trainer
 from hierroom.support.cli import run
 from hierroom.worlds.env_config import EnvConfig
@@ -73,7 +73,7 @@ def main() -> int:
     """Run the command."""
     options = tyro.cli(Options, description=__doc__)
     cores = [n for n in options.cores if n <= len(os.sched_getaffinity(0))]
-    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores\n")
+    print(f"{cpu_name()}, {os.cpu_count()} cores\n")
     print("| cores | one run, steps/s | / one thread | runs side by side, steps/s | / one run |")
     print("|---:|---:|---:|---:|---:|")
     threaded = measured([trainer(options.num_envs, threads) for threads in cores], options.repeats)

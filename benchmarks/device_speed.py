@@ -11,7 +11,6 @@ turns, so that a busy machine slows all alike.
 from __future__ import annotations
 
 import os
-import platform
 import time
 from dataclasses import dataclass
 from statistics import median
@@ -20,6 +19,7 @@ import torch
 import tyro
 
 from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.provenance import cpu_name
 from hierroom.runs.trainer import Trainer
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
@@ -45,7 +45,7 @@ def main() -> int:
     options = tyro.cli(Options, description=__doc__)
     if not torch.cuda.is_available():
         raise InputError("this machine has no GPU that torch can use")
-    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores; {torch.cuda.get_device_name()}")
+    print(f"{cpu_name()}, {os.cpu_count()} cores; {torch.cuda.get_device_name()}")
     print(f"torch {torch.__version__}; {options.repeats} updates after one to warm up: median (lowest to highest)\n")
     print(f"{'hidden':>6} {'num_envs':>8} {'CPU steps/s':>26} {'GPU steps/s':>26} {'GPU / CPU':>10}")
     for hidden_size in options.hidden_sizes:

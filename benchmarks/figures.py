@@ -1,11 +1,11 @@
 """Draw the pictures of README and docs that show trained agents, from the rows in `benchmarks/results/`.
 
-    python -m benchmarks.figures            # draw what is not as its rows are
+    python -m benchmarks.figures            # draw the pictures whose rows have changed
     python -m benchmarks.figures --check    # exit code 1 where one differs
 
 A picture is drawn as the command before it on its page says; of those that `hierroom paper` draws, this command
-alone writes the digest of the points. By that a picture is drawn again when the points change, and not when a library
-draws them otherwise.
+alone writes the digest of the points. So a picture is drawn again if its points change, but not if a new version of a
+library draws them differently.
 """
 
 from __future__ import annotations

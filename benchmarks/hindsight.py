@@ -12,11 +12,12 @@ import csv
 from pathlib import Path
 
 import numpy as np
-from rich.box import MARKDOWN
-from rich.console import Console
-from rich.table import Table
-from scipy.stats import t
 
+from hierroom.lab.paper.runs import mean_and_interval
+from hierroom.support.tables import markdown_table
+
+HEADINGS = ("graph", "steps", "seeds")
+HEADINGS += ("success with", "without", "difference", "length with", "without", "difference")
 ROWS = Path(__file__).parent / "results" / "hindsight" / "runs.csv"
 
 
@@ -31,10 +32,7 @@ def main() -> None:
     """Print the table."""
     with ROWS.open(encoding="utf-8-sig", newline="") as file:
         rows = list(csv.DictReader(file))
-    table = Table(box=MARKDOWN)
-    for heading in ("graph", "steps", "seeds", "success with", "without", "difference", "length with", "without"):
-        table.add_column(heading, no_wrap=True)
-    table.add_column("difference", no_wrap=True)
+    lines = []
     for graph in "defg":
         for share in ("40", "70", "100"):
             own = [row for row in rows if row["graph"] == graph]
@@ -44,10 +42,10 @@ def main() -> None:
                 for arm in ("yes", "no"):
                     mean = np.mean([scale * float(row[column]) for row in own if row["hindsight"] == arm])
                     cells.append(f"{mean:{style}}")
-                half = t.ppf(0.975, len(difference) - 1) * difference.std(ddof=1) / len(difference) ** 0.5
-                cells.append(f"{difference.mean():+{style}} ± {half:{style}}")
-            table.add_row(*cells)
-    Console(width=120).print(table)
+                mean, half = mean_and_interval(difference)
+                cells.append(f"{mean:+{style}} ± {half:{style}}")
+            lines.append(cells)
+    print(markdown_table(HEADINGS, lines))
 
 
 if __name__ == "__main__":

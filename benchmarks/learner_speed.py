@@ -7,7 +7,6 @@ the median of the repeats, with the lowest and highest; the first repeat compile
 """
 
 import argparse
-import platform
 import time
 
 import numpy as np
@@ -16,6 +15,7 @@ import torch
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.learners.ppo import Learner
+from hierroom.runs.folder.provenance import cpu_name
 
 SPACE = AgentSpace((22,) * 49 + (4, 7, 50, 14, 14, 4) + (2,) * 6 + (6,), 5)
 N_ENVS = 128
@@ -66,7 +66,7 @@ def main():
     parser.add_argument("--repeats", type=int, default=9)
     repeats = parser.parse_args().repeats
     torch.set_num_threads(1)
-    print(f"{platform.processor() or platform.machine()}, torch {torch.__version__}, {N_ENVS} environments, LSTM 64,")
+    print(f"{cpu_name()}, torch {torch.__version__}, {N_ENVS} environments, LSTM 64,")
     print(f"4 epochs x 4 minibatches, {repeats} repeats after 1 to warm up\n")
     print(f"{'path':9} {'threads':>7} {'T':>4} {'turns/s':>9} {'lowest':>9} {'highest':>9}    us: act finish update")
     for sequence_length in (128, 32):

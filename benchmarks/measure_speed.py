@@ -46,6 +46,7 @@ from hierroom.complexity.measures import (
 )
 from hierroom.complexity.report import ComplexityReport
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
+from hierroom.runs.folder.provenance import cpu_name
 from hierroom.worlds.escape_room.measured_levels import GORP_RUNS, LEVEL_POLICIES, level_mdp
 
 
@@ -114,7 +115,7 @@ def time_graphs(options: Options) -> Table:
     sets["up to 5 rooms"] = GraphSet(("rooms:2", "rooms:3", "rooms:4", "rooms:5")).graphs
     reports = {name: [analyze(graph) for graph in graphs] for name, graphs in sets.items()}
     table = Table(
-        title=f"{platform.processor() or platform.machine()}, CPU time of one thread, Python "
+        title=f"{cpu_name()}, CPU time of one thread, Python "
         f"{platform.python_version()}; horizon {options.horizon}; median of {options.repeats} (least-greatest)"
     )
     table.add_column("measure")

@@ -9,7 +9,6 @@ once on the same situations, one after another, so that a busy machine slows the
 from __future__ import annotations
 
 import os
-import platform
 import sys
 import time
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ import numpy as np
 import tyro
 
 from hierroom.meta import FixedDFS, LevelMeta, choose_goals
+from hierroom.runs.folder.provenance import cpu_name
 from hierroom.support.cli import run
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
@@ -58,7 +58,7 @@ def main() -> int:
             choose_goals(meta, situation)
             if repeat:
                 spent[name].append(1e6 * (time.perf_counter() - started) / options.num_envs)
-    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
+    print(f"{cpu_name()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
     print(f"{options.num_envs} environments, {options.repeats} repeats; median (quartiles) microseconds a choice")
     fastest = min(median(values) for values in spent.values())
     for name, values in spent.items():

@@ -23,7 +23,7 @@ HEAD = """# Agents that ship with hierroom
   of 19 cells with at most 1000 steps. `hierroom.load("c")` loads one, `python -m hierroom watch c` shows it. The
   licence is the package's.
 - **Data**: levels that the package generates, and no other data. Trained by `python -m benchmarks.weights`, seed 0:
-  presets `default` (a to g) and `learned` (learned-g), whose settings `hierroom.load(name).config` holds.
+  presets `default` (a to g) and `learned` (learned-g); `hierroom.load(name).config` holds their settings.
 - **What they are given that they do not see**: the depth-first meta-controller of a to g reads the exact state, so
   their goals can always be reached. Each controller gets a memory of where its goal, doors and unexplored cells are
   (`hierroom.load(name).config.agents`). The controller's own view is 7 x 7 cells. The meta-controller of learned-g

@@ -2,7 +2,7 @@
 
     python -m benchmarks.page_statistics
 
-Of each `measures` table of the pages (see `benchmarks.tables`) the correlations are written beside the rows
+Of each `measures` table of the pages (see `benchmarks.tables`) the correlations are written next to the rows
 of its sweep, of as many seeds as are whole. It takes about a minute for each; `benchmarks.tables` puts the tables into
 the pages.
 """
@@ -33,7 +33,7 @@ class Options:
 
 
 def shown_correlations() -> list[tuple[str, Milestone | None]]:
-    """Return the sweeps whose correlations pages show, each with its milestone where it is not that of the rules."""
+    """Return the sweeps whose correlations pages show, each with its milestone, or None for that of the rules."""
     named = [one for page in PAGES for one in named_tables(page.read_text(encoding="utf-8"))]
     words = [words for kind, words in named if kind == "measures"]
     return list(dict.fromkeys((name, milestone_and_words(others)[0]) for name, *others in words))

@@ -236,7 +236,7 @@ def main() -> int:
             trainings.append((Trainer(config), RunFolder.create(Path(name) / run, config)))
         task = bar.add_task("", total=seconds, status="the first round compiles,")
         started, rounds = time.monotonic(), 0
-        while time.monotonic() - started < seconds:
+        while rounds < 2 or time.monotonic() - started < seconds:  # the first compiles, and is no sample
             if rounds % ROUNDS_PER_RUN == 0:
                 path = Path(name) / f"short-{rounds}"
                 short_run(path, rounds)
@@ -244,7 +244,7 @@ def main() -> int:
             n_train, train = timed(lambda: sum(train_on(*training) for training in trainings))
             n_steps += n_api + n_train
             rounds += 1
-            if rounds > 1:  # the first compiles
+            if rounds > 1:
                 samples.append(sample(started, api, train))
                 status = f"{samples[-1].memory:,.0f} MiB, {samples[-1].threads} threads, {samples[-1].files} files,"
                 bar.update(task, completed=min(samples[-1].seconds, seconds), status=status)

@@ -11,9 +11,9 @@ of a sweep, and SEEDS how many of its first seeds are taken.
 | `<!-- sweep NAME -->` | what was trained; with SEEDS where it is of the first ones only |
 | `<!-- unfinished NAME -->` | the same of a sweep that is not done, with how many runs are |
 | `<!-- measures NAME MEASURE ... -->` | how well measures predicted it, all measures where none is named |
-| `<!-- hierarchy NAME SEEDS -->` | when hierarchy pays; with a milestone that is not that of the rules, or `width` |
+| `<!-- hierarchy NAME SEEDS -->` | when hierarchy pays; with another milestone, `width` or `rooms`, or another method |
 | `<!-- factors NAME SEEDS REFERENCE -->` | what makes the difference; with a milestone before the reference, as above |
-| `<!-- comparisons NAME SEEDS -->` | the methods that benchmarks/study/NAME_comparisons.toml names beside each other |
+| `<!-- comparisons NAME SEEDS -->` | the methods that benchmarks/study/NAME_comparisons.toml names next to each other |
 | `<!-- levels NAME SEEDS -->` | whether hierarchy pays on other levels |
 | `<!-- tuning NAME ... -->` | which settings the sweeps tuned |
 | `<!-- paper SIZE SEEDS -->` | the paper's Table 3, ours on grids of one size |
@@ -25,7 +25,7 @@ A table of many rows is a CSV file. After a link to it the same words say what i
 `[factors](../benchmarks/results/study/factors.csv)<!-- factors study 10 hippo -->`. The site shows those of
 docs/tables.md.
 
-A file benchmarks/results/NAME/given.csv puts a column into the table of a sweep, with a text for each variant.
+A file benchmarks/results/NAME/notes.csv puts a column into the table of a sweep, with a text for each variant.
 
 What `measures` shows was written by `benchmarks.study.statistics --out correlations.csv`, or, where a
 milestone stands before the measures, with `--outcome steps_to_50 --out correlations_steps_to_50.csv`.
@@ -114,18 +114,18 @@ def unfinished_table(name: str) -> str:
 def _table_of_rows(name: str, plan: Plan, rows: pd.DataFrame, only: str = "", note: str = "") -> str:
     command = f"python -m hierroom sweep benchmarks/sweeps/{name}.toml{only} --out benchmarks/results/{name}"
     summary = summarise(plan.runs(), rows, plan.metas)
-    summary = with_told(summary, ROOT / "benchmarks" / "results" / name / "told.csv")
+    summary = with_notes(summary, ROOT / "benchmarks" / "results" / name / "notes.csv")
     return f"\n`{command}` ({note}{summary.caption()}):\n\n{summary.markdown()}\n\n"
 
 
-def with_told(summary: Summary, path: Path) -> Summary:
+def with_notes(summary: Summary, path: Path) -> Summary:
     """Return a summary with what a file says of each variant after its name, if there is one."""
     if not path.exists():
         return summary
     given = ResultTable.read(path)
-    said = {row[0]: row[1] for row in (given.headings, *given.rows)}
-    columns = [(*line[:1], said[line[0]], *line[1:]) for line in (summary.headings, *summary.lines)]
-    return replace(summary, headings=columns[0], n_names=summary.n_names + 1, lines=tuple(columns[1:]))
+    notes, (variant, *others) = {row[0]: row[1] for row in given.rows}, summary.headings
+    lines = tuple((line[0], notes.get(line[0], ""), *line[1:]) for line in summary.lines)
+    return replace(summary, headings=(variant, given.headings[1], *others), n_names=summary.n_names + 1, lines=lines)
 
 
 def matrix_table(column: str, name: str) -> str:

@@ -7,8 +7,8 @@ All train a flat PPO with an LSTM of 64 on graph c that reads the view: 128 envi
 minibatches. sb3-contrib's RecurrentPPO runs on the same Gymnasium environment, one process, with the view flattened. It
 has its own network (policy and value have an LSTM and two layers of 64 each), and once one shared LSTM and nothing
 after it, like ours. PufferLib's trainer takes part if it is installed (see `benchmarks.puffer_trainer`). It steps our
-vector environment as its native one. Its network is a layer of 64 and an LSTM of 64, whose state is reset at the start
-of each rollout and not at the end of an episode; ours is reset at the end of an episode only.
+vector environment as its native one. Its network is a layer of 64 and an LSTM of 64. The LSTM's state is reset at the
+start of each rollout and not at the end of an episode; ours is reset at the end of an episode only.
 HiPPO with 3 goals and with 13, with the features of the default, shows that the time does not grow with their number.
 Repeats take turns, so that a busy machine slows all alike.
 """
@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import importlib.util
 import os
-import platform
 import resource
 import time
 from collections import Counter
@@ -37,6 +36,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv
 import hierroom  # noqa: F401 - registers the environments
 from hierroom.learners.config import PPOConfig
 from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.provenance import cpu_name
 from hierroom.runs.trainer import Trainer
 from hierroom.worlds.env_config import EnvConfig
 
@@ -133,7 +133,7 @@ def main() -> None:
             advance()
             if repeat:
                 speeds[name].append(NUM_ENVS * LENGTH / (time.perf_counter() - started))
-    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
+    print(f"{cpu_name()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
     print(
         f"{NUM_ENVS} environments x {LENGTH} steps, {options.repeats} updates after one to warm up; median, quartiles"
     )

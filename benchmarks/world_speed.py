@@ -24,6 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from hierroom.goals import GoalGraph
+from hierroom.runs.folder.provenance import cpu_name
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.layout import MEMORIES
 from hierroom.worlds.escape_room.tiles import encode
@@ -75,16 +76,9 @@ def steps_per_second(run: Callable[[int], None], num_envs: int, seconds: float) 
 
 
 def device() -> str:
-    cpuinfo = Path("/proc/cpuinfo")
-    names = [
-        line.split(":")[1].strip()
-        for line in cpuinfo.read_text(encoding="utf-8").splitlines()
-        if line.startswith("model name")
-    ]
-    name = names[0] if names else platform.processor()
     libraries = ", ".join(f"{package} {version(package)}" for package in ("numba", "numpy", "minigrid"))
     cores = f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}"
-    return f"{name}, {cores}; Python {platform.python_version()}, {libraries}"
+    return f"{cpu_name()}, {cores}; Python {platform.python_version()}, {libraries}"
 
 
 def spread(values: list[float], unit: str) -> str:

@@ -53,7 +53,7 @@ class Estimate(NamedTuple):
 def correlations(
     difficulty: NDArray[np.float64], measures: Mapping[str, NDArray[np.float64]], goals: NDArray[np.float64]
 ) -> Table:
-    """Every statistic of every measure; ``nan`` where it has none.
+    """Return every statistic of every measure; ``nan`` where it has none.
 
     Args:
         difficulty: [G], may hold ``inf``.
@@ -148,8 +148,8 @@ def split_half(trained: Trained, *, n_splits: int = 1000, level: float = 0.95, s
     The value is the mean over random halves; the interval is over halves and graphs drawn with replacement.
 
     Args:
-        trained: the outcomes of one method; ``nan`` is returned if a graph has an odd number of seeds, whose halves are
-            of unequal size.
+        trained: the outcomes of one method; ``nan`` is returned if a graph has an odd number of seeds, as their
+            halves are of unequal size.
         n_splits: number of random halves.
         level: confidence level, above 0 and below 1.
         seed: of the halves.

@@ -151,10 +151,13 @@ def ratio_cells(one: Factor) -> list[str]:
     """Return the cells of a method's steps divided by those of the reference, under `RATIO_HEADER`."""
     if one.ratio is None:
         return ["-"] * len(RATIO_HEADER)
-    value, low, high = (f"{number:.2f}" if np.isfinite(number) else "∞" for number in one.ratio)
+    value, low, high = (f"{number:.2f}" if number < np.inf else "∞" for number in one.ratio)
     verdict = "slower" if one.ratio.low > 1 else "faster" if one.ratio.high < 1 else "no significant difference"
+    ratio = f"{value} [{low}, {high}]"
+    if np.isnan(one.ratio.low):  # a single seed on a single graph
+        ratio, verdict = value, "-"
     outcome = one.outcome.replace("_", " ") + "%"
-    return [outcome, f"{value} [{low}, {high}]", verdict, f"{one.slower} of {one.compared}"]
+    return [outcome, ratio, verdict, f"{one.slower} of {one.compared}"]
 
 
 def main() -> int:

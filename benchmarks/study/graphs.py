@@ -33,7 +33,7 @@ def study_graphs(n_sampled: int = 20, seed: int = 0) -> tuple[GoalGraph, ...]:
 def twins(seed: int = 0) -> dict[str, GoalGraph]:
     """Return copies of goal graphs with other numbers of their rooms, by the name of the graph that each is a copy of.
 
-    To be trained beside it: what a graph and its twin differ by is noise. A graph that no other numbers change has no
+    To be trained next to it: what a graph and its twin differ by is noise. A graph that no other numbers change has no
     twin.
 
     Args:

@@ -10,8 +10,6 @@ does the ratio is unknown, and counts as 1.
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -31,7 +29,7 @@ from hierroom.lab.sweep.summary import steps_text
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
-from hierroom.support.tables import markdown_table
+from hierroom.support.tables import csv_text, markdown_table
 
 Grouping = Literal["exit_depth", "width", "rooms"]
 QUARTILES: tuple[tuple[float, Literal["lower"]], tuple[float, Literal["higher"]]] = ((0.25, "lower"), (0.75, "higher"))
@@ -253,11 +251,7 @@ def main() -> int:
     compared = compare(found, measured, options)
     print(text(found, compared, measured, options))
     if options.out is not None:
-        table = io.StringIO()
-        writer = csv.DictWriter(table, [*asdict(compared[0])], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(asdict(one) for one in compared)
-        write_atomically(options.out, table.getvalue().encode())
+        write_atomically(options.out, csv_text(map(asdict, compared)))
     return 0
 
 

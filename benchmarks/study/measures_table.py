@@ -8,17 +8,13 @@ on where it stopped. `python -m benchmarks.study.statistics` holds it against wh
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import tyro
-from rich.console import Console
-from rich.progress import track
 
 from benchmarks.study.graphs import study_graphs, twins
 from benchmarks.study.tables import MEASURES_PATH, Row, read_measures
@@ -27,8 +23,9 @@ from hierroom.complexity import analyze
 from hierroom.complexity.measures import graph_mdp, measure_mdp, measure_walk
 from hierroom.goals import GoalGraph
 from hierroom.lab.measure import MAX_ENVS, measure
-from hierroom.support.cli import run
+from hierroom.support.cli import progress_bar, run
 from hierroom.support.files import write_atomically
+from hierroom.support.tables import csv_text
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.measured_levels import GORP_RUNS, LEVEL_POLICIES, MAX_LEVEL_STATES, level_mdp
@@ -129,12 +126,12 @@ def make_table(graphs: Mapping[str, tuple[GoalGraph, str]], settings: Settings, 
     path.parent.mkdir(parents=True, exist_ok=True)
     rows = {row["graph"]: row for row in read_measures(path) if row["settings"] == settings_text(settings)}
     missing = [name for name in graphs if name not in rows]
-    console = Console(stderr=True)
-    for name in track(missing, "measuring", console=console, transient=True, disable=not console.is_terminal):
-        graph, twin_of = graphs[name]
-        rows[name] = {column: str(value) for column, value in measured_row(graph, settings, twin_of).items()}
-        others = [row for name, row in rows.items() if name not in graphs]
-        _write(path, [*(rows[one] for one in graphs if one in rows), *others])
+    with progress_bar() as bar:
+        for name in bar.track(missing, description="measuring"):
+            graph, twin_of = graphs[name]
+            rows[name] = {column: str(value) for column, value in measured_row(graph, settings, twin_of).items()}
+            others = [row for name, row in rows.items() if name not in graphs]
+            write_atomically(path, csv_text([*(rows[one] for one in graphs if one in rows), *others]))
     return [rows[name] for name in graphs]
 
 
@@ -170,15 +167,6 @@ def _of_levels(graph: GoalGraph, settings: Settings) -> dict[str, float | str]:
         measure_mdp(mdp, settings.level_horizon, n_policies=LEVEL_POLICIES, gorp_runs=GORP_RUNS) for mdp in mdps
     ]
     return {f"level_{name}": float(np.median([getattr(one, name) for one in measures])) for name in ("states", *names)}
-
-
-def _write(path: Path, rows: Sequence[Mapping[str, str]]) -> None:
-    text = io.StringIO()
-    columns = list(dict.fromkeys(name for row in rows for name in row))
-    writer = csv.DictWriter(text, columns, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    write_atomically(path, text.getvalue().encode())
 
 
 def main() -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -66,12 +67,15 @@ class Paired:
         """Return the median ratio over the graphs, with its interval by resampling the graphs and the seeds of each.
 
         Of an even number of graphs it is the geometric mean of the two in the middle, so that the median of the inverse
-        ratios is its inverse.
+        ratios is its inverse. It has no interval if nothing can vary: with one graph, and a single seed of a method.
         """
+        value = float(median_ratios(self.ratios[None])[0])
         rng, n = np.random.default_rng(bootstrap.seed), len(self.graphs)
+        if n == 1 and self.has_single_seed[0]:
+            return Estimate(value, math.nan, math.nan)
         drawn = np.array([self._resampled(rng, rng.integers(n, size=n)) for _ in range(bootstrap.resamples)])
         low, high = bootstrap.interval(median_ratios(drawn))
-        return Estimate(float(median_ratios(self.ratios[None])[0]), float(low), float(high))
+        return Estimate(value, float(low), float(high))
 
     def _resampled(self, rng: np.random.Generator, graphs: NDArray[np.int64] | slice) -> NDArray[np.float64]:
         """Return the ratios of B graphs [B]; a graph drawn twice has new seeds each time."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -12,6 +10,7 @@ import numpy as np
 from benchmarks.study.correlations import Estimate, ceiling
 from benchmarks.study.tables import Row
 from hierroom.support.errors import InputError
+from hierroom.support.tables import csv_text as csv_of
 from hierroom.support.tables import markdown_table
 
 PRINTED = (
@@ -123,15 +122,21 @@ def _seeds_text(fewest: int, most: int) -> str:
 
 def csv_text(results: Sequence[Result]) -> str:
     """Every number of every method as a row."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for result in results:
-        for (measure, statistic), estimate in result.estimates.items():
-            numbers = ("" if np.isnan(number) else f"{number:.6g}" for number in estimate)
-            n = result.twins if measure == "twins" else result.graphs
-            writer.writerow([result.method, result.outcome, measure, statistic, *numbers, n, *result.seeds])
-    return text.getvalue()
+    rows = [
+        {
+            "method": result.method,
+            "outcome": result.outcome,
+            "measure": measure,
+            "statistic": statistic,
+            **{name: f"{number:.6g}" for name, number in estimate._asdict().items() if not np.isnan(number)},
+            "graphs": result.twins if measure == "twins" else result.graphs,
+            "seeds_min": result.seeds[0],
+            "seeds_max": result.seeds[1],
+        }
+        for result in results
+        for (measure, statistic), estimate in result.estimates.items()
+    ]
+    return csv_of(rows, COLUMNS)
 
 
 def results_of(rows: Sequence[Row]) -> list[Result]:

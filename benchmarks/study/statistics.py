@@ -14,15 +14,13 @@ from pathlib import Path
 
 import numpy as np
 import tyro
-from rich.console import Console
-from rich.progress import Progress
 
 from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.correlations import Estimate, estimates, noise_of_twins, split_half, twin_factor
 from benchmarks.study.result import HALVES, NEVER, TWIN_FACTOR, TWINS, Result, csv_text, markdown
 from benchmarks.study.tables import Row, first_seeds, measures_for, read_rows
 from benchmarks.study.trained import FEWEST_GRAPHS, Outcome, Trained, among, by_rule, measures_of, read_trained
-from hierroom.support.cli import run
+from hierroom.support.cli import progress_bar, run
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
 
@@ -64,14 +62,13 @@ def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result
     """
     rows, results = first_seeds(rows, options.seeds), []
     goals_of = {row["graph"]: float(row["goals"]) for row in measured}
-    console = Console(stderr=True)
     every: list[tuple[Outcome, Trained]]
     if options.outcome is None:
         every = [(outcome, one) for outcome, several in by_rule(rows, measured).items() for one in several]
     else:
         every = [(options.outcome, one) for one in read_trained(rows, measured, options.outcome)]
     chosen = {row["graph"] for row in measured if not options.rooms or int(row["rooms"]) in options.rooms}
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+    with progress_bar() as bar:
         for outcome, unfiltered in every:
             trained = among(unfiltered, chosen)
             if (n := len(trained.graphs)) < FEWEST_GRAPHS:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping, Sequence
-from itertools import dropwhile
 from pathlib import Path
 
 from benchmarks.committed import ROOT
+from hierroom.support.cells import text_of_cell
 from hierroom.support.errors import InputError
+from hierroom.support.reading import read_csv
 
 MEASURES_PATH = Path("benchmarks/results/study/measures.csv")
 NEEDED = {"graph", "twin_of", "rooms", "goals", "settings"}
@@ -77,17 +77,9 @@ def first_seeds(rows: Sequence[Row], n_seeds: int | None) -> list[Row]:
 
 
 def read_rows(path: Path) -> list[Row]:
-    """Return the rows of a CSV file, such as a table of runs; comment lines before its headings begin with #.
+    """Return the rows of a CSV file, such as a table of runs.
 
     Raises:
         InputError: if it cannot be read, or a row has another number of columns than its headings.
     """
-    try:
-        lines = dropwhile(lambda line: line.startswith("#"), path.read_text(encoding="utf-8-sig").splitlines())
-        rows: list[Row] = [*csv.DictReader(lines, strict=True)]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"cannot read the table {path}: {error}") from error
-    for number, row in enumerate(rows, start=1):
-        if None in row or None in row.values():
-            raise InputError(f"row {number} of {path} has another number of columns than its headings")
-    return rows
+    return [{name: text_of_cell(cell) for name, cell in row.items()} for _, row in read_csv(path)[1]]

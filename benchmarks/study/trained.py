@@ -210,7 +210,7 @@ def method_names(rows: Sequence[Row]) -> list[str]:
 
 
 def measures_of(graphs: Sequence[str], measured: Sequence[Row]) -> dict[str, NDArray[np.float64]]:
-    """Return the measures of some graphs, each [G] and turned so that more should be harder.
+    """Return the measures of some graphs, each [G], with signs such that a larger value means harder.
 
     They are rounded to nine digits: isomorphic graphs differ in the last ones, and are to be ranked alike. What is not
     known of every graph, or is the same for all, is left out.

@@ -9,8 +9,6 @@ a time is exchanged for another wherever that lowers the greatest of their rank 
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import get_args
@@ -26,6 +24,7 @@ from hierroom.complexity import analyze
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
+from hierroom.support.tables import csv_text
 from hierroom.worlds.workshop.layout import SHELF
 from hierroom.worlds.workshop.recipes import book_of
 from hierroom.worlds.workshop.shortest import Solver
@@ -124,12 +123,8 @@ def main() -> int:
     columns = np.array([[row[name] for name in APART] for row in rows], float)
     places = chosen(columns, options.trees, options.tries, options.seed)
     rows = [rows[place] for place in places]
-    text = io.StringIO()
-    writer = csv.DictWriter(text, [*rows[0]], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
     options.out.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(options.out, text.getvalue().encode())
+    write_atomically(options.out, csv_text(rows))
     print(f"{len(rows)} of {len(columns)} trees are in {options.out}; rank correlations:")
     for name, row in zip(
         APART, rank_correlations(np.array([[row[name] for name in APART] for row in rows], float)), strict=True

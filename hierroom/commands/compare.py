@@ -12,7 +12,7 @@ import tyro
 
 from hierroom.lab.compare.curve import METRICS, MetricName
 from hierroom.support.cli import Flag, progress_bar, read_arguments
-from hierroom.support.errors import InputError, require_number
+from hierroom.support.errors import InputError, one_line, require_number
 from hierroom.support.files import to_json, usable_path, write_atomically
 from hierroom.support.tables import csv_text, print_table
 
@@ -153,5 +153,5 @@ def _print(comparison: Comparison, notes: Sequence[str], written: Sequence[Path]
         if (more := len(comparison.improvements) // 2 - MAX_PAIRS) > 0:
             print(f"{more} more pairs are in improvement.csv")
     for note in notes:
-        print(f"- {note}")
+        print(one_line(f"- {note}"))
     print(f"written: {', '.join(map(str, written))}")

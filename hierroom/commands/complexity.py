@@ -28,7 +28,6 @@ from hierroom.worlds.make import find_task
 MAX_LISTED_ROOMS = 8  # with 612 goal graphs; the 1,747 of 9 rooms would take most of a minute
 FORMATS = ("json", "csv", "latex", "markdown")
 OF_PLAY = ("episodes", "size", "max_steps", "trust_run")  # options of --from-play alone
-LARGE = 2000  # nodes; with as many or more, a line announces slow work
 WITH_RULES = ("rules", "task", "sort", *FORMATS, "draw", "walk")  # options that --rules allows
 
 
@@ -157,31 +156,24 @@ def _rules_of(task: str) -> Rules | GoalGraph:
 
 
 def _show_reports(options: ComplexityArguments, reports: Sequence[WalkReport], is_list: bool) -> None:
-    n_nodes = sum(report.nodes for report in reports)
-    if n_nodes < LARGE:
-        _print_reports(options, [*reports], is_list)
-        return
-    with said_when_slow(lambda: f"measuring {', '.join(report.name for report in reports[:3])}: {n_nodes:,} nodes"):
-        _print_reports(options, [*reports], is_list)
-
-
-def _print_reports(options: ComplexityArguments, reports: list[WalkReport], is_list: bool) -> None:
-    if (column := options.sort) is not None:
-        reports.sort(key=lambda report: value_of(report, column))
-    if options.draw is not None:
-        if len(reports) != 1:
-            raise InputError(f"--draw draws one graph, named by --graph, or one file of --rules, not {len(reports)}")
-        reports[0].draw(options.draw)
-    formats = [name for name in FORMATS if getattr(options, name)]
-    if options.json:
-        tables = [report.to_dict() for report in reports]
-        print(to_json(tables if is_list else tables[0]))
-    elif formats:
-        print(list_text(reports, formats[0]), end="")
-    elif is_list:
-        _print_table(options, reports)
-    else:
-        print(reports[0])
+    if options.draw is not None and len(reports) != 1:
+        raise InputError(f"--draw draws one graph, named by --graph, or one file of --rules, not {len(reports)}")
+    names, n_nodes = ", ".join(report.name for report in reports[:3]), sum(report.nodes for report in reports)
+    with said_when_slow(lambda: f"measuring {names}: {n_nodes:,} nodes"):
+        if (column := options.sort) is not None:
+            reports = sorted(reports, key=lambda report: value_of(report, column))
+        if options.draw is not None:
+            reports[0].draw(options.draw)
+        formats = [name for name in FORMATS if getattr(options, name)]
+        if options.json:
+            tables = [report.to_dict() for report in reports]
+            print(to_json(tables if is_list else tables[0]))
+        elif formats:
+            print(list_text(reports, formats[0]), end="")
+        elif is_list:
+            _print_table(options, reports)
+        else:
+            print(reports[0])
 
 
 def main(argv: Sequence[str]) -> int:
@@ -228,12 +220,12 @@ def _show_played_rules(options: ComplexityArguments, player: str, walk: Walk) ->
         raise InputError(f"rules are estimated from play in one goal graph, not in {len(specs)}")
     entries = given(options, "task", "layout", "size", "max_steps") | ({"graph": specs[0]} if specs else {})
     found = play_rules_named(player, entries, options.drop, options.episodes, options.seed, options.trust_run)
-    if options.json:
-        print(to_json({"episodes": found.episodes, "seen": dict(found.seen), **found.rules.to_dict()}))
-    else:
-        print(found)
+    seen = {"episodes": found.episodes, "seen": dict(found.seen), **found.rules.to_dict()}
+    print(to_json(seen) if options.json else found)
+    if not options.json or options.draw is not None:
         report = analyze(found.rules, walk=walk)
-        print(f"\n{report}")
+        if not options.json:
+            print(f"\n{report}")
         if options.draw is not None:
             report.draw(options.draw)
     if options.out is not None:
@@ -273,7 +265,7 @@ def _counted(graphs: Sequence[object]) -> str:
     return f"{len(graphs)} goal graph{'s' * (len(graphs) > 1)}"
 
 
-def _print_table(options: ComplexityArguments, reports: list[WalkReport]) -> None:
+def _print_table(options: ComplexityArguments, reports: Sequence[WalkReport]) -> None:
     title = f"{_counted(reports)}, {'with' if options.drop else 'without'} drop"
     if options.rules:
         title = f"{len(reports)} sets of rules"

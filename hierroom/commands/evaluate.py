@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING
 
 from rich.box import HEAVY_HEAD
 
 from hierroom.commands.agent_arguments import AgentArguments
-from hierroom.support.cli import given, progress_bar, read_arguments
+from hierroom.support.cli import Flag, given, progress_bar, read_arguments
 from hierroom.support.errors import require_number
 from hierroom.support.files import to_json
 from hierroom.support.tables import named_table, print_table
@@ -37,7 +36,7 @@ class EvaluateArguments(AgentArguments):
 
     episodes: int | None = None
     num_envs: int = 100
-    json: bool = False
+    json: Flag = False
 
 
 def main(argv: Sequence[str]) -> int:
@@ -69,9 +68,13 @@ def main(argv: Sequence[str]) -> int:
         for name, player in players.items():
             task = bar.add_task(f"{name} actions", total=episodes)
             pair = player.pair(num_envs, seed=seed)
-            say = partial(bar.update, task)
+
             results[name] = evaluate(
-                pair, turns[name], episodes, lambda done, say=say: say(completed=done), may_stop=may_stop
+                pair,
+                turns[name],
+                episodes,
+                lambda done, task=task: bar.update(task, completed=done),
+                may_stop=may_stop,
             )
     if arguments.json:
         print(to_json({name: asdict(result) for name, result in results.items()}))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import gc
 import io
 import os
@@ -31,6 +32,8 @@ LISTS = (
 )
 """Options with several values."""
 _NUMBERS = ConstructorRegistry()
+_NO_OUTPUT = "cannot write the output: "
+_UNWRITTEN = {errno.ENOSPC, errno.EFBIG, errno.EIO}  # without a file name; our own files' errors have one
 
 
 def read_arguments(kind: type[T], command: str, argv: Sequence[str], default: T | None = None) -> T:
@@ -139,7 +142,7 @@ def _failure(error: Exception) -> tuple[int, str]:
         case FloatingPointError() | RunError():
             return 1, str(error)
         case OSError(filename=None):
-            return 2, f"cannot write the output: {error.strerror}"
+            return 2, f"{_NO_OUTPUT * (error.errno in _UNWRITTEN)}{error.strerror or error}"
         case OSError():  # such as a name that is too long, or a folder without permission
             return 2, f"{error.strerror or error}: {os.fsdecode(error.filename)!r}"
     if isinstance(error, MemoryError) or (isinstance(error, RuntimeError) and "allocate" in str(error)):  # from torch
@@ -171,5 +174,5 @@ def _flush(code: int | str | None) -> int | str | None:
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, stream.fileno())  # Python flushes once more at exit
             if not isinstance(error, BrokenPipeError) and stream is sys.stdout and not code:
-                code = _report(error)
+                code = _report(InputError(f"{_NO_OUTPUT}{error.strerror}"))
     return code

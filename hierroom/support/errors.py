@@ -41,7 +41,7 @@ class DivergenceError(FloatingPointError):
 
 
 class RunError(Exception):
-    """Error for runs that fail with valid input, with a message on one line: their number, one of them, the reason."""
+    """Error for runs that fail with valid input, with a message on one line."""
 
 
 def require_number(name: str, value: object, low: float, high: float = math.inf, *, is_whole: bool = False) -> None:

@@ -222,9 +222,8 @@ class BaseWorld(ABC):
         """Return a screen for environments in a render mode."""
         return StateScreen(self.get_state, self.replayer, render_mode)
 
-    def close(self) -> None:
-        """Do nothing; a world that holds environments or files closes them here."""
-        return
+    def close(self) -> None:  # noqa: B027 - most worlds hold nothing that must be closed
+        """Do nothing, by default."""
 
     def clocks(self) -> NDArray[np.integer]:
         """Return the steps [N] of the current episodes."""

@@ -41,9 +41,12 @@ def test_a_ratio_is_the_median_over_the_graphs_and_its_interval_is_of_graphs_and
     assert (slower.slower, slower.graphs, slower.works, slower.success) == (3, 3, 3, (1.0, 1.0, 1.0))
 
 
-def test_one_seed_has_an_interval_of_the_graphs():
+def test_one_seed_has_an_interval_of_the_graphs_and_on_one_graph_none():
     found = factors.factors(rows_of("as it is", "slower"), MEASURES, options(seeds=1))
     assert [one.ratio for one in found] == [None, (2.0, 2.0, 3.0)]
+    rows = [row for row in rows_of("as it is", "slower") if row["graph"] == "one"]
+    _, alone = factors.factors(rows, MEASURES, options(seeds=1))
+    assert factors.cells(alone)[1:5] == ["steps to 95%", "2.00", "-", "1 of 1"]
 
 
 def test_a_method_that_never_gets_to_95_is_compared_by_the_steps_to_50():

@@ -118,13 +118,13 @@ def test_a_page_with_an_unfinished_table_does_not_keep_the_others(monkeypatch, t
 
 
 def test_the_table_of_a_sweep_has_the_description_of_each_variant(tmp_path, monkeypatch):
-    path = tmp_path / "told.csv"
-    summary = Summary(("variant", "runs"), 1, (("first", "3"), ("second", "-")), False)
-    assert tables.with_told(summary, path) is summary
-    path.write_text("variant,told\nsecond,nothing\nfirst,rules\n")
-    given = tables.with_told(summary, path)
-    assert given.headings == ("variant", "told", "runs")
-    assert given.lines == (("first", "rules", "3"), ("second", "nothing", "-"))
+    path = tmp_path / "notes.csv"
+    summary = Summary(("variant", "runs"), 1, (("first", "3"), ("second", "-"), ("third", "1")), False)
+    assert tables.with_notes(summary, path) is summary
+    path.write_text("variant,note\nsecond,nothing\nfirst,rules\n")
+    given = tables.with_notes(summary, path)
+    assert given.headings == ("variant", "note", "runs")
+    assert given.lines == (("first", "rules", "3"), ("second", "nothing", "-"), ("third", "", "1"))
 
 
 def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch):

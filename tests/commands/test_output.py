@@ -159,6 +159,25 @@ def test_a_command_whose_output_cannot_be_written_says_so(tmp_path):
     assert done.returncode == 2
 
 
+@pytest.mark.parametrize(
+    ("error", "shown"),
+    [
+        (OSError(errno.EMFILE, "Too many open files"), "Too many open files"),
+        (OSError(errno.ENOSPC, "No space left on device"), "cannot write the output: No space left on device"),
+        (OSError("the socket is closed"), "the socket is closed"),
+        (OSError(errno.EACCES, "Permission denied", "a.csv"), "Permission denied: 'a.csv'"),
+    ],
+)
+def test_an_error_of_the_system_is_shown_with_its_file_if_it_has_one(error, shown, capsys):
+    def command() -> int:
+        raise error
+
+    with pytest.raises(SystemExit) as ended:
+        cli.run(command)
+    assert ended.value.code == 2
+    assert capsys.readouterr().err == f"error: {shown}\n"
+
+
 def test_a_broken_pipe_that_rich_makes_an_exit_is_none(capsys):
     def command() -> int:
         try:

@@ -234,7 +234,6 @@ def test_analyze_takes_chains_graphs_and_what_declares_rules():
 
 
 def test_the_command_says_what_takes_long(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(command, "LARGE", 25)
     monkeypatch.setattr(slow, "FIRST_SECONDS", 0.0)
     TUNNEL.to_toml(tmp_path / "tunnel.toml")
     command.main(["--rules", str(tmp_path / "tunnel.toml")])

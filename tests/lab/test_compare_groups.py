@@ -98,10 +98,11 @@ def test_a_folder_is_named_without_its_seed_wherever_that_stands(tmp_path, folde
 
 
 def test_what_a_folder_calls_a_run_is_one_line_that_no_terminal_obeys(tmp_path):
-    path = make_run(tmp_path / "run", {"a": line(0.5)}, network="own:\udcff")
+    path = make_run(tmp_path / "run", {"a\x1b[31m": line(0.5)}, graph="a", network="own:\udcff")
     (path / "provenance.json").write_text(r'{"sessions": [{"variant": "=x\ud800\u001b[31m\n"}]}')
     run = read_run(path)
     assert (run.choice("variant"), run.choice("network")) == (r"=x\ud800\x1b[31m\n", r"own:\udcff")
+    assert [*run.curves] == [r"a\x1b[31m"]
 
 
 def test_runs_that_are_mixed_are_reported(tmp_path, compare):

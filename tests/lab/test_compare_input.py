@@ -21,11 +21,12 @@ def test_what_is_not_a_run(tmp_path, runs, compare, refused):
 
 
 def test_a_run_without_evaluations(runs, compare, refused):
-    (runs / "random-3" / "evaluations.csv").unlink()
+    without = (runs / "random-3").rename(runs / "\x1b[31m")
+    (without / "evaluations.csv").unlink()
     printed = compare(runs, by="meta")
-    assert f"left out, as it has no evaluations: {runs / 'random-3'}" in printed
+    assert f"left out, as it has no evaluations: {runs}/\\x1b[31m" in printed
     assert row("compare/summary.csv", group="random", graph="all")["n_runs"] == "3"
-    refused("random-3 has no evaluations.csv; the run was made without", runs / "random-3")
+    refused("has no evaluations.csv; the run was made without", without)
     for path in runs.glob("*/evaluations.csv"):
         path.unlink()
     refused("no run in .* has evaluations", runs)

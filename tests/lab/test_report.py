@@ -6,7 +6,7 @@ import shutil
 
 import numpy as np
 import pytest
-from evaluated_runs import line, make_run
+from evaluated_runs import STEPS, line, make_run
 from report_page import HOSTILE, Page, hostile_run
 
 import hierroom
@@ -15,8 +15,8 @@ from hierroom.lab.compare.comparison import compare
 from hierroom.lab.compare.evaluated_run import read_run, runs_inside
 from hierroom.lab.compare.grouping import group_runs
 from hierroom.lab.compare.tasks import Tasks
-from hierroom.lab.report.curves import RESAMPLES, compare_runs, curve_rows, training_goals
-from hierroom.lab.report.page import script_json
+from hierroom.lab.report.curves import RESAMPLES, compare_runs, curve_rows, run_rows, training_goals
+from hierroom.lab.report.page import page_texts, script_json
 from hierroom.lab.report.runs import read_runs
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError
@@ -193,13 +193,13 @@ def test_steps_per_goal_are_those_of_an_evaluation(page, runs):
 
 def test_goals_while_training(tmp_path):
     folder = RunFolder.create(tmp_path / "run", hierroom.TrainConfig())
-    goals = ["", "key 1", "key 1 > door 1", "key 1 > door 1 > exit"] * 200
+    goals = ["", "key 1", "key 1 > coin", "key 1 > coin > exit"] * 200  # a coin, as in a task
     columns = {"env": 0, "graph": "a", "success": 0, "length": 5, "return": 0.0}
     folder.episodes.append([{"steps": 10 * n, **columns, "goals": goal} for n, goal in enumerate(goals)])
     found = training_goals(folder)
-    assert list(found["shares"]) == ["key 1", "door 1", "exit"]
+    assert list(found["shares"]) == ["coin", "exit", "key 1"]
     assert found["steps"][:2] == [95, 295]  # 40 bins of 20 episodes
-    assert found["shares"] == {"key 1": [0.75] * 40, "door 1": [0.5] * 40, "exit": [0.25] * 40}
+    assert found["shares"] == {"key 1": [0.75] * 40, "coin": [0.5] * 40, "exit": [0.25] * 40}
     few = RunFolder.create(tmp_path / "few", hierroom.TrainConfig())
     few.episodes.append([{"steps": n, **columns, "goals": "key 1" if n > 10 else ""} for n in range(25)])
     assert training_goals(few)["shares"] == {"key 1": [0.15385, 1]}
@@ -207,6 +207,17 @@ def test_goals_while_training(tmp_path):
     few.episodes.path.write_text("steps,graph\n1,a\n")
     with pytest.raises(InputError, match=r"episodes\.csv is broken: 'goals'"):
         training_goals(few)
+
+
+def test_a_run_that_trains_on_is_shown_as_it_was_read(tmp_path):
+    table = make_run(tmp_path / "run", {"a": line(0.5)}) / "evaluations.csv"
+    runs, _ = read_runs([tmp_path / "run"])
+    curves = compare_runs(runs, None)
+    table.write_text(table.read_text() + table.read_text().splitlines()[-1].replace("1000000,", "2000000,", 1) + "\n")
+    (one,) = run_rows(runs, curves)
+    assert {len(values) for values in one["graphs"]["a"].values()} == {len(STEPS)}
+    assert page_texts(runs, curves, [], [], [])["runs"][0]["steps"] == "1,000,000"
+    assert read_run(tmp_path / "run").last_steps == 2_000_000
 
 
 def test_what_a_run_says_is_text(tmp_path, capsys):

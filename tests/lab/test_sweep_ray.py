@@ -1,14 +1,17 @@
 """A sweep on a Ray cluster of two nodes; one is killed in the middle. Needs Ray."""
 
+import errno
 import os
 import sys
 import threading
 import time
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
 
 import pytest
 from tiny_sweep import plan, results
 
-from hierroom.lab.sweep.cluster import _pack, _unpack
+from hierroom.lab.sweep.cluster import _pack, _unpack, work_on_cluster
 from hierroom.lab.sweep.sweep import Sweep
 from hierroom.support.errors import InputError
 
@@ -21,23 +24,56 @@ def test_without_ray_one_line_says_what_to_install(tmp_path, monkeypatch):
         Sweep(plan("seed=0"), tmp_path).fill(ray="auto")
 
 
-def test_a_folder_that_comes_back_takes_the_place_of_a_part(tmp_path):
+def test_a_folder_that_comes_back_takes_the_place_of_a_part(tmp_path, monkeypatch):
     whole, part = tmp_path / "whole", tmp_path / "runs" / "run"
     for folder, names in ((whole, ("config.json", "evaluations.csv")), (part, ("config.json", "metrics.csv"))):
         folder.mkdir(parents=True)
         for name in names:
             (folder / name).write_text(folder.name)
     content = _pack(whole)
-    with pytest.raises(EOFError):
-        _unpack(content[: len(content) // 2], part)
-    assert {path.name: path.read_text() for path in part.iterdir()} == dict.fromkeys(
-        ["config.json", "metrics.csv"], "run"
-    )
+    rename = Path.rename
+
+    def fail(path, target):
+        if path.name == "whole":
+            raise OSError(errno.EIO, "Input/output error")
+        return rename(path, target)
+
+    for half, error in ((2, EOFError), (1, OSError)):
+        with monkeypatch.context() as patch:
+            patch.setattr(Path, "rename", fail)
+            with pytest.raises(error):
+                _unpack(content[: len(content) // half], part)
+        assert {path.name: path.read_text() for path in part.iterdir()} == dict.fromkeys(
+            ["config.json", "metrics.csv"], "run"
+        )
     _unpack(content, part)
     assert {path.name: path.read_text() for path in part.iterdir()} == dict.fromkeys(
         ["config.json", "evaluations.csv"], "whole"
     )
     assert [path.name for path in part.parent.iterdir()] == ["run"]
+
+
+def test_a_folder_that_cannot_be_unpacked_fails_its_run_alone(tmp_path, monkeypatch):
+    link = tmp_path / "link" / "x"
+    link.parent.mkdir()
+    link.symlink_to("/etc/passwd")
+    (tmp_path / "plain").mkdir()
+    contents = iter([_pack(link.parent), _pack(tmp_path / "plain")])
+    ray = ModuleType("ray")
+    ray.init = ray.shutdown = lambda **settings: None
+    ray.remote = lambda **settings: lambda work: SimpleNamespace(remote=lambda job: object())
+    ray.wait = lambda references, timeout: (references[:1], references[1:])
+    ray.get = lambda reference: ({}, next(contents))
+    monkeypatch.setitem(sys.modules, "ray", ray)
+    run = SimpleNamespace(config=SimpleNamespace(steps=1))
+    jobs = [SimpleNamespace(folder=tmp_path / "out" / name, run=run, check_folder=list) for name in ("one", "two")]
+    events = [*work_on_cluster(jobs, "auto", SimpleNamespace(is_requested=False))]
+    assert [(event.kind, event.job) for event in events] == [
+        ("failed", jobs[0]),
+        ("progressed", jobs[1]),
+        ("finished", jobs[1]),
+    ]
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["two"]
 
 
 @pytest.fixture

@@ -238,7 +238,7 @@ def test_a_single_run_has_the_interval_of_its_evaluations():
         "; of a single run, in square brackets the 95% interval that its evaluations leave"
     )
     line = summary.lines[0]
-    assert line[-6:] == ("10k [9k, 12k]", "200k [190k, -]", "60.0% [50.0%, 70.0%]", "40", "-", "20.0%")
+    assert line[-6:] == ("10k [9,000, 12k]", "200k [190k, -]", "60.0% [50.0%, 70.0%]", "40", "-", "20.0%")
 
 
 def test_a_name_with_a_bar_is_one_cell_in_markdown():

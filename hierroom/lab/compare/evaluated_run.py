@@ -31,6 +31,7 @@ class EvaluatedRun:
     """A training run and its evaluations."""
 
     path: Path
+    rows: Sequence[Mapping[str, str]]  # of its table of evaluations
     entries: Mapping[str, Any]  # see `entries_of`
     meta: str
     reward: str  # the controller's reward
@@ -143,8 +144,9 @@ def _has_curve(path: Path) -> bool:
 def read_run(path: Path) -> EvaluatedRun:
     """Read the config and the evaluations of a run."""
     folder = RunFolder.open(path)
-    config, table = folder.config(), _evaluations(folder)
-    curves = {}
+    config, rows = folder.config(), _evaluations(folder)
+    numbers, curves = ["steps", "episodes", *METRICS], {}
+    table = pd.DataFrame(rows, dtype=object)[["graph", *numbers]].astype(dict.fromkeys(numbers, float))
     for graph, own in table.groupby("graph", sort=False):
         steps = own["steps"].to_numpy()
         if not (np.diff(steps) > 0).all() or not np.isfinite(steps).all():
@@ -156,16 +158,15 @@ def read_run(path: Path) -> EvaluatedRun:
         spec.name: spec.canonical() for spec in graph_specs(config.env.graph) if isinstance(spec, GoalGraph)
     }
     entries, reward = entries_of(path, config), str(method.controller.reward)
-    return EvaluatedRun(path, entries, method.meta, reward, curves, counts, graphs, code_of(path))
+    return EvaluatedRun(path, rows, entries, method.meta, reward, curves, counts, graphs, code_of(path))
 
 
-def _evaluations(folder: RunFolder) -> pd.DataFrame:
-    rows = pd.DataFrame(folder.evaluations.read(), dtype=object)
-    if rows.empty:
+def _evaluations(folder: RunFolder) -> list[dict[str, str]]:
+    rows = folder.evaluations.read()
+    if not rows:
         why = "the run was made without evaluations, or none has been written yet"
         raise InputError(f"{folder.path} has no {_TABLE}; {why}")
-    numbers = ["steps", "episodes", *METRICS]
-    return rows[["graph"]].join(rows[numbers].replace("", "nan").astype(float))
+    return [{**row, "graph": one_line(row["graph"])} for row in rows]  # it is shown, and the folder is untrusted
 
 
 def refuse_without_overlap(runs: Sequence[EvaluatedRun]) -> None:

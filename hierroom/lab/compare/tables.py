@@ -12,6 +12,7 @@ from hierroom.lab.compare.comparison import ALL, SUCCESS_LEVELS, Comparison, Gro
 from hierroom.lab.compare.curve import METRICS
 from hierroom.lab.compare.estimates import Estimate
 from hierroom.lab.compare.tasks import OWN
+from hierroom.lab.sweep.summary import steps_text
 from hierroom.support.tables import named_table
 
 Row = dict[str, object]
@@ -87,7 +88,7 @@ def summary_table(comparison: Comparison) -> Table:
         ]
         for summary in comparison.of_graph(ALL)
     ]
-    headings = ["group", "runs", f"after {_steps(end)}", "area under\nthe curve", *levels]
+    headings = ["group", "runs", f"after {steps_text(end)}", "area under\nthe curve", *levels]
     table = named_table(headings, rows, title=title, caption=caption, padding=0)  # no padding, as names are long
     table.columns[0].min_width = 14
     return table
@@ -131,11 +132,5 @@ def _with_interval(estimate: Estimate, n: int, digits: int, gap: str, scale: flo
 
 def _censored(steps: float, reached: float, end: float) -> str:
     if math.isfinite(steps):
-        return _steps(steps)
-    return f">{_steps(end)}" if reached else "-"
-
-
-def _steps(steps: float) -> str:
-    if steps >= 1e6:
-        return f"{steps / 1e6:.2f}M"
-    return f"{steps / 1e3:.0f}k" if steps >= 10_000 else f"{steps:,.0f}"
+        return steps_text(steps)
+    return f">{steps_text(end)}" if reached else "-"

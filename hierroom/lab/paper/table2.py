@@ -8,7 +8,6 @@ from rich.box import HEAVY_HEAD
 from rich.console import Console
 
 from hierroom.complexity.report import analyze
-from hierroom.complexity.walk import TABLE_READING, Reading
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.lab.paper.published import PAPER_TABLE_2
 from hierroom.support.cli import Flag
@@ -43,12 +42,12 @@ class TableCell:
         return f"{text} " if self.agrees else f"{text}*"
 
 
-def table_2(reading: Reading = TABLE_READING) -> list[TableCell]:
+def table_2() -> list[TableCell]:
     """Compute every value of Table 2: exit depth, width, hitting time without and with drop, for the graphs a to g."""
     cells = []
     for letter, printed in PAPER_TABLE_2.items():
         graph = NAMED_GRAPHS[letter]
-        plain, dropping = analyze(graph, False, reading=reading), analyze(graph, True, reading=reading)
+        plain, dropping = analyze(graph, False), analyze(graph, True)
         cells += [
             TableCell("exit depth", letter, printed.exit_depth, plain.exit_depth),
             TableCell("graph width", letter, printed.width, plain.width),

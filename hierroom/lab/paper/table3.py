@@ -162,7 +162,7 @@ def _steps_lines(name: str, cells: pd.DataFrame) -> list[tuple[str, ...]]:
 def _steps(steps: float) -> str:
     if np.isnan(steps):
         return ""
-    return "-" if np.isinf(steps) else steps_text(steps) if steps else "0"
+    return "-" if np.isinf(steps) else steps_text(steps)
 
 
 def _sentences(compared: Compared) -> str:

@@ -27,11 +27,11 @@ MOVES = {
 
 
 class App:
-    """A window to play a game in; an agent that has taken over plays ``steps_per_second`` steps per second."""
+    """A window to play a game in; an agent that has taken over plays `STEPS_PER_SECOND`."""
 
-    def __init__(self, game: Game, steps_per_second: float = STEPS_PER_SECOND) -> None:
+    def __init__(self, game: Game) -> None:
         self.game, self.is_open = game, True
-        self._wait, self._waited = 1000 / steps_per_second, 0.0
+        self._wait, self._waited = 1000 / STEPS_PER_SECOND, 0.0
         try:
             with _quiet():
                 pygame.display.init()

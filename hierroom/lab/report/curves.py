@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from hierroom.goals import ROOM_GOAL_NAMES
 from hierroom.lab.compare.caveats import caveats
 from hierroom.lab.compare.comparison import ALL, Comparison, GroupSummary, compare
 from hierroom.lab.compare.curve import METRICS
@@ -115,7 +114,7 @@ def run_rows(runs: Sequence[ReportedRun], curves: Curves) -> list[dict[str, Any]
 
 
 def _graph_curves(run: EvaluatedRun) -> dict[str, dict[str, list[float | None]]]:
-    table, found = pd.DataFrame(RunFolder(run.path).evaluations.read()), {}
+    table, found = pd.DataFrame(run.rows), {}
     for graph, metrics in run.curves.items():
         own = table[table["graph"] == graph].reindex(columns=["seconds", "success_low", "success_high"])
         steps = next(iter(metrics.values())).steps
@@ -160,7 +159,7 @@ def training_goals(folder: RunFolder) -> dict[str, Any] | None:
     if len(rows) < 2 * LEAST_IN_BIN:
         return None
     bins = np.array_split(np.arange(len(rows)), min(N_BINS, len(rows) // LEAST_IN_BIN))
-    names = [name for name in ROOM_GOAL_NAMES if any(name in goals for goals in achieved)]
+    names = sorted(set().union(*achieved) - {""})
     table = {name: np.array([name in goals for goals in achieved]) for name in names}
     shares = {name: rounded([reached[part].mean() for part in bins]) for name, reached in table.items()}
     return {"steps": rounded([steps[part].mean() for part in bins]), "shares": shares}

@@ -18,7 +18,6 @@ from hierroom.lab.report.difficulty import known_measures
 from hierroom.lab.report.runs import ReportedRun
 from hierroom.meta import LEARNED
 from hierroom.runs.config.config import OF_META, TrainConfig
-from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.logs.learning_curve import LearningCurve
 from hierroom.support.files import to_json
 from hierroom.worlds.env_config import OF_ESCAPE_ROOMS
@@ -92,7 +91,7 @@ def page_texts(
 
 def _run(run: ReportedRun, curves: Curves, shown: Sequence[str], differing: Sequence[str]) -> dict[str, Any]:
     last: dict[str, str] = dict.fromkeys(("steps", "success", "interval", "length"), "-")
-    rows = RunFolder(run.path).evaluations.read() if run.evaluated is not None else []
+    rows = run.evaluated.rows if run.evaluated is not None else []
     curve = LearningCurve.of_rows(rows)
     if curve is not None:
         final = [row for row in rows if float(row["steps"]) == curve.steps[-1]]

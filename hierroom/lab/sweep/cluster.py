@@ -46,10 +46,10 @@ def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> 
                 job = waiting.pop(reference)
                 try:
                     numbers, content = ray.get(reference)
-                except Exception as error:  # an error of the run, or a machine lost too often
+                    _unpack(content, job.folder)
+                except Exception as error:  # of the run or its folder, or a machine lost too often
                     yield Event("failed", job, in_one_line(getattr(error, "cause", None) or error))
                 else:
-                    _unpack(content, job.folder)
                     yield Event("progressed", job, (job.run.config.steps, ""))
                     yield Event("finished", job, numbers)
     finally:
@@ -91,6 +91,12 @@ def _unpack(content: bytes, folder: Path) -> None:
         whole = Path(place, "whole")
         with tarfile.open(fileobj=io.BytesIO(content), mode="r:gz") as archive:
             archive.extractall(whole, filter="data")
+        part = Path(place, "part")
         if folder.exists():
-            folder.rename(Path(place, "part"))
-        whole.rename(folder)
+            folder.rename(part)
+        try:
+            whole.rename(folder)
+        except OSError:
+            if part.exists():
+                part.rename(folder)
+            raise

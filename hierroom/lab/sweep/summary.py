@@ -95,5 +95,7 @@ def _text(value: float, text: Callable[[float], str]) -> str:
 
 
 def steps_text(steps: float) -> str:
-    """Return training steps as tables show them, such as 53k and 1.50M."""
-    return f"{steps / 1e6:.2f}M" if steps >= 1e6 else f"{steps / 1e3:.0f}k"
+    """Return training steps as tables show them, such as 9,216, 53k and 1.50M."""
+    if steps >= 1e6:
+        return f"{steps / 1e6:.2f}M"
+    return f"{steps / 1e3:.0f}k" if steps >= 10_000 else f"{steps:,.0f}"

@@ -100,7 +100,7 @@ def describe_session(device: str) -> dict[str, Any]:
         "python": platform.python_version(),
         "packages": {name: version(name) for name in PACKAGES},
         "platform": platform.platform(),
-        "cpu": _cpu(),
+        "cpu": cpu_name(),
         "cores": os.cpu_count(),
         "gpu": torch.cuda.get_device_name(device) if device.startswith("cuda") else None,
     }
@@ -161,7 +161,8 @@ def _status(folder: Path) -> str | None:
     return _git(folder, *config, "status", "--porcelain", "--untracked-files=no", "--ignore-submodules=dirty")
 
 
-def _cpu() -> str:
+def cpu_name() -> str:
+    """Return the name of this machine's processor, or its kind if the system does not say."""
     try:
         lines = read_text(Path("/proc/cpuinfo")).splitlines()
     except InputError:

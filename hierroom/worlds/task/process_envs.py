@@ -5,7 +5,8 @@ from __future__ import annotations
 import gc
 import os
 import signal
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
@@ -15,6 +16,7 @@ from gymnasium import spaces
 from gymnasium.vector import AsyncVectorEnv, AutoresetMode
 from numpy.typing import NDArray
 
+from hierroom.support.errors import RunError
 from hierroom.worlds.task.local_envs import LocalEnvs, Taken
 from hierroom.worlds.task.parts import TaskParts
 from hierroom.worlds.task.spaces import entry_of
@@ -83,7 +85,8 @@ class ProcessEnvs:
         sizes = [min(self._n_places, num_envs - n * self._n_places) for n in range(n_blocks)]
         make = [partial(_make_block, os.getpid(), task, size, self._n_places, render_mode) for size in sizes]
         self._blocks = AsyncVectorEnv(make, autoreset_mode=AutoresetMode.DISABLED)
-        self._blocks.reset()
+        with _running():
+            self._blocks.reset()
 
     def reset(self, envs: Sequence[int], seeds: Sequence[int]) -> tuple[list[Any], NDArray]:
         """Begin an episode in some environments; return their observations and goal values [M, G]."""
@@ -99,7 +102,8 @@ class ProcessEnvs:
     def _send(self, kind: int, envs: Sequence[int], values: Sequence[int]) -> dict[str, NDArray]:
         actions = np.zeros((self._blocks.num_envs * self._n_places, 2), np.int64)
         actions[[*envs], 0], actions[[*envs], 1] = kind, values
-        shown, *_ = self._blocks.step(actions.reshape(self._blocks.num_envs, self._n_places, 2))
+        with _running():
+            shown, *_ = self._blocks.step(actions.reshape(self._blocks.num_envs, self._n_places, 2))
         return {name: array.reshape(-1, *array.shape[2:]) for name, array in shown.items()}
 
     def _observations(self, shown: dict[str, NDArray], envs: Sequence[int]) -> list[Any]:
@@ -108,11 +112,20 @@ class ProcessEnvs:
     def render(self, env: int) -> Any:
         """Return an environment's picture or text."""
         block, place = divmod(env, self._n_places)
-        return self._blocks.call("draw", place)[block]
+        with _running():
+            return self._blocks.call("draw", place)[block]
 
     def close(self) -> None:
         """End the processes."""
         self._blocks.close()
+
+
+@contextmanager
+def _running() -> Iterator[None]:
+    try:
+        yield
+    except (EOFError, ConnectionError) as error:
+        raise RunError("a process of the task's environments has ended, perhaps killed for memory") from error
 
 
 def _make_block(parent: int, task: TaskParts, n_envs: int, n_places: int, render_mode: str | None) -> Block:

@@ -1,5 +1,8 @@
 """Rules estimated from play, against those that were declared."""
 
+import json
+from pathlib import Path
+
 import gymnasium
 import numpy as np
 import pytest
@@ -158,6 +161,10 @@ def test_the_command_prints_and_writes_the_rules_that_play_showed(tmp_path, monk
     assert "chest" in shown
     assert "from play: 3 rules, target chest" in shown
     assert plain(Rules.from_toml("found.toml"))["chest"] == {frozenset({("key", 1)})}
+    few = ["--task", "chest_task:free", "--from-play", "random", "--episodes", "20"]
+    assert complexity([*few, "--json", "--draw", "found.png"]) == 0
+    assert json.loads(capsys.readouterr().out)["episodes"] == 20
+    assert Path("found.png").stat().st_size > 0
     with pytest.raises(InputError, match="the chain of a task is not measured from play"):
         graph_of(Turns(EnvConfig(task="chest_task:free"), 1))
     with pytest.raises(InputError, match=r"rules from play allow only --task, .* not --csv"):

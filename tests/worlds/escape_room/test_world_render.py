@@ -105,8 +105,8 @@ def test_animation_holds_every_frame(world, tmp_path):
         world.step_within_episode([action])
         frames.append(draw_level(world.state, tile_size=8))
     path = tmp_path / "escape.gif"
-    animate(iter(frames), path, seconds_per_frame=0.2)
-    again = pictures.frames(path, milliseconds=200)
+    animate(iter(frames), path)
+    again = pictures.frames(path, milliseconds=100)
     assert len(again) == len(frames)
     for one, frame in zip(again, frames, strict=True):
         assert one.shape == frame.shape == (19 * 8, 19 * 8, 3)

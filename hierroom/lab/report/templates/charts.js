@@ -97,9 +97,9 @@
         const row = DATA.goals[byId("goal-run").value];
         const shares = row.training ? inOrder(Object.keys(row.training.shares)).map((name) => [name, row.training.shares[name]]) : [];
         const paints = ["#0072B2", "#D55E00", "#CC79A7", "#E69F00", "#56B4E9", "#8c6d5a"];
-        draw("goal-chart", shares.map(([name, values]) => ({ x: row.training.steps, y: values.map((value) => 100 * value), name, mode: "lines", line: { color: name === "exit" ? colourOf("good") : paints[(Number(name.split(" ")[1]) - 1) % paints.length], dash: name.startsWith("door") ? "dash" : "solid", width: 2 } })),
+        draw("goal-chart", shares.map(([name, values], at) => ({ x: row.training.steps, y: values.map((value) => 100 * value), name, mode: "lines", line: { color: name === "exit" ? colourOf("good") : paints[(Number(name.split(" ")[1]) - 1) % paints.length] ?? paints[at % paints.length], dash: name.startsWith("door") ? "dash" : "solid", width: 2 } })),
           { title: "training steps" }, { title: "episodes that achieve it (%)", range: [-2, 103] });
-        byId("goal-said").textContent = row.training ? "Episodes of training, as they were played: each point is the mean over at least ten of them." : "This run has no table of its training's episodes, or hardly a row in it.";
+        byId("goal-said").textContent = row.training ? "Episodes of training, as they were played: each point is the mean over at least ten of them." : "This run has no table of its training's episodes, or too few rows (fewer than 20).";
         return;
       }
       draw("goal-chart", DATA.goals.map((row, index) => ({
