@@ -253,7 +253,6 @@ class World(Protocol):
         """Restore arrays that `get_arrays` returned and `check_arrays` has checked."""
 
     # Optional: exact states, for recorded episodes and for rewards that ask for states.
-
     def get_state(self, envs: Any = slice(None)) -> Any:
         """Copy the exact state of some environments."""
 
@@ -264,7 +263,6 @@ class World(Protocol):
         """Return the goal graph or the rules of the state of one environment, if known."""
 
     # Optional: results of a solver, for shortest lengths and for the oracle.
-
     def shortest_lengths(self, envs: NDArray[np.integer]) -> NDArray[np.integer]:
         """Return the fewest steps [M] from the current state to the target in environments [M]."""
 
@@ -272,7 +270,6 @@ class World(Protocol):
         """Return the actions of a shortest path to the target in one environment."""
 
     # Optional: nodes of the augmented graph, for chains measured from play; the global state, for critics.
-
     def node_map(self, augmented: Any) -> Any:
         """Return the map that `nodes` uses to find nodes of an `AugmentedGraph`."""
 

@@ -96,7 +96,7 @@ def test_a_reward_that_reads_is_novel_must_ask_for_the_memory():
         return 2.0 * step.is_novel
 
     with pytest.raises(
-        InputError, match=r'^a reward that reads is_novel asks for .*: memories = \("visited",\), an attr'
+        InputError, match=r'^a reward that reads is_novel must have the attribute memories = \("visited",\)$'
     ):
         play(make(n=3, reward=curious, **SETTINGS), 1)
     curious.memories = ("visited",)
