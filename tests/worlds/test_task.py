@@ -112,7 +112,7 @@ def test_a_goal_that_is_true_at_a_reset_counts_as_there():
     other.world.set_arrays(turns.world.get_arrays(np.arange(3)))
     assert other.world.markings.tolist() == turns.world.markings.tolist()
     with pytest.warns(UserWarning, match="the target 'chest' of lid is true at a reset"):
-        make(replace(chest, goals={**GOALS, "chest": lambda env, info: True}, label="lid"))
+        make(replace(chest, goals={**GOALS, "chest": lambda env, info: np.True_}, label="lid"))
 
 
 @pytest.mark.parametrize("order", [("wood", "table"), ("table", "wood")])

@@ -32,8 +32,9 @@ def try_out(task: TaskParts) -> Trial:
     with user_code(f"reset of {task.name}"):
         _, info = _returned(f"reset of {task.name}", env.reset(seed=0), "observation, info")
     values = goal_values(task.goals, [env], [info], task.name)
-    if values[task.goal_set.target] is True:
-        name = task.goal_set.names[task.goal_set.target]
+    are_counts = tuple(not isinstance(value, (bool, np.bool_)) for value in values)
+    if values[target := task.goal_set.target] and not are_counts[target]:
+        name = task.goal_set.names[target]
         warn_once(f"the target {name!r} of {task.name} is true at a reset; such an episode cannot achieve it")
     with user_code(f"step of {task.name}"):
         results = env.step(int(actions.start))
@@ -46,7 +47,6 @@ def try_out(task: TaskParts) -> Trial:
         if taken.terminated[0] or taken.truncated[0]:
             envs.reset([0], [0])
     envs.close()
-    are_counts = tuple(not isinstance(value, (bool, np.bool_)) for value in values)
     return Trial(entries, left_out, int(actions.n), int(actions.start), are_counts)
 
 
