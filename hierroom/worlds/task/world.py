@@ -180,8 +180,10 @@ class TaskWorld(BaseWorld):
             actions = arrays["actions_taken"][env][: int(arrays["taken"][env])]
             is_known = len(actions) == arrays["taken"][env] and (actions >= 0).all()
             for action in actions if is_known else ():
-                self._act(np.array([env]), action[None])
-            if not is_known or self._print(env) != arrays["prints"][env]:
+                taken = self._act(np.array([env]), action[None])
+                if taken.terminated[0] or taken.truncated[0]:
+                    break
+            if self._taken[env] != arrays["taken"][env] or self._print(env) != arrays["prints"][env]:
                 self.begin(np.array([env]))
                 cut[env] = True
         self._cut = cut
