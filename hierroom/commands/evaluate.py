@@ -67,15 +67,8 @@ def main(argv: Sequence[str]) -> int:
     with progress_bar() as bar:
         for name, player in players.items():
             task = bar.add_task(f"{name} actions", total=episodes)
-            pair = player.pair(num_envs, seed=seed)
-
-            results[name] = evaluate(
-                pair,
-                turns[name],
-                episodes,
-                lambda done, task=task: bar.update(task, completed=done),
-                may_stop=may_stop,
-            )
+            pair, show = player.pair(num_envs, seed=seed), lambda done, task=task: bar.update(task, completed=done)
+            results[name] = evaluate(pair, turns[name], episodes, show, may_stop=may_stop)
     if arguments.json:
         print(to_json({name: asdict(result) for name, result in results.items()}))
         return 0

@@ -37,9 +37,7 @@ class Score:
     success_rate: float  # fraction that reached the target
     success_interval: SuccessInterval  # its 95% confidence interval (Wilson 1927)
     length: float  # mean, in primitive steps
-    length_over_shortest: (
-        float  # mean length over mean shortest length, of the episodes that reached the target; or NaN
-    )
+    length_over_shortest: float  # mean length over mean shortest length, of successful episodes; or NaN
     mean_return: float  # mean sum of the controller's rewards, undiscounted
     steps_to_goals: dict[str, GoalSteps]  # by milestone, such as key 1, door 1 and exit
 

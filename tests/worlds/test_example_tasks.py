@@ -131,7 +131,7 @@ def test_in_play_of_hierarchycraft_the_rules_count_what_is_there():
     task = crafting_task()
     turns, meta, random = Turns(EnvConfig(task=task), 1, seed=0), make_meta("fixed-dfs"), np.random.default_rng(0)
     goal_of_action = [*GOALS, "sing"]
-    env, n_flags = turns.world._envs._envs[0].unwrapped, 0
+    env, n_flags = turns.world._envs.envs[0].unwrapped, 0
     for _ in range(300):
         take_turn(meta, turns)
         goal = GOALS[int(turns.goals[0])]

@@ -23,15 +23,15 @@ class Taken(NamedTuple):
 
 
 class LocalEnvs:
-    """N environments that are stepped one after the other."""
+    """N environments that are stepped one after the other, ``envs``, as the task's ``make`` returned them."""
 
     def __init__(self, task: TaskParts, num_envs: int, render_mode: str | None = None) -> None:
         self._name, self._goals = task.name, task.goals
-        self._envs = [task.new_env(render_mode) for _ in range(num_envs)]
+        self.envs = [task.new_env(render_mode) for _ in range(num_envs)]
 
     def reset(self, envs: Sequence[int], seeds: Sequence[int]) -> tuple[list[Any], NDArray]:
         """Begin an episode in some environments; return their observations and goal values [M, G]."""
-        observations, infos, chosen = [], [], [self._envs[number] for number in envs]
+        observations, infos, chosen = [], [], [self.envs[number] for number in envs]
         with user_code(f"reset of {self._name}"):
             for env, seed in zip(chosen, seeds, strict=True):
                 observation, info = env.reset(seed=seed)
@@ -43,7 +43,7 @@ class LocalEnvs:
     def step(self, envs: Sequence[int], actions: Sequence[int]) -> Taken:
         """Act in some environments."""
         observations, rewards, terminated, truncated, infos = [], [], [], [], []
-        chosen = [self._envs[number] for number in envs]
+        chosen = [self.envs[number] for number in envs]
         with user_code(f"step of {self._name}"):
             for env, action in zip(chosen, actions, strict=True):
                 observation, reward, ends, is_cut, info = env.step(action)
@@ -58,9 +58,9 @@ class LocalEnvs:
     def render(self, env: int) -> Any:
         """Return an environment's picture or text."""
         with user_code("the environment", "cannot be drawn"):
-            return self._envs[env].render()
+            return self.envs[env].render()
 
     def close(self) -> None:
         """Close all environments."""
-        for env in self._envs:
+        for env in self.envs:
             env.close()

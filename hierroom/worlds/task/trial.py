@@ -18,10 +18,9 @@ N_STEPS = 20
 
 def try_out(task: TaskParts) -> Trial:
     """Take random steps in a new environment of a task, and raise its errors as one line."""
-    env, other = task.new_env(), task.new_env()
-    if other.unwrapped is env.unwrapped:
+    env, envs = task.new_env(), LocalEnvs(task, 1)
+    if envs.envs[0].unwrapped is env.unwrapped:
         raise InputError(f"make of {task.name} must return a new environment each time, not always the same one")
-    other.close()
     with user_code(f"make of {task.name}"):
         actions, space = env.action_space, env.observation_space
     if not isinstance(actions, spaces.Discrete):
@@ -40,7 +39,7 @@ def try_out(task: TaskParts) -> Trial:
         results = env.step(int(actions.start))
         _returned(f"step of {task.name}", results, "observation, reward, terminated, truncated, info")
     env.close()
-    envs, random = LocalEnvs(task, 1), np.random.default_rng(0)
+    random = np.random.default_rng(0)
     envs.reset([0], [0])
     for _ in range(N_STEPS):
         taken = envs.step([0], [int(actions.start + random.integers(actions.n))])
