@@ -1,4 +1,4 @@
-"""Acting in a user's own loop: the actions are those of the package's own player, in every API."""
+"""`act` in a user's loop gives the same actions as `hierroom.rollout`, in every API."""
 
 from dataclasses import replace
 from typing import Any
@@ -18,7 +18,7 @@ MAX_STEPS, N_EPISODES = 40, 3
 
 
 def untrained(**changes):
-    """An agent before its first update, in a task or with entries of its own."""
+    """An agent before its first update, with these entries of the config."""
     trainer = Trainer(TrainConfig().changed(num_envs=4, minibatches=2, **changes))
     return TrainedAgent(trainer.config, trainer.agents[META], trainer.controller, 0)
 
@@ -36,7 +36,7 @@ def entries(agent):
 
 
 def played(agent, num_envs, *, greedy):
-    """Return [(goals, actions)] of each environment by the package's player, N_EPISODES each."""
+    """Return [(goals, actions)] of each environment by `hierroom.rollout`, N_EPISODES each."""
     agent = replace(agent, is_greedy=greedy)
     env = agent.env(max_steps=MAX_STEPS)
     episodes = hierroom.rollout(agent, env, N_EPISODES * num_envs, num_envs=num_envs, seed=5)
@@ -101,7 +101,7 @@ def in_gymnasium(agent, greedy):
         pytest.param(in_gymnasium, "arrays", marks=pytest.mark.slow),
     ],
 )
-def test_one_environment_is_played_as_by_the_own_player(play, name):
+def test_act_in_one_environment_matches_rollout(play, name):
     agent = AGENTS[name]()
     for greedy in (False, True):
         ((_, expected),) = played(agent, 1, greedy=greedy)
@@ -110,7 +110,7 @@ def test_one_environment_is_played_as_by_the_own_player(play, name):
 
 
 @pytest.mark.parametrize("play", [in_aec, in_parallel])
-def test_a_learned_meta_controller_chooses_as_in_the_own_player(play):
+def test_act_of_learned_meta_controller_matches_rollout(play):
     agent = hierroom.load("learned-g")
     ((goals, expected),) = played(agent, 1, greedy=False)
     assert play(agent, False) == expected
@@ -118,8 +118,8 @@ def test_a_learned_meta_controller_chooses_as_in_the_own_player(play):
 
 
 @pytest.mark.parametrize("mode", ["SameStep", "NextStep"])
-def test_many_environments_are_played_as_by_the_own_player(mode):
-    """Drawn actions, too, where no step begins an episode: in these the package's own player does not act."""
+def test_act_in_vector_environment_matches_rollout(mode):
+    """Sampled actions in SameStep mode alone: in NextStep mode `act` also draws for the steps that only reset."""
     agent, n, greedy = hierroom.load("c"), 4, mode == "NextStep"
     expected = played(agent, n, greedy=greedy)
     meta = agent.meta_controller(n, seed=5)
@@ -139,7 +139,7 @@ def test_many_environments_are_played_as_by_the_own_player(mode):
         assert ours[: len(theirs)] == theirs
 
 
-def test_a_state_is_not_written_to_and_masks_are_respected():
+def test_act_leaves_its_state_unchanged_and_respects_masks():
     agent = hierroom.load("c")
     env = hierroom.add_features(gymnasium.make("hierroom/EscapeRoom-v0", **entries(agent)), agent)
     observation, _ = env.reset(seed=0)
@@ -157,7 +157,7 @@ def test_a_state_is_not_written_to_and_masks_are_respected():
         assert agent.act({**observation, "action_mask": only.astype(np.int8)}, state)[0] == action
 
 
-def test_what_an_agent_cannot_act_on_is_refused():
+def test_invalid_act_arguments_raise_input_error():
     agent = hierroom.load("c")
     plain = gymnasium.make("hierroom/EscapeRoom-v0", **entries(agent))
     env = hierroom.add_features(plain, agent)

@@ -1,4 +1,4 @@
-"""A callback from `hierroom.train` after each update, and runs that print nothing."""
+"""The `callback` and `quiet` arguments of `hierroom.train`."""
 
 import importlib
 import sys
@@ -26,7 +26,7 @@ def stop_at(steps, seen):
     return callback
 
 
-def test_a_callback_stops_a_run_which_goes_on_as_one_that_was_not_stopped(tmp_path, capsys):
+def test_run_stopped_by_callback_resumes_exactly(tmp_path, capsys):
     seen, whole = [], []
     agent = hierroom.train(**SMALL, out=tmp_path / "stopped" / "run", callback=stop_at(384, seen))
     assert "stopped by the callback and saved; go on with:" in capsys.readouterr().out
@@ -36,12 +36,12 @@ def test_a_callback_stops_a_run_which_goes_on_as_one_that_was_not_stopped(tmp_pa
     assert not (tmp_path / "stopped" / "run" / "summary.json").exists()
     assert main(["--resume", str(tmp_path / "stopped" / "run"), "--log", "none"]) == 0
     agent = hierroom.train(**SMALL, out=tmp_path / "whole" / "run", callback=stop_at(1024, whole))
-    assert agent.is_finished, "a stop after the last update is none"
+    assert agent.is_finished, "a stop after the last update has no effect"
     assert len(whole) == 8
     assert differences(tmp_path / "stopped" / "run", tmp_path / "whole" / "run") == []
 
 
-def test_what_a_callback_raises_is_raised_after_the_run_is_saved(tmp_path):
+def test_callback_exception_is_raised_after_saving(tmp_path):
     class Pruned(Exception):
         pass
 
@@ -55,7 +55,7 @@ def test_what_a_callback_raises_is_raised_after_the_run_is_saved(tmp_path):
     assert (agent.steps, agent.is_finished) == (256, False)
 
 
-def test_a_quiet_run_prints_nothing_but_what_its_callback_prints(tmp_path, capfd, monkeypatch):
+def test_quiet_run_prints_only_its_callback_output(tmp_path, capfd, monkeypatch):
     monkeypatch.setenv("FORCE_COLOR", "1")  # a bar as on a terminal
     entries = SMALL | {"features": ["view", "direction"], "method": "ppo", "subgoal_horizon": 9}
     agent = hierroom.train(**entries, out=tmp_path / "run", quiet=True, callback=lambda trainer: print("mine"))
@@ -68,7 +68,7 @@ def test_a_quiet_run_prints_nothing_but_what_its_callback_prints(tmp_path, capfd
     assert "warning: " in err
 
 
-def test_a_callback_that_is_none_is_refused(tmp_path):
+def test_invalid_callback_or_quiet_raises_input_error(tmp_path):
     cases: tuple[tuple[dict[str, Any], str], ...] = (
         ({"callback": 7}, "callback is a function of the trainer, not 7"),
         ({"quiet": "yes"}, "quiet must be True or False, not 'yes'"),
@@ -80,7 +80,7 @@ def test_a_callback_that_is_none_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("is_behind", [True, False])
-def test_the_example_for_optuna_prunes_with_a_stand_in(is_behind, monkeypatch):
+def test_optuna_example_prunes_only_when_behind(is_behind, monkeypatch):
     optuna = ModuleType("optuna")
     optuna.__dict__.update(Trial=object, TrialPruned=type("TrialPruned", (Exception,), {}))
     monkeypatch.setitem(sys.modules, "optuna", optuna)

@@ -1,4 +1,4 @@
-"""A checkpoint: what it can hold, its digest, and that nothing in it is executed."""
+"""Checkpoints: allowed contents, the digest, and that nothing in them is executed."""
 
 import hashlib
 import io
@@ -31,14 +31,14 @@ def saved(value):
     return signed(buffer.getvalue())
 
 
-def test_what_is_written_is_read():
+def test_checkpoint_is_read_back_unchanged():
     state = from_bytes(CONTENT)
     assert torch.equal(state["agents"]["meta_0"]["weights"], torch.arange(300.0))
     assert to_bytes({name: entry for name, entry in state.items() if name != "format"}) == CONTENT
 
 
 @given(st.data())
-def test_a_damaged_checkpoint_is_never_read(data):
+def test_damaged_checkpoint_raises_input_error(data):
     damaged = bytearray(CONTENT)
     place = data.draw(st.integers(0, len(CONTENT) - 1))
     match data.draw(st.sampled_from(("bit", "block", "end", "more"))):
@@ -55,7 +55,7 @@ def test_a_damaged_checkpoint_is_never_read(data):
             from_bytes(bytes(damaged))
 
 
-def test_a_damaged_file_is_one_line_that_names_it(tmp_path):
+def test_load_checkpoint_error_names_the_file(tmp_path):
     folder = RunFolder.create(tmp_path / "run", SMALL)
     path = folder.save_checkpoint(state_after(1))
     content = bytearray(path.read_bytes())
@@ -93,14 +93,14 @@ def test_nothing_in_a_checkpoint_is_executed(tmp_path):
         ({**STATE, "seconds": float("nan")}, "cannot be used: Expected `float` >= 0.0 - at `$.seconds`"),
     ],
 )
-def test_what_is_no_checkpoint_is_refused_with_a_valid_digest(value, said):
+def test_invalid_content_with_valid_digest_raises_input_error(value, said):
     with pytest.raises(InputError) as caught:
         from_bytes(saved(value))
     assert str(caught.value).startswith(said)
     assert "\n" not in str(caught.value)
 
 
-def test_a_checkpoint_holds_what_numpy_has_as_plain_types():
+def test_checkpoint_stores_numpy_values_as_plain_types():
     mine = {
         "rate": np.float64(0.5),
         "long": np.longdouble(0.25),
@@ -132,9 +132,12 @@ HOLDS_ITSELF.append(HOLDS_ITSELF)
         *(object(), {1, 2}, np.array(["a"]), {"deep": [object()]}, {None: 1}, {(1, object()): 2}, HOLDS_ITSELF),
         *(np.zeros(2, "i4,f8"), np.zeros(2, np.longdouble), torch.zeros(2).to_sparse(), range(3), 1j),
     ],
-    ids=[*"abcdefghijkl"],
+    ids=[
+        *("object", "set", "array of texts", "nested object", "key None", "object in a key", "list in itself"),
+        *("structured array", "array of longdouble", "sparse tensor", "range", "complex number"),
+    ],
 )
-def test_a_checkpoint_refuses_what_could_not_be_read_again(wrong, tmp_path):
+def test_saving_unreadable_values_raises_input_error(wrong, tmp_path):
     folder = RunFolder.create(tmp_path / "run", SMALL)
     with pytest.raises(InputError, match=r"^a checkpoint cannot hold mine[\w.\[\]]*(, which is |\.\.\.: )") as caught:
         folder.save_checkpoint({"steps": 1, "mine": wrong})
@@ -142,6 +145,6 @@ def test_a_checkpoint_refuses_what_could_not_be_read_again(wrong, tmp_path):
     assert not list(folder.checkpoints.iterdir())
 
 
-def test_two_trainers_in_the_same_state_write_the_same_bytes():
+def test_equal_trainers_write_equal_checkpoint_bytes():
     first, second = (Trainer(SMALL.changed(num_envs=4)).state_dict() for _ in range(2))
     assert to_bytes(first) == to_bytes(second)

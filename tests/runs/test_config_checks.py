@@ -1,4 +1,4 @@
-"""The entries of a run's config: of their types, within their ranges, and those the run was trained with."""
+"""Checks of a run's config: types, ranges, and changes since training."""
 
 import json
 import os
@@ -42,7 +42,7 @@ def edit(run: RunFolder, part: str | None, name: str, value: object) -> None:
     ("part", "name", "value"),
     [(None, "seed", 1), ("ppo", "gamma", 0.5), ("env", "graph", ["b"]), ("meta_ppo", "gamma", 0.5)],
 )
-def test_what_has_changed_since_training_is_reported_and_refused(run, part, name, value):
+def test_config_changed_since_training_raises_input_error(run, part, name, value):
     edit(run, part, name, value)
     shown_name = f"meta_ppo.{name}" if part == "meta_ppo" else name
     for use in (lambda: session.resume(run.config(), run.path), lambda: load(run.path)):
@@ -53,7 +53,7 @@ def test_what_has_changed_since_training_is_reported_and_refused(run, part, name
 
 
 @pytest.mark.parametrize(("name", "value"), [("steps", 1024), ("threads", 1), ("device", "cpu")])
-def test_what_may_change_may(run, name, value):
+def test_steps_threads_and_device_may_change(run, name, value):
     edit(run, None, name, value)
     session.resume(run.config(), run.path)[1].lock.release()
 
@@ -72,7 +72,7 @@ def test_what_may_change_may(run, name, value):
         (None, "sed", 3, "Object contains unknown field `sed`"),
     ],
 )
-def test_an_edited_config_is_one_line(run, part, name, value, said):
+def test_invalid_edited_config_raises_input_error(run, part, name, value, said):
     edit(run, part, name, value)
     with pytest.raises(InputError) as caught:
         run.config()
@@ -81,7 +81,7 @@ def test_an_edited_config_is_one_line(run, part, name, value, said):
 
 
 @pytest.mark.parametrize("text", ["[" * 10**5, "9" * 5000, '{"env": NaN', "", "[]", "null"])
-def test_what_is_no_config_is_one_line(run, text):
+def test_malformed_config_json_raises_input_error(run, text):
     (run.path / "config.json").write_text(text)
     with pytest.raises(InputError, match=r"config\.json") as caught:
         run.config()
@@ -96,12 +96,12 @@ def test_what_is_no_config_is_one_line(run, text):
         *(("num_envs", 10**20), ("num_envs", -1), ("seed", 2**63), ("curiosity_weight", float("inf")), ("device", 3)),
     ],
 )
-def test_a_config_refuses_what_is_out_of_range(name, value):
+def test_out_of_range_config_entry_raises_input_error(name, value):
     with pytest.raises(InputError, match=f"{name} must be"):
         SMALL.changed(**{name: value})
 
 
-def test_a_run_to_repeat_with_an_unreadable_provenance_leaves_no_folder(run, tmp_path):
+def test_repeating_run_with_broken_provenance_leaves_no_folder(run, tmp_path):
     (run.path / "provenance.json").write_text('{"sessions": 3}')
     with pytest.raises(InputError, match="it lists no sessions"):
         main(["--config", str(run.path / "config.json"), "--out", str(tmp_path / "new"), "--log", "none"])
@@ -118,13 +118,13 @@ def test_a_list_of_features_is_the_same_config_as_a_tuple(name):
 
 
 @pytest.mark.parametrize("episodes", [0, -1, 1.5, True, "3"])
-def test_a_callback_cannot_ask_for_an_evaluation_without_episodes(episodes):
+def test_trainer_evaluate_with_invalid_episodes_raises_input_error(episodes):
     with pytest.raises(InputError, match=r"^episodes must be (at least 1|a whole number), not"):
         Trainer(SMALL).evaluate(episodes)
 
 
 @pytest.mark.parametrize("device", ["meta", "hpu", "nonsense", "cuda:99", "cpu:7x"])
-def test_a_device_that_cannot_compute_is_one_line(device):
+def test_unusable_device_raises_input_error(device):
     with pytest.raises(InputError, match=f"has no device {device!r} to compute on"):
         Trainer(SMALL.changed(device=device))
 
@@ -145,13 +145,13 @@ def test_a_device_that_cannot_compute_is_one_line(device):
         ("env", {"graph": "c"}, "env must be of type EnvConfig, not a dict"),
     ],
 )
-def test_what_could_not_be_read_back_is_refused_before_training(entry, value, said, tmp_path):
+def test_invalid_config_entry_is_refused_before_training(entry, value, said, tmp_path):
     with pytest.raises(InputError, match=said):
         hierroom.train(SMALL.changed(**{entry: value}), out=tmp_path / "run")
     assert not (tmp_path / "run").exists()
 
 
-def test_numbers_of_numpy_and_paths_are_written_as_plain_ones(tmp_path, run):
+def test_config_stores_numpy_numbers_and_paths_as_plain(tmp_path, run):
     numbers = {"seed": np.int64(1), "steps": np.int32(512), "size": np.uint8(11), "drop_key": np.bool_(False)}
     config = SMALL.changed(**numbers, learning_rate=np.float32(0.001), warm_start=run.path)
     _, folder = session.begin(config, tmp_path / "of_numpy")
@@ -161,7 +161,7 @@ def test_numbers_of_numpy_and_paths_are_written_as_plain_ones(tmp_path, run):
     assert read.warm_start == str(run.path)
 
 
-def test_a_chain_of_many_rooms_is_no_recursion():
+def test_long_goal_graph_raises_no_recursion_error():
     graph = GoalGraph(tuple(range(1500)), 1500)
     assert (graph.exit_depth, graph.width) == (3000, 1)
     assert graph.canonical() == graph
@@ -173,7 +173,7 @@ def test_a_chain_of_many_rooms_is_no_recursion():
 
 @pytest.mark.parametrize("module", ["gymnasium", "tyro"])
 @pytest.mark.parametrize("is_script", [False, True])
-def test_ctrl_c_while_a_command_is_imported_is_one_line(module, is_script, tmp_path):
+def test_ctrl_c_during_command_import_prints_one_line(module, is_script, tmp_path):
     (tmp_path / f"{module}.py").write_text("raise KeyboardInterrupt")
     script = str(Path(sys.executable).with_name("hierroom"))
     command = [script, "train"] if is_script else [sys.executable, "-m", "hierroom", "train"]
@@ -183,7 +183,7 @@ def test_ctrl_c_while_a_command_is_imported_is_one_line(module, is_script, tmp_p
     assert (done.returncode, done.stderr) == (130, "stopped\n")
 
 
-def test_ctrl_c_in_a_program_that_imports_the_package_is_its_own(tmp_path):
+def test_ctrl_c_in_import_hierroom_shows_a_traceback(tmp_path):
     (tmp_path / "gymnasium.py").write_text("raise KeyboardInterrupt")
     path = os.pathsep.join([str(tmp_path), str(Path(hierroom.__file__).parents[1])])
     env = {**os.environ, "PYTHONPATH": path}
@@ -192,7 +192,7 @@ def test_ctrl_c_in_a_program_that_imports_the_package_is_its_own(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["two\nlines", "\x1b[31mred", "\udcff", "x" * 5000, "\u2028"])
-def test_an_error_is_one_line_of_characters_that_can_be_seen(name):
+def test_one_line_gives_short_printable_text(name):
     line = one_line(f"error: there is no {name}")
     assert line.isprintable()
     assert len(line) < 1100
@@ -200,7 +200,7 @@ def test_an_error_is_one_line_of_characters_that_can_be_seen(name):
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "ascii"])
-def test_an_unknown_option_is_refused_whatever_the_terminal_can_show(encoding, tmp_path):
+def test_unknown_option_is_refused_in_any_encoding(encoding, tmp_path):
     env = {**os.environ, "PYTHONPATH": str(Path(hierroom.__file__).parents[1]), "PYTHONIOENCODING": encoding}
     done = run_python("-m", "hierroom", "evaluate", "run", "--nonsense", cwd=tmp_path, env=env)
     assert (done.returncode, done.stdout) == (2, "")

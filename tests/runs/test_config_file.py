@@ -1,4 +1,4 @@
-"""A config from a file: the same entries as on the command line, one clear line for what is wrong in it."""
+"""Config files: the entries of the command line, and one-line errors."""
 
 import json
 from dataclasses import fields, replace
@@ -37,21 +37,21 @@ def elsewhere(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def written(text: str) -> str:
+def write_config(text: str) -> str:
     Path("own.toml").write_text(text, encoding="utf-8")
     return "own.toml"
 
 
-def test_what_a_file_names_replaces_the_presets():
+def test_config_file_overrides_its_preset():
     expected = find_preset("long").changed(graph="f", num_envs=32, gamma=1.0, features=("view", "goal"), drop_key=True)
     expected = expected.changed(meta_ppo=replace(META_PPO, gamma=0.99))
-    assert read_config(written(OWN)) == expected
+    assert read_config(write_config(OWN)) == expected
     assert parse(["--config", "own.toml"]).config == expected
-    assert read_config(written("")) == TrainConfig()
+    assert read_config(write_config("")) == TrainConfig()
 
 
-def test_the_command_line_counts_more_than_the_file_and_the_file_more_than_the_preset():
-    written(OWN)
+def test_command_line_overrides_file_and_file_overrides_preset():
+    write_config(OWN)
     config = parse(["--config", "own.toml", "--gamma", "0.5", "--preset", "paper", "--no-drop-key"]).config
     assert (config.preset, config.steps, config.ppo.learning_rate) == ("paper", 10_000_000, 2.5e-4)
     assert (config.ppo.gamma, config.num_envs, config.meta_ppo.gamma) == (0.5, 32, 0.99)
@@ -59,43 +59,43 @@ def test_the_command_line_counts_more_than_the_file_and_the_file_more_than_the_p
     assert config == read_config("own.toml", preset="paper", gamma=0.5, drop_key=False)
 
 
-def test_the_reward_of_the_method_can_be_asked_for_again():
-    assert parse(["--config", written('reward = "bonus"')]).config.env.reward == "bonus"
+def test_reward_none_restores_the_methods_reward():
+    assert parse(["--config", write_config('reward = "bonus"')]).config.env.reward == "bonus"
     assert parse(["--config", "own.toml", "--reward", "None"]).config.env.reward is None
-    assert read_config(written('reward = "mine:Reward"')).env.reward == "mine:Reward"
+    assert read_config(write_config('reward = "mine:Reward"')).env.reward == "mine:Reward"
 
 
-def test_a_learned_meta_controller_implies_its_preset_in_escape_rooms_wherever_it_is_named():
+def test_learned_meta_implies_learned_preset_in_escape_rooms():
     learned = find_preset("learned")
-    assert read_config(written('meta = "learned"')) == learned
+    assert read_config(write_config('meta = "learned"')) == learned
     assert parse(["--config", "own.toml", "--meta", "random"]).config == TrainConfig().changed(meta="random")
-    written("num_envs = 128")
+    write_config("num_envs = 128")
     assert parse(["--config", "own.toml", "--meta", "learned"]).config == learned
-    written('meta = "learned"\npreset = "default"')
+    write_config('meta = "learned"\npreset = "default"')
     assert read_config("own.toml") == TrainConfig().changed(meta="learned")
-    written('task = "workshop:4"')
+    write_config('task = "workshop:4"')
     assert read_config("own.toml", meta="learned").preset == "default"
     assert parse(["--config", "own.toml", "--meta", "learned"]).config.preset == "default"
     assert parse(["--task", "workshop:4", "--meta", "learned"]).config.preset == "default"
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-def test_every_entry_can_stand_in_a_file(preset):
+def test_config_file_takes_every_entry(preset):
     config = find_preset(preset)
     entries = {name: one for name, one in config.entries.items() if name not in OF_ENVIRONMENTS}
     lines = [f"{name} = {json.dumps('None' if one is None else one)}" for name, one in entries.items()]
-    assert replace(read_config(written("\n".join(lines)), preset="paper"), preset=preset) == config
+    assert replace(read_config(write_config("\n".join(lines)), preset="paper"), preset=preset) == config
 
 
 @pytest.mark.parametrize("entry", ['levels = "evaluation"', "env_index = 1"])
-def test_what_a_run_sets_itself_is_no_entry_of_a_file(entry):
+def test_config_file_refuses_levels_and_env_index(entry):
     with pytest.raises(InputError, match=f"there is no entry '{entry.split()[0]}'; "):
-        read_config(written(entry))
+        read_config(write_config(entry))
 
 
-def test_whole_numbers_may_be_written_as_people_write_millions():
-    assert read_config(written("steps = 1e6")).steps == 1_000_000
-    assert type(read_config(written("steps = 1e6")).steps) is int
+def test_config_file_takes_1e6_as_whole_number():
+    assert read_config(write_config("steps = 1e6")).steps == 1_000_000
+    assert type(read_config(write_config("steps = 1e6")).steps) is int
 
 
 NUMBERS = st.fixed_dictionaries(
@@ -112,8 +112,8 @@ NUMBERS = st.fixed_dictionaries(
 
 @settings(max_examples=50)
 @given(NUMBERS)
-def test_a_file_and_the_command_line_mean_the_same(numbers):
-    written("\n".join(f"{name} = {value!r}" for name, value in numbers.items()))
+def test_file_and_command_line_give_equal_configs(numbers):
+    write_config("\n".join(f"{name} = {value!r}" for name, value in numbers.items()))
     arguments = [word for name, value in numbers.items() for word in (f"--{name.replace('_', '-')}", repr(value))]
     assert parse(["--config", "own.toml"]).config == parse(arguments).config
 
@@ -141,9 +141,9 @@ def test_a_file_and_the_command_line_mean_the_same(numbers):
         ("[meta_ppo]\ngamma = 1.5", "meta_ppo.gamma must be from 0 to 1, not 1.5"),
     ],
 )
-def test_what_is_wrong_in_a_file_is_one_line_with_its_name(text, said):
+def test_invalid_entry_error_names_the_config_file(text, said):
     with pytest.raises(InputError) as caught:
-        train(["--config", written(text)])
+        train(["--config", write_config(text)])
     assert str(caught.value).startswith(f"own.toml: {said}")
     assert "\n" not in str(caught.value)
     assert [path.name for path in Path().iterdir()] == ["own.toml"]
@@ -161,7 +161,7 @@ def test_what_is_wrong_in_a_file_is_one_line_with_its_name(text, said):
         ("other.json", "other.json: the config of a run is read from its folder, where it is called config.json"),
     ],
 )
-def test_what_is_no_config_is_refused_in_one_line(path, said):
+def test_unreadable_config_file_raises_input_error(path, said):
     Path("broken.toml").write_text("gamma = ", encoding="utf-8")
     Path("deep.toml").write_text("x = " + "[" * 10_000, encoding="utf-8")
     Path("binary.toml").write_bytes(b"\xff\xfe\x00")
@@ -171,7 +171,7 @@ def test_what_is_no_config_is_refused_in_one_line(path, said):
     assert "\n" not in str(caught.value)
 
 
-def test_a_resumed_run_takes_no_other_config():
+def test_resume_refuses_the_config_option():
     RunFolder.create("run", TrainConfig())
     for option in ("own.toml", "run/config.json"):
         with pytest.raises(InputError, match="a resumed run keeps its config"):
@@ -195,20 +195,20 @@ def test_a_run_is_repeated_from_its_folder(graph, tmp_path):
     assert third.config() == first.config().changed(seed=7)
 
 
-def test_no_entry_is_named_twice():
+def test_config_entry_names_are_unique():
     """Entries are flat in a file, so no two parts of a config may use one name."""
     config = TrainConfig()
     names = [field.name for part in (config.env, config.agents, config.ppo, config) for field in fields(part)]
     assert len(names) == len(set(names))
 
 
-def test_the_file_on_the_page_is_read():
+def test_config_file_in_docs_is_read():
     page = (Path(__file__).parents[2] / "docs" / "runs.md").read_text()
-    config = read_config(written(page.split("```toml\n")[1].split("```")[0]))
+    config = read_config(write_config(page.split("```toml\n")[1].split("```")[0]))
     assert (config.preset, config.env.graph, config.num_envs, config.meta_ppo.gamma) == ("long", "f", 32, 0.99)
 
 
-def test_another_preset_is_another_start_and_no_change(tmp_path):
+def test_preset_of_a_config_cannot_be_changed(tmp_path):
     config = find_preset("default")
     with pytest.raises(InputError, match="one from default cannot be changed to large"):
         config.changed(preset="large")
@@ -219,6 +219,6 @@ def test_another_preset_is_another_start_and_no_change(tmp_path):
 
 
 @pytest.mark.parametrize("value", ["many", 2.5, True, None])
-def test_numbers_of_a_config_are_whole(value):
+def test_steps_must_be_a_whole_number(value):
     with pytest.raises(InputError, match=f"steps must be a whole number, not {value!r}"):
         find_preset("default").changed(steps=value)

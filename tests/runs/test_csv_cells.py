@@ -1,4 +1,4 @@
-"""Cells of a table: numbers, texts, and what is refused with its line and column."""
+"""Cells of CSV tables: numbers, texts, and errors that name line and column."""
 
 import pytest
 
@@ -25,7 +25,7 @@ def checked(tmp_path):
         ((b"success_rate", b"success"), "line 1 has no column success_rate"),
     ],
 )
-def test_a_cell_that_cannot_be_is_refused_with_its_line_and_column(change, said, checked):
+def test_invalid_cell_error_names_line_and_column(change, said, checked):
     broken = checked.path.read_bytes().replace(*change)
     checked.path.write_bytes(broken)
     for use in (CSVTable.read, CSVTable.measure, CSVTable.keep):
@@ -34,18 +34,18 @@ def test_a_cell_that_cannot_be_is_refused_with_its_line_and_column(change, said,
     assert checked.path.read_bytes() == broken
 
 
-def test_an_empty_cell_of_a_number_is_none(checked):
+def test_empty_number_cell_is_read_as_nan(checked):
     checked.path.write_bytes(checked.path.read_bytes().replace(b",nan", b","))
     assert [row["length"] for row in checked.read()] == ["nan"] * 3
 
 
-def test_a_graph_that_looks_like_a_formula_is_a_text_in_the_file(checked):
+def test_formula_like_graph_name_is_written_as_text(checked):
     assert b"\r\n10,'=c,0.1,nan\r\n" in checked.path.read_bytes()
     checked.append([{"steps": 40, "graph": "=c", "success_rate": 1, "more": 5}])
     assert [row["graph"] for row in checked.read()] == ["=c"] * 4
 
 
-def test_a_row_is_one_line_whatever_a_name_holds(tmp_path):
+def test_row_with_line_breaks_is_written_as_one_line(tmp_path):
     table = CSVTable(tmp_path / "episodes.csv")
     table.append([{"steps": 1, "graph": 'a\r\nb,"c"\x85d'}, {"steps": 2, "graph": "\udcff"}])
     assert [row["graph"] for row in table.read()] == ['a b,"c" d', "\\udcff"]

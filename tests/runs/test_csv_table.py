@@ -1,4 +1,4 @@
-"""A table that grows: rows are counted and kept, torn ends are none, columns are added, and damage is refused."""
+"""CSV tables that grow: rows are counted and kept, torn rows ignored, columns added, and damage refused."""
 
 import codecs
 import errno
@@ -28,7 +28,7 @@ def steps(table: CSVTable) -> list[int]:
 
 @given(cut=st.integers(1, 90), tail=st.binary(max_size=40))
 @settings(max_examples=200, derandomize=True)
-def test_whatever_a_crash_left_after_the_last_whole_row_is_no_row(tmp_path_factory, cut, tail):
+def test_torn_row_after_a_crash_is_ignored(tmp_path_factory, cut, tail):
     path = tmp_path_factory.mktemp("torn") / "metrics.csv"
     CSVTable(path).append(ROWS)
     whole = path.read_bytes()
@@ -49,11 +49,11 @@ def test_whatever_a_crash_left_after_the_last_whole_row_is_no_row(tmp_path_facto
 @pytest.mark.parametrize(
     "tail", [b"\0" * 5000, b"\0" * 50 + b"\r\n", b"\r\n\r\n", b"40,1\r\n", b'40,"1\r\n', b"40,\xff,c\n"]
 )
-def test_rows_that_a_checkpoint_does_not_count_are_deleted_whatever_they_are(tail, table):
+def test_keep_deletes_rows_after_the_checkpoint(tail, table):
     whole = table.path.read_bytes()
     table.path.write_bytes(whole + tail)
     torn = CSVTable(table.path)
-    if tail.startswith(b"40"):  # a whole line is not what a crash leaves
+    if tail.startswith(b"40"):  # a crash leaves no whole line
         with pytest.raises(InputError, match="line 5 "):
             torn.read()
     else:
@@ -72,7 +72,7 @@ def test_rows_are_counted(table):
     assert steps(table) == [10, 20, 30, 40]
 
 
-def test_rows_from_before_a_column_was_added_are_counted_as_before(table):
+def test_keep_counts_rows_written_before_a_new_column(table):
     """A checkpoint counts rows and not bytes, as a new column makes the rows before it longer."""
     n_rows = table.n_rows
     table.append([{"steps": 40, "more": 1}])
@@ -109,19 +109,19 @@ def test_a_long_table_is_not_read_into_memory(tmp_path):
         (b"-1,1,c\r\n", "begins with '-1', not with a number of steps"),
     ],
 )
-def test_damage_before_a_row_is_refused_and_left_as_it_is(damage, said, table):
+def test_damaged_row_raises_input_error_without_changes(damage, said, table):
     header, first, _, last = table.path.read_bytes().splitlines(keepends=True)
     table.path.write_bytes(broken := header + first + damage + last)
     for use in (CSVTable.read, lambda table: table.keep(3), lambda table: table.append(ROWS)):
         with pytest.raises(InputError, match=rf"metrics\.csv is broken: line 3 {said}"):
             use(CSVTable(table.path))
     assert table.path.read_bytes() == broken
-    assert CSVTable(table.path).keep(1) == 1, "what comes after the rows to keep does not matter"
+    assert CSVTable(table.path).keep(1) == 1, "damage after the rows to keep does not matter"
 
 
 @pytest.mark.parametrize("end", [b"", b"\r\xe840,1,d\r\n", b"\0\0\r\n"])
-def test_a_row_to_keep_that_lost_its_end_is_missed(end, table):
-    """The caller says so: the row was synced before the checkpoint, so that no crash of ours cut it."""
+def test_keep_does_not_count_a_cut_row(end, table):
+    """The caller reports the loss: the row was synced before the checkpoint, so no crash of a run cut it."""
     whole = table.path.read_bytes()
     table.path.write_bytes(whole[:-2] + end)
     if end.startswith(b"\r"):
@@ -132,13 +132,13 @@ def test_a_row_to_keep_that_lost_its_end_is_missed(end, table):
         assert steps(table) == [10, 20]
 
 
-def test_a_row_of_more_steps_than_were_taken_is_not_kept(table):
+def test_keep_refuses_a_row_beyond_the_steps_taken(table):
     table.path.write_bytes(table.path.read_bytes().replace(b"\n20,", b"\n920,"))
     with pytest.raises(InputError, match=r"line 3 begins with '920', not with a number of steps up to 30"):
         table.keep(3, 30)
 
 
-def test_a_blank_line_is_no_damage(table):
+def test_blank_lines_are_ignored(table):
     header, *rows = table.path.read_bytes().splitlines(keepends=True)
     table.path.write_bytes(b"\r\n" + header + b"\r\n".join(rows))
     assert steps(table) == [10, 20, 30]
@@ -146,7 +146,7 @@ def test_a_blank_line_is_no_damage(table):
     assert steps(table) == [10, 20]
 
 
-def test_a_table_without_its_header_is_refused_unless_nothing_of_it_counts(table):
+def test_missing_header_is_refused_unless_no_row_is_kept(table):
     without = b"".join(table.path.read_bytes().splitlines(keepends=True)[1:])
     table.path.write_bytes(without)
     for use in (table.read, lambda: table.keep(2)):
@@ -157,7 +157,7 @@ def test_a_table_without_its_header_is_refused_unless_nothing_of_it_counts(table
     assert steps(table) == [10, 20, 30]
 
 
-def test_a_table_that_a_spreadsheet_has_saved_goes_on(table):
+def test_table_with_byte_order_mark_is_appended_to(table):
     table.path.write_bytes(codecs.BOM_UTF8 + table.path.read_bytes())
     saved = CSVTable(table.path)
     assert saved.keep(2) == 2
@@ -179,7 +179,7 @@ def test_a_table_that_a_spreadsheet_has_saved_goes_on(table):
         lambda text: b"\xff" + text,
     ],
 )
-def test_a_header_that_cannot_be_read_costs_no_row(save, table):
+def test_unreadable_header_raises_input_error_without_changes(save, table):
     table.path.write_bytes(saved := save(table.path.read_bytes()))
     for use in (CSVTable.read, CSVTable.keep, lambda table: table.keep(3), lambda table: table.append(ROWS)):
         with pytest.raises(InputError, match=r"line 1 (is no row of text|does not name the columns)"):
@@ -187,21 +187,21 @@ def test_a_header_that_cannot_be_read_costs_no_row(save, table):
     assert table.path.read_bytes() == saved
 
 
-def test_a_header_that_is_cut_off_costs_no_row_that_a_checkpoint_counts(table):
+def test_keep_refuses_a_cut_header(table):
     table.path.write_bytes(b"steps,lo")
     with pytest.raises(InputError, match="line 1 is no row of text"):
         CSVTable(table.path).keep(3)
     assert table.path.read_bytes() == b"steps,lo"
 
 
-def test_a_table_that_is_one_endless_line_is_refused(table, monkeypatch):
+def test_endless_line_raises_input_error(table, monkeypatch):
     monkeypatch.setattr("hierroom.runs.folder.csv_table.MOST_TEXT", 2**22)
     os.truncate(table.path, 2**23)
     with pytest.raises(InputError, match="line 5 is no row of text"):
         table.read()
 
 
-def test_columns_may_grow(table):
+def test_append_adds_new_columns(table):
     table.append([{"steps": 40, "gain": 1.5, "loss": 2}])
     CSVTable(table.path).append([{"steps": 50, "more": "x"}])
     rows = table.read()
@@ -213,7 +213,7 @@ def test_columns_may_grow(table):
     assert [path.name for path in table.path.parent.iterdir()] == ["metrics.csv"]
 
 
-def test_numbers(table):
+def test_numbers_gives_floats_and_refuses_text(table):
     with pytest.raises(InputError, match="is broken: could not convert string to float: 'g10, of 10'"):
         table.numbers()
     table.keep(1)
@@ -240,7 +240,7 @@ def test_rows_stay_when_the_disk_is_full(table, monkeypatch):
     assert steps(table) == [10, 20, 30, 40]
 
 
-def test_a_link_in_the_place_of_a_table_is_not_followed(table):
+def test_link_in_place_of_table_is_not_followed(table):
     mine = table.path.rename(table.path.with_name("mine"))
     before = mine.read_bytes()
     table.path.symlink_to(mine)
@@ -251,7 +251,7 @@ def test_a_link_in_the_place_of_a_table_is_not_followed(table):
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
-def test_a_pipe_in_the_place_of_a_table_is_refused_at_once(table):
+def test_pipe_in_place_of_table_raises_input_error(table):
     table.path.unlink()
     os.mkfifo(table.path)
     reader = os.open(table.path, os.O_RDONLY | os.O_NONBLOCK)
@@ -262,7 +262,7 @@ def test_a_pipe_in_the_place_of_a_table_is_refused_at_once(table):
         table.append(ROWS)
 
 
-def test_a_table_that_was_deleted_begins_anew(table):
+def test_append_creates_a_deleted_table_again(table):
     table.path.unlink()
     table.append(ROWS[1:])
     assert steps(table) == [20, 30]

@@ -54,7 +54,7 @@ def examples(monkeypatch):
     monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples")
 
 
-def test_a_learner_does_what_one_on_the_cpu_does():
+def test_learner_on_gpu_matches_cpu():
     learners = [
         Learner(SPACE, 6, PPOConfig(sequence_length=5, minibatches=2, hidden_size=8), seed=1, device=device)
         for device in ("cpu", DEVICE)
@@ -67,7 +67,7 @@ def test_a_learner_does_what_one_on_the_cpu_does():
             assert turns[0][3] == pytest.approx(turns[1][3], rel=1e-3, abs=1e-5)
 
 
-def test_distillation_does_what_one_on_the_cpu_does():
+def test_distillation_on_gpu_matches_cpu():
     ours, other = (
         RandomNetworkDistillation((4, 3), 6, gamma=0.9, seed=1, hidden_size=16, device=device)
         for device in ("cpu", DEVICE)
@@ -90,7 +90,7 @@ def test_the_same_seed_gives_the_same_run(options, run, tmp_path):
 
 
 @pytest.mark.parametrize("at", [2, 9])
-def test_a_run_that_was_stopped_ends_with_every_file_equal(at, options, run, tmp_path, monkeypatch):
+def test_stopped_run_resumes_to_equal_files(at, options, run, tmp_path, monkeypatch):
     out = str(tmp_path / "run")
     stop_at_update(monkeypatch, signal.SIGINT, at)
     assert train([*options, "--out", out]) == 130
@@ -108,7 +108,7 @@ def test_a_run_moves_between_devices(run, tmp_path):
         state = trainer.state_dict()
 
 
-def test_a_warm_start(run, options, tmp_path):
+def test_warm_start_copies_the_weights(run, options, tmp_path):
     assert train([*options, "--warm-start", str(run), "--out", str(tmp_path / "run")]) == 0
     found, expected = (
         RunFolder.open(path).load_checkpoint(steps)["agents"][CONTROLLER]["learner"]["backend"]["network"]
@@ -122,7 +122,7 @@ def test_provenance_names_the_gpu(run):
     assert [session["gpu"] for session in sessions] == [torch.cuda.get_device_name()]
 
 
-def test_generators_of_the_gpu_are_left_alone_and_its_memory_does_not_fill(run):
+def test_training_leaves_gpu_generator_and_memory_unchanged(run):
     trainer, before = Trainer(RunFolder.open(run).config().changed(steps=10**6)), torch.cuda.get_rng_state()
     memory = []
     for _ in range(12):

@@ -42,7 +42,7 @@ def places(n: int) -> Any:
     return SimpleNamespace(world=world, n_ended=n)
 
 
-def test_success_length_and_return_are_those_of_the_window():
+def test_means_cover_the_last_episodes_in_the_window():
     log, turns = EpisodeLog(WORLD.goals, np.zeros(2, int)), places(2)
     for n in range(WINDOW - 1):
         log.add(ended(True), turns, n)
@@ -57,7 +57,7 @@ def test_success_length_and_return_are_those_of_the_window():
     assert log.means["episode_return"] == 0.5
 
 
-def test_a_step_that_ends_no_episode_adds_its_rewards_and_a_state_comes_back():
+def test_step_adds_rewards_and_load_state_dict_restores_log():
     log, other, turns = EpisodeLog(WORLD.goals, np.zeros(4, int)), EpisodeLog(WORLD.goals, np.zeros(4, int)), places(4)
     log.add(ended(True, False, True), turns, 5)
     before = log.state_dict()
@@ -76,8 +76,8 @@ def test_a_step_that_ends_no_episode_adds_its_rewards_and_a_state_comes_back():
     assert before["returns"].tolist() == [0, 0, 0, 0.5], "the state is a copy"
 
 
-def test_the_rows_tell_what_happened_in_the_order_in_which_it_did():
-    """Against a count by hand of what the oracle does on two graphs, with environments that end at different steps."""
+def test_row_lists_the_achieved_goals_in_order():
+    """Against a count by hand of the oracle's episodes on graph f, in environments that end at different steps."""
     turns, log, player = (
         make("f", n=5, size=13, max_steps=60, reward="bonus"),
         EpisodeLog(WORLD.goals, np.zeros(5, int)),
@@ -105,7 +105,7 @@ def test_the_rows_tell_what_happened_in_the_order_in_which_it_did():
     assert log.ended == []
 
 
-def test_a_row_names_the_first_milestones_and_counts_the_others():
+def test_row_names_first_milestones_and_counts_the_others():
     log, turns, step = EpisodeLog(WORLD.goals, np.zeros(2, int)), places(2), ended(True)
     for ends, n_before in ((True, 1), (False, MOST_NAMED + 1)):
         step.episode_ended[0] = ends
@@ -143,7 +143,7 @@ def test_options_are_counted_by_the_kind_of_their_goal():
     assert all(np.isnan(value) for value in log.reached.values())
 
 
-def test_the_graph_of_a_row_is_that_of_its_episode():
+def test_row_names_the_graph_of_its_episode():
     turns, log = make("expected_steps:20..80", n=12, size=11, max_steps=15), EpisodeLog(WORLD.goals, np.zeros(12, int))
     seen = set()
     for t in range(60):
@@ -159,7 +159,7 @@ def test_the_graph_of_a_row_is_that_of_its_episode():
     assert GoalGraph.named("c").name in seen
 
 
-def test_lengths_are_those_that_were_played_however_the_clocks_began():
+def test_staggered_clocks_do_not_change_row_lengths():
     turns, player = make("a", n=8, size=11, max_steps=40), OraclePlayer()
     turns.world.stagger_clocks()
     log = EpisodeLog(WORLD.goals, turns.world.clocks())

@@ -45,7 +45,7 @@ class Turning:
         return turns.step([1])
 
 
-def test_the_table_has_the_goals_of_every_level_that_was_played():
+def test_table_has_the_goals_of_every_played_level():
     graphs, player = [NAMED_GRAPHS["a"], NAMED_GRAPHS["g"]], Turning()
     tables = {}
     for seed in range(8):
@@ -59,10 +59,8 @@ def test_the_table_has_the_goals_of_every_level_that_was_played():
 
 
 @pytest.mark.parametrize(("asked", "num_envs", "played"), [(100, 10, 20), (100, 25, 25), (10, 10, 10), (1000, 10, 60)])
-def test_an_evaluation_that_fails_stops_once_the_interval_is_as_narrow_as_all_episodes_would_leave_it(
-    asked, num_envs, played
-):
-    """At 50% success, where it is widest: 0.19 for 100 episodes; 20 failures leave 0.16, and 10 leave 0.28."""
+def test_evaluation_without_success_stops_early(asked, num_envs, played):
+    """At 50% success the interval is widest: 0.19 for 100 episodes; 20 failures leave 0.16, and 10 leave 0.28."""
 
     def evaluated(episodes, **settings):
         turns = make([NAMED_GRAPHS["a"]], num_envs, max_steps=3, measure_shortest=True)
@@ -70,17 +68,17 @@ def test_an_evaluation_that_fails_stops_once_the_interval_is_as_narrow_as_all_ep
 
     stopped = evaluated(asked, may_stop=True)
     assert stopped.episodes == played
-    assert repr(stopped) == repr(evaluated(played))  # NaN is no NaN
+    assert repr(stopped) == repr(evaluated(played))  # NaN does not equal NaN
     assert evaluated(asked).episodes == asked
 
 
-def test_an_evaluation_that_succeeds_plays_all_its_episodes():
+def test_successful_evaluation_plays_all_episodes():
     turns = make([NAMED_GRAPHS["a"]], 10, size=11, measure_shortest=True)
     assert evaluate(OraclePlayer(), turns, 50, may_stop=True).episodes == 50
 
 
-def test_only_as_many_episodes_of_each_environment_count_as_all_have_played():
-    """Else short episodes would be counted more often: environment 1 has played three where the others played one."""
+def test_first_of_each_limits_episodes_per_environment():
+    """Otherwise short episodes would count more often: environment 1 has played three, environment 2 only one."""
     n, envs = 6, np.array([1, 1, 0, 1, 2, 0])
     facts = EndedEpisodes(envs, envs, ["a"] * n, np.zeros(n, bool), np.arange(n), np.arange(n), np.zeros(n), [()] * n)
     assert _first_of_each(facts, 1).lengths.tolist() == [0, 2, 4]
@@ -89,7 +87,7 @@ def test_only_as_many_episodes_of_each_environment_count_as_all_have_played():
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """A run with two checkpoints: before anything was learned and, as good as solved, at the end."""
+    """A run with two checkpoints: before anything was learned, and at the end, where it nearly always succeeds."""
     env = EnvConfig("b", size=11, max_steps=100)
     config = TrainConfig(env, num_envs=16, steps=60_000, ppo=PPOConfig(minibatches=2))
     folder, trainer = RunFolder.create(tmp_path_factory.mktemp("evaluated") / "run", config), Trainer(config)
@@ -109,14 +107,14 @@ def evaluated(run, capsys):
     return evaluated
 
 
-def test_an_earlier_checkpoint_is_worse(evaluated):
+def test_earlier_checkpoint_has_lower_success(evaluated):
     assert evaluated("--checkpoint", "0")["success_rate"] < 0.5 < evaluated()["success_rate"]
     with pytest.raises(InputError, match="has checkpoints after 0, "):
         evaluated("--checkpoint", "1")
 
 
-def test_other_graphs_replace_those_of_the_run(evaluated):
-    """Zero-shot: the agent of graph b in a set that has one room more, and without what is excluded."""
+def test_graph_option_replaces_the_runs_graphs(evaluated):
+    """Zero-shot: the agent of graph b in a set that has one room more, without the excluded graphs."""
     assert "key 2" in evaluated()["steps_to_goals"]
     assert "key 2" not in evaluated("--graph", "a")["steps_to_goals"]
     several = evaluated("--graph", "a", "rooms:4", "--exclude", "g")
@@ -128,7 +126,7 @@ def test_other_graphs_replace_those_of_the_run(evaluated):
         evaluated("--graph", "rooms:4", "--exclude", "g", "--exclude", "e")
 
 
-def test_another_meta_controller_gives_other_goals(evaluated):
+def test_meta_option_gives_other_goals(evaluated):
     """The oracle never asks for the key of the room without the exit, key 2; the fixed path does half the time."""
     fixed, oracle = evaluated(), evaluated("--meta", "oracle")
     assert (
@@ -157,7 +155,7 @@ def sizes_in(turns, player, episodes):
 
 @pytest.mark.parametrize("is_greedy", [False, True])
 @pytest.mark.parametrize("meta", [*META_CONTROLLERS])
-def test_leaving_out_environments_that_have_played_their_episodes_changes_nothing(run, meta, is_greedy):
+def test_skipping_finished_environments_changes_nothing(run, meta, is_greedy):
     trainer = Trainer(RunFolder.open(run).config())
     trainer.load_state_dict(RunFolder.open(run).load_checkpoint())
 
@@ -180,7 +178,7 @@ def test_leaving_out_environments_that_have_played_their_episodes_changes_nothin
     assert sizes[-1] <= 12
 
 
-def test_whoever_may_depend_on_the_other_environments_plays_in_all(run):
+def test_custom_code_and_curricula_step_all_environments(run):
     class OwnMeta(META_CONTROLLERS["fixed-dfs"]):
         pass
 
@@ -204,4 +202,4 @@ def test_whoever_may_depend_on_the_other_environments_plays_in_all(run):
     assert sizes("fixed-dfs", turns(), OwnPair) == {24}
     assert sizes(OwnMeta(), turns()) == sizes(first, turns()) == {24}
     assert sizes("fixed-dfs", turns(graph=("a", "rooms:3"), curriculum_stages=3)) == {24}
-    assert sizes("fixed-dfs", turns(reward=Intrinsic())) == {24}  # as a user's own, which may remember
+    assert sizes("fixed-dfs", turns(reward=Intrinsic())) == {24}  # like a user's reward, which may have a memory

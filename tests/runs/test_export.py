@@ -20,7 +20,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 @pytest.fixture(params=["c", "chest_task:chest", "own_network:GatedMemory"])
 def agent(request, monkeypatch):
-    """One that ships; one on arrays, and one with a user's network, untrained."""
+    """A shipped agent, and two untrained ones: on arrays, and with a user's network."""
     if request.param == "c":
         return hierroom.load("c")
     monkeypatch.syspath_prepend(EXAMPLES)
@@ -45,7 +45,7 @@ def agrees_step_by_step(agent, n, step):
         observations, _, _, _, infos = env.step(actions)
 
 
-def of_torch(module):
+def module_step(module):
     def step(features, memory):
         with torch.no_grad():
             return [output.numpy() for output in module(torch.from_numpy(features), torch.from_numpy(memory))]
@@ -53,11 +53,11 @@ def of_torch(module):
     return step
 
 
-def test_the_network_is_a_module_that_computes_what_the_agent_does(agent):
+def test_agent_network_matches_act(agent):
     network = agent.network
     assert isinstance(network, torch.nn.Module)
     assert not network.training
-    agrees_step_by_step(agent, 3, of_torch(network))
+    agrees_step_by_step(agent, 3, module_step(network))
     with torch.no_grad():
         for weights in network.parameters():
             weights.zero_()
@@ -65,16 +65,16 @@ def test_the_network_is_a_module_that_computes_what_the_agent_does(agent):
 
 
 @pytest.mark.slow
-def test_the_exported_program_computes_what_the_agent_does(agent, tmp_path):
+def test_exported_pt2_program_matches_act(agent, tmp_path):
     agent.export(tmp_path / "agent.pt2")
     module = torch.export.load(tmp_path / "agent.pt2").module()
     for n in (1, 3):
-        agrees_step_by_step(agent, n, of_torch(module))
+        agrees_step_by_step(agent, n, module_step(module))
 
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
-def test_in_onnx_it_computes_what_the_agent_does(agent, tmp_path):
+def test_exported_onnx_model_matches_act(agent, tmp_path):
     pytest.importorskip("onnxscript")
     onnxruntime = pytest.importorskip("onnxruntime")
     if agent.config.env.task:
@@ -88,7 +88,7 @@ def test_in_onnx_it_computes_what_the_agent_does(agent, tmp_path):
         agrees_step_by_step(agent, n, lambda features, state: session.run(None, {"features": features, "state": state}))
 
 
-def test_what_cannot_be_exported_is_refused(tmp_path, monkeypatch):
+def test_invalid_export_raises_input_error(tmp_path, monkeypatch):
     agent = hierroom.load("c")
     with pytest.raises(InputError, match=r"^a network is exported to .pt2 or .onnx, not to agent.pt$"):
         agent.export(tmp_path / "agent.pt")

@@ -1,4 +1,4 @@
-"""A run that somebody has prepared is resumed only if nothing of another run or user would change."""
+"""A prepared run folder is refused if resuming it would change files outside it."""
 
 import os
 from pathlib import Path
@@ -34,7 +34,7 @@ def contents(folder: Path) -> dict[Path, bytes]:
     return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def refused(run: RunFolder, said: str) -> None:
+def check_refused(run: RunFolder, said: str) -> None:
     before = contents(run.path.parent)
     with pytest.raises(InputError, match=said), run.lock:
         run.tidy()
@@ -43,45 +43,45 @@ def refused(run: RunFolder, said: str) -> None:
 
 @pytest.mark.parametrize("name", FILES)
 @pytest.mark.parametrize("target", ["../other/mine", "nowhere", "/dev/zero"])
-def test_a_link_in_the_place_of_a_file_is_refused_before_anything_changes(name, target, run):
+def test_link_in_place_of_file_is_refused_without_changes(name, target, run):
     path = run.path / name
     path.unlink()
     path.symlink_to(os.path.relpath(run.path / target, path.parent) if target[0] == "." else target)
-    refused(run, f"cannot write .*{path.name}: it is a link, which is not followed")
+    check_refused(run, f"cannot write .*{path.name}: it is a link, which is not followed")
 
 
 @pytest.mark.parametrize("name", FOLDERS)
-def test_a_link_in_the_place_of_a_folder_is_refused_before_anything_changes(name, run):
+def test_link_in_place_of_folder_is_refused_without_changes(name, run):
     path = run.path / name
     if path.exists():
         path.rename(run.path.parent / "away")
     path.symlink_to(run.path.parent / "other")
-    refused(run, f"cannot write .*{path.name}: it is a link, which is not followed")
+    check_refused(run, f"cannot write .*{path.name}: it is a link, which is not followed")
 
 
 @pytest.mark.parametrize("target", ["nowhere", "../config.json", None])
-def test_what_is_no_folder_where_the_copies_of_a_session_would_be_is_refused_before_anything_changes(target, run):
+def test_file_in_place_of_session_folder_is_refused(target, run):
     path = run.path / "modules" / "session-2"
     path.symlink_to(target) if target else path.write_text("")
-    refused(run, f"cannot write .*session-2: {'it is a link' if target else 'it is no folder'}")
+    check_refused(run, f"cannot write .*session-2: {'it is a link' if target else 'it is no folder'}")
 
 
 @pytest.mark.parametrize("name", ["metrics.csv", "evaluations.csv", "episodes.csv", RunLock.FILE])
-def test_a_second_name_of_another_file_is_refused_where_it_would_change(name, run):
+def test_hard_link_in_place_of_file_is_refused(name, run):
     (run.path / name).unlink()
     os.link(run.path.parent / "other" / "mine", run.path / name)
-    refused(run, f"cannot write .*{name}: it is another file too")
+    check_refused(run, f"cannot write .*{name}: it is another file too")
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
 @pytest.mark.parametrize("name", FILES)
-def test_a_pipe_in_the_place_of_a_file_is_refused_at_once(name, run):
+def test_pipe_in_place_of_file_is_refused(name, run):
     (run.path / name).unlink()
     os.mkfifo(run.path / name)
-    refused(run, f"cannot write .*{name}: it is no regular file")
+    check_refused(run, f"cannot write .*{name}: it is no regular file")
 
 
-def test_what_somebody_else_put_into_the_folder_stays(run):
+def test_tidy_keeps_files_of_others(run):
     other = run.path.parent / "other"
     (run.path / "checkpoints" / "best.pt").symlink_to(other / "mine")
     (run.path / f".{'0c' * 8}.part").symlink_to(other / "mine")

@@ -43,7 +43,7 @@ def test_hippo_learns_with_a_learned_meta_controller():
 
 
 @pytest.mark.slow
-def test_with_advantages_in_random_order_nothing_is_learned(monkeypatch):
+def test_shuffled_advantages_learn_nothing(monkeypatch):
     estimate, random = ppo.generalized_advantages, np.random.default_rng(0)
 
     def shuffled(*arguments, **settings):
@@ -55,7 +55,7 @@ def test_with_advantages_in_random_order_nothing_is_learned(monkeypatch):
 
 
 @pytest.mark.slow
-def test_hippo_beats_flat_ppo_where_keys_lie_behind_doors():
-    """On graph c within 300 steps: 100 and 0% after 75,000 steps."""
+def test_hippo_beats_flat_ppo_on_graph_c():
+    """Keys are behind doors there. Success within 300 steps: 100 and 0% after 75,000 steps of training."""
     hippo, flat = (success_rate(method=m, graph="c", max_steps=300, steps=100_000) for m in ("hippo", "ppo"))
     assert hippo > flat + 0.5

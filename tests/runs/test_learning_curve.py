@@ -1,4 +1,4 @@
-"""Learning curves: when a run is evaluated, and when its success rate was first so high, by hand."""
+"""Learning curves by hand: evaluation points, and the steps at which a success rate is crossed."""
 
 import numpy as np
 import pytest
@@ -15,21 +15,21 @@ def row(steps, rate, *, graph="a", episodes=100, length=10.0):
     }
 
 
-def test_points_are_before_training_and_then_at_equal_ratios():
+def test_evaluation_points_are_zero_and_then_geometric():
     assert evaluation_points(10_000, 3) == [0, 100, 1000, 10_000]
     assert evaluation_points(10_000, 1) == [0, 10_000]
     assert evaluation_points(10_000, 0) == []
 
 
 @given(st.integers(1, 10**9), st.integers(1, 60))
-def test_points_increase_and_end_with_the_run(steps, evaluations):
+def test_evaluation_points_increase_and_end_with_the_run(steps, evaluations):
     points = evaluation_points(steps, evaluations)
     assert points == sorted(set(points))
     assert (points[0], points[-1]) == (0, steps)
     assert len(points) <= evaluations + 1
 
 
-def test_a_crossing_is_interpolated_between_the_evaluations_around_it():
+def test_crossing_is_interpolated_between_two_evaluations():
     curve = LearningCurve.of_rows([row(0, 0.0), row(100, 0.4), row(300, 0.9), row(900, 0.9), row(1000, 1.0)])
     for percent, steps in ((20, 50), (40, 100), (65, 200), (90, 300), (95, 950)):
         crossing = curve.crossing(percent)
@@ -37,16 +37,16 @@ def test_a_crossing_is_interpolated_between_the_evaluations_around_it():
     assert LearningCurve.of_rows([row(0, 0.0), row(100, 0.4)]).crossing(50) is None
 
 
-def test_one_evaluation_that_is_high_by_chance_crosses_nothing():
+def test_single_high_evaluation_is_no_crossing():
     rates = [0.0, 0.2, 0.6, 0.2, 0.2, 0.6, 0.8]
     curve = LearningCurve.of_rows([row(100 * n, rate) for n, rate in enumerate(rates)])
-    # What rises and is nearest to them is 0, .2, 1/3, 1/3, 1/3, .6, .8: 0.5 is at 5/8 of the way from 400 to 500.
+    # The nearest rising curve is 0, .2, 1/3, 1/3, 1/3, .6, .8: 0.5 is at 5/8 of the way from 400 to 500.
     assert curve.crossing(50).steps == pytest.approx(400 + 100 * (0.5 - 1 / 3) / (0.6 - 1 / 3))
     assert LearningCurve.of_rows([row(0, 0.7), row(100, 0.2)]).crossing(50) is None, "it was lost again"
 
 
 @pytest.mark.parametrize("episodes", [50, 200])
-def test_the_interval_holds_the_true_crossing_in_95_of_100_runs(episodes):
+def test_crossing_interval_covers_the_true_crossing(episodes):
     generator, steps = np.random.default_rng(episodes), np.geomspace(1000, 100_000, 30)
     true = np.log(steps / 1000) / np.log(100)  # it is 0.5 after 10,000 steps
     held, widths = 0, []
@@ -60,18 +60,18 @@ def test_the_interval_holds_the_true_crossing_in_95_of_100_runs(episodes):
     assert max(widths) < 15_000
 
 
-def test_an_interval_is_open_where_the_rate_may_not_have_been_reached():
+def test_interval_is_infinite_if_rate_may_be_unreached():
     curve = LearningCurve.of_rows([row(0, 0.0), row(100, 0.3), row(200, 0.96, episodes=100)])
     crossing = curve.crossing(95)
     assert 100 < crossing.low <= crossing.steps < 200
     assert crossing.high == np.inf
 
 
-def test_the_area_is_the_mean_success_on_the_way():
+def test_area_is_the_mean_success_over_steps():
     assert LearningCurve.of_rows([row(0, 0.0), row(100, 1.0), row(400, 1.0)]).area == pytest.approx(0.875)
 
 
-def test_several_graphs_count_by_their_episodes():
+def test_curve_weights_graphs_by_their_episodes():
     rows = [row(0, 0.0, graph="a"), row(0, 0.0, graph="b", episodes=300)]
     rows += [row(64, 1.0, graph="a"), row(64, 0.2, graph="b", episodes=300, length=30)]
     curve = LearningCurve.of_rows(rows)

@@ -112,7 +112,7 @@ def expected_of(folder):
     return {key: value for key, value in output.items() if math.isfinite(value)}
 
 
-def test_all_loggers_receive_the_same(libraries, tmp_path):
+def test_all_loggers_receive_the_same_values(libraries, tmp_path):
     hierroom.train(**TINY, evaluations=3, evaluation_episodes=5, out=tmp_path / "run", log="tensorboard,wandb,mlflow")
     expected = expected_of(tmp_path / "run")
     wandb, mlflow = libraries.wandb, libraries.mlflow
@@ -130,7 +130,7 @@ def test_all_loggers_receive_the_same(libraries, tmp_path):
         assert steps in [one.step for one in events.Scalars(name)]
 
 
-def test_weights_and_biases(libraries, tmp_path, monkeypatch):
+def test_wandb_logger_reports_the_run(libraries, tmp_path, monkeypatch):
     monkeypatch.setenv("WANDB_PROJECT", "own project")
     hierroom.train(**TINY, evaluations=2, evaluation_episodes=5, out=tmp_path / "run", log="wandb")
     wandb = libraries.wandb
@@ -146,7 +146,7 @@ def test_weights_and_biases(libraries, tmp_path, monkeypatch):
     assert not list((tmp_path / "run").glob("events*"))  # TensorBoard was not named
 
 
-def test_mlflow(libraries, tmp_path):
+def test_mlflow_logger_reports_each_run(libraries, tmp_path):
     for name in ("one", "two"):
         hierroom.train(**TINY, evaluations=2, evaluation_episodes=5, out=tmp_path / name, log="mlflow")
     mlflow = libraries.mlflow
@@ -156,13 +156,13 @@ def test_mlflow(libraries, tmp_path):
     assert mlflow.status == [("run1", "FINISHED"), ("run2", "FINISHED")]
 
 
-def test_mlflow_names_hold_only_what_it_allows(libraries, tmp_path):
+def test_mlflow_names_have_only_allowed_characters(libraries, tmp_path):
     logs = Logs(tmp_path, TrainConfig(), -1, ("mlflow",))
     logs._loggers[0].add({"eval/graph/own: <graph>/length": 1.0, "nothing": math.nan}, 5)
     assert [metric.key for _, metric in libraries.mlflow.metrics] == ["eval/graph/own_ _graph_/length"]
 
 
-def test_a_resumed_run_goes_on_where_it_is_shown(libraries, tmp_path, capsys):
+def test_resumed_run_continues_its_wandb_and_mlflow_logs(libraries, tmp_path, capsys):
     out = tmp_path / "run"
     assert main([*OPTIONS, "--steps", "1024", "--out", str(out), "--log", "wandb,mlflow"]) == 0
     assert main(["--resume", str(out), "--steps", "2048", "--log", "wandb,mlflow"]) == 0
@@ -170,12 +170,12 @@ def test_a_resumed_run_goes_on_where_it_is_shown(libraries, tmp_path, capsys):
     assert libraries.mlflow.names == [("0", "run")]
     assert libraries.mlflow.status == [("run1", "FINISHED"), ("run1", "RUNNING"), ("run1", "FINISHED")]
     n = len(libraries.wandb.rows)
-    assert main(["--resume", str(out), "--steps", "3072"]) == 0  # the folder does not say where
+    assert main(["--resume", str(out), "--steps", "3072"]) == 0  # the run does not keep --log
     assert len(libraries.wandb.rows) == n
     assert list(out.glob("events*"))
 
 
-def test_an_interrupted_run_says_so_and_how_to_go_on(libraries, tmp_path, monkeypatch, capsys):
+def test_interrupted_run_prints_its_resume_command(libraries, tmp_path, monkeypatch, capsys):
     stop_at_update(monkeypatch, signal.SIGINT, 1)
     assert main([*OPTIONS, "--steps", "4096", "--out", str(tmp_path / "run"), "--log", "wandb,mlflow"]) == 130
     assert libraries.wandb.ends == [130]
@@ -183,13 +183,13 @@ def test_an_interrupted_run_says_so_and_how_to_go_on(libraries, tmp_path, monkey
     assert f"--resume {tmp_path / 'run'} --log wandb,mlflow\n" in capsys.readouterr().out
 
 
-def test_none_shows_it_nowhere(tmp_path):
+def test_log_none_writes_no_logs(tmp_path):
     hierroom.train(**TINY, evaluations=0, out=tmp_path / "run", log="none")
     assert not list((tmp_path / "run").glob("events*"))
     assert not (tmp_path / "run" / "logs.json").exists()
 
 
-def test_a_logger_that_fails_is_warned_of_once_and_training_goes_on(libraries, tmp_path, capsys):
+def test_failing_logger_warns_once_and_training_continues(libraries, tmp_path, capsys):
     libraries.wandb.fails = True
     hierroom.train(**TINY, evaluations=2, evaluation_episodes=5, out=tmp_path / "run", log="wandb,tensorboard")
     warned = [line for line in capsys.readouterr().err.splitlines() if "warning" in line]
@@ -200,7 +200,7 @@ def test_a_logger_that_fails_is_warned_of_once_and_training_goes_on(libraries, t
     assert list((tmp_path / "run").glob("events*"))
 
 
-def test_a_logger_that_cannot_begin(libraries, tmp_path, monkeypatch, capsys):
+def test_logger_failing_at_start_warns(libraries, tmp_path, monkeypatch, capsys):
     def refuse():
         raise PermissionError("no key")
 
@@ -213,14 +213,14 @@ def test_a_logger_that_cannot_begin(libraries, tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("content", ["{", "[1]", '{"wandb": 3}', '"wandb"', "\\xff"])
-def test_identities_that_cannot_be_read_begin_anew(libraries, tmp_path, content):
+def test_unreadable_logs_json_starts_a_new_log(libraries, tmp_path, content):
     (tmp_path / "logs.json").write_text(content)
     Logs(tmp_path, TrainConfig(), -1, ("wandb",))
     assert libraries.wandb.began[0].id is None
 
 
 @pytest.mark.parametrize("name", ["wandb", "mlflow"])
-def test_a_package_that_is_not_there_is_one_line(name, tmp_path, monkeypatch):
+def test_missing_logger_package_raises_input_error(name, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(InputError) as caught:
         main([*OPTIONS, "--out", str(tmp_path / "run"), "--log", f"tensorboard,{name}"])
@@ -228,7 +228,7 @@ def test_a_package_that_is_not_there_is_one_line(name, tmp_path, monkeypatch):
     assert not (tmp_path / "run").exists()
 
 
-def test_a_folder_of_that_name_is_no_package(tmp_path):
+def test_folder_named_mlflow_is_no_package(tmp_path):
     """Weights & Biases keeps its files in a folder ``wandb``, which Python would import."""
     (tmp_path / "mlflow").mkdir()
     code = "from hierroom.runs.logs.logs import logger_names; logger_names('mlflow')"
@@ -245,13 +245,13 @@ def test_unknown_loggers_are_refused(libraries, given):
         logger_names(given)
 
 
-def test_names(libraries):
+def test_logger_names_are_split_and_deduplicated(libraries):
     assert logger_names("wandb, tensorboard,wandb") == ("wandb", "tensorboard")
     assert logger_names("none") == ()
 
 
 @pytest.mark.parametrize("name", ["²", "x", "", "0"])
-def test_events_go_on_after_any_file_of_such_a_name(name, tmp_path):
+def test_events_are_written_despite_oddly_named_files(name, tmp_path):
     (tmp_path / f"events.out.tfevents.{name}").write_text("")
     Events(tmp_path, -1).add({"train/success_rate": 0.5}, 64)
     assert len([path for path in tmp_path.iterdir() if path.stat().st_size]) == 1

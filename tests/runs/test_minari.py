@@ -24,7 +24,7 @@ MAZE = """
 
 
 @pytest.mark.parametrize("config", [EnvConfig("c", max_steps=50), EnvConfig(task="workshop:6", max_steps=20)])
-def test_observations_are_those_that_an_environment_shows_of_the_same_episode(config):
+def test_rollout_observations_equal_those_of_the_environment(config):
     player = hierroom.load("c") if config.task is None else "random"
     episodes = list(hierroom.rollout(player, config, 7, num_envs=3, seed=4, observations=True))
     assert {episode.number for episode in episodes} == {0, 1, 2}
@@ -51,7 +51,7 @@ def test_observations_are_those_that_an_environment_shows_of_the_same_episode(co
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_a_data_set_holds_the_episodes_and_makes_their_environment_again(tmp_path, monkeypatch):
+def test_minari_dataset_has_episodes_and_recovers_their_environment(tmp_path, monkeypatch):
     minari = pytest.importorskip("minari")
     pytest.importorskip("h5py")
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
@@ -80,7 +80,7 @@ def test_a_data_set_holds_the_episodes_and_makes_their_environment_again(tmp_pat
         hierroom.minari_dataset("no version", agent, config, 6)
 
 
-def test_without_minari_it_is_said_what_to_install(monkeypatch):
+def test_missing_minari_raises_input_error(monkeypatch):
     monkeypatch.setitem(sys.modules, "minari", None)
     with pytest.raises(InputError, match=r"^to write a Minari data set install minari"):
         hierroom.minari_dataset("hierroom/c/hippo-v0", "random")

@@ -1,4 +1,4 @@
-"""Entries that a config takes, and the contents of the presets."""
+"""Valid entries of a config, and the contents of the presets."""
 
 import pytest
 
@@ -11,12 +11,12 @@ from hierroom.worlds.env_config import EnvConfig
 CONFIG = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=2048)
 
 
-def test_a_controller_does_not_observe_goals_that_ended():
+def test_goal_outcome_as_controller_feature_raises_input_error():
     with pytest.raises(InputError, match=r"^goal-outcome belongs to meta_features, not to features$"):
         Trainer(CONFIG.changed(features=("view", "goal-outcome")))
 
 
-def test_a_config_is_not_filled_up_with_defaults():
+def test_config_with_missing_entry_raises_input_error():
     table = CONFIG.to_dict()
     assert TrainConfig.from_dict(table) == CONFIG
     for part, entry in (("ppo", "gamma"), ("env", "subgoal_horizon")):
@@ -25,7 +25,7 @@ def test_a_config_is_not_filled_up_with_defaults():
             TrainConfig.from_dict({**table, part: lacking})
 
 
-def test_the_paper_preset_is_section_3_to_the_letter():
+def test_paper_preset_matches_section_3():
     paper = PRESETS["paper"]
     assert (paper.steps, paper.num_envs, paper.env.max_steps) == (10_000_000, 128, 1000)
     assert (paper.ppo.hidden_size, paper.ppo.learning_rate) == (64, 2.5e-4)
@@ -33,7 +33,7 @@ def test_the_paper_preset_is_section_3_to_the_letter():
     assert paper.agents.features == ("view-ids", "goal")
 
 
-def test_features_of_a_goal_that_is_not_seen_leave_nothing_to_read():
+def test_ppo_with_goal_features_alone_raises_input_error():
     with pytest.raises(
         InputError, match=r"method ppo does not see goals, so features must name more than goal, symbol$"
     ):

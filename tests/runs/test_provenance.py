@@ -42,7 +42,7 @@ def run(tmp_path_factory):
     return folder / "my run"
 
 
-def test_a_run_tells_each_command_that_worked_on_it(run):
+def test_provenance_lists_each_command_of_a_run(run):
     began, resumed = read_sessions(run)
     assert began["command"].endswith(f"-m hierroom train {BEGIN} --out 'my run'")
     assert resumed["command"].endswith(f"-m hierroom train {RESUME}")
@@ -56,7 +56,7 @@ def test_a_run_tells_each_command_that_worked_on_it(run):
     assert (run / "modules" / "mine.py").read_text(encoding="utf-8") == META
 
 
-def test_the_page_tells_of_every_file_of_a_run(run):
+def test_docs_list_every_file_of_a_run(run):
     page = (Path(hierroom.__file__).parents[1] / "docs" / "runs.md").read_text()
     for path in run.iterdir():
         listed = "events.out.tfevents.*" if path.name.startswith("events") else f"{path.name}{'/' * path.is_dir()}"
@@ -65,7 +65,7 @@ def test_the_page_tells_of_every_file_of_a_run(run):
         assert f"`{entry}`" in page, entry
 
 
-def test_versions_and_machine(run):
+def test_provenance_records_versions_and_machine(run):
     listed = read_sessions(run)[0]
     assert listed["hierroom"]["version"] == hierroom.__version__
     assert listed["packages"]["torch"] == version("torch")
@@ -89,7 +89,7 @@ def commit_files(*names: str) -> None:
     git("commit", "-qm", "one")
 
 
-def test_the_commit_and_whether_files_differ_from_it(tmp_path, monkeypatch):
+def test_describe_git_gives_commit_and_is_dirty(tmp_path, monkeypatch):
     assert describe_git(tmp_path) is None
     git("init", "-q")
     assert describe_git(tmp_path) is None  # no commit yet
@@ -104,15 +104,15 @@ def test_the_commit_and_whether_files_differ_from_it(tmp_path, monkeypatch):
     Path("file").write_text("3", encoding="utf-8")
     assert describe_git(tmp_path) == {"commit": commit, "is_dirty": True}
     assert describe_git(tmp_path, "file") == {"commit": commit, "is_dirty": True}
-    assert describe_git(tmp_path / "runs", "of-no-concern") is None  # installed into somebody else's checkout
+    assert describe_git(tmp_path / "runs", "of-no-concern") is None  # installed into another project's checkout
     monkeypatch.setenv("GIT_DIR", str(tmp_path / "nowhere"))  # as within a hook
     assert describe_git(tmp_path) == {"commit": commit, "is_dirty": True}
     monkeypatch.setenv("PATH", "")
     assert describe_git(tmp_path) is None
 
 
-def test_a_checkout_names_no_program_that_git_runs(tmp_path):
-    """Its config may name filters and monitors: who trains within an unpacked archive did not choose them."""
+def test_describe_git_runs_no_program_of_the_checkout(tmp_path):
+    """Its config may name filters and monitors, which somebody who unpacked an archive did not choose."""
     commit_files("file", "other")
     assert describe_git(tmp_path)["is_dirty"] is False
     names = ["filter.x.clean", "filter.x.process", "core.fsmonitor", "core.sshCommand", "diff.external"]
@@ -134,7 +134,7 @@ def test_a_checkout_names_no_program_that_git_runs(tmp_path):
     assert not Path("ran").exists()
 
 
-def test_the_version_of_a_checkout_tells_its_commit(tmp_path, monkeypatch):
+def test_version_of_code_includes_the_commit(tmp_path, monkeypatch):
     Path("hierroom").mkdir()
     commit_files("hierroom/__init__.py")
     monkeypatch.setattr(hierroom, "__version__", "1.2.dev3+gold")
@@ -148,7 +148,7 @@ def test_the_version_of_a_checkout_tells_its_commit(tmp_path, monkeypatch):
     assert version_of() == "1.2.dev3+gold"
 
 
-def test_no_secret_is_written(tmp_path, monkeypatch):
+def test_run_folder_contains_no_secret(tmp_path, monkeypatch):
     commit_files("file")
     git("remote", "add", "origin", "https://user:hunter2@example.com/x.git")
     monkeypatch.setenv("MY_TOKEN", "hunter3")
@@ -159,7 +159,7 @@ def test_no_secret_is_written(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("text", ["{", "[]", "{}", '{"sessions": 1}', '{"sessions": [1]}', '{"sessions": [{}]}'])
-def test_a_broken_provenance_is_one_line(text, tmp_path):
+def test_broken_provenance_raises_input_error(text, tmp_path):
     Path("provenance.json").write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=r"provenance\.json") as caught:
         record_session(tmp_path, SMALL)

@@ -1,4 +1,4 @@
-"""A run that was stopped, killed or hindered goes on as if it had not been: every file of it is equal."""
+"""A stopped, killed or hindered run resumes exactly: every file equals that of an uninterrupted run."""
 
 import errno
 import os
@@ -56,7 +56,7 @@ def fixed(tmp_path_factory) -> Whole:
 @pytest.mark.parametrize(
     ("number", "at"), [(signal.SIGINT, 1), pytest.param(signal.SIGHUP, 6, marks=pytest.mark.slow), (signal.SIGTERM, 15)]
 )
-def test_a_run_that_was_stopped_ends_with_every_file_equal(number, at, whole, tmp_path, monkeypatch):
+def test_stopped_run_resumes_to_equal_files(number, at, whole, tmp_path, monkeypatch):
     options, folder = whole
     stop_at_update(monkeypatch, number, at)
     out = str(tmp_path / "run")
@@ -68,7 +68,7 @@ def test_a_run_that_was_stopped_ends_with_every_file_equal(number, at, whole, tm
 
 
 @pytest.mark.parametrize("checkpoint", [0, pytest.param(4, marks=pytest.mark.slow), 10])
-def test_a_run_goes_on_from_any_checkpoint_whatever_was_written_after_it(checkpoint, whole, tmp_path):
+def test_run_resumes_from_any_checkpoint(checkpoint, whole, tmp_path):
     _, folder = whole
     shutil.copytree(folder, out := tmp_path / "run")
     for path in sorted((out / "checkpoints").iterdir())[checkpoint + 1 :]:
@@ -80,7 +80,7 @@ def test_a_run_goes_on_from_any_checkpoint_whatever_was_written_after_it(checkpo
     assert differences(folder, out) == []
 
 
-def test_differences_are_seen(fixed, tmp_path):
+def test_differences_finds_every_change(fixed, tmp_path):
     _, folder = fixed
     shutil.copytree(folder, out := tmp_path / "run")
     (out / "more").write_text("")
@@ -103,7 +103,7 @@ def full(*_, **__):
 
 
 @pytest.mark.parametrize("at", range(5))
-def test_a_disk_that_is_full_before_the_first_checkpoint_leaves_a_folder_that_is_taken(at, tmp_path, monkeypatch):
+def test_full_disk_at_the_start_leaves_a_usable_folder(at, tmp_path, monkeypatch):
     """config.json, modules, provenance.json and checkpoint are put in their places, one after the other."""
     out, replace, calls = tmp_path / "run", os.replace, []
 
@@ -126,7 +126,7 @@ def test_a_disk_that_is_full_before_the_first_checkpoint_leaves_a_folder_that_is
     assert not list(out.rglob("*.part"))
 
 
-def test_a_run_that_lost_its_checkpoints_is_not_begun_anew(fixed, tmp_path):
+def test_resume_without_checkpoints_raises_input_error(fixed, tmp_path):
     shutil.copytree(fixed[1], out := tmp_path / "run")
     shutil.rmtree(out / "checkpoints")
     before = (out / "metrics.csv").read_bytes()
@@ -135,7 +135,7 @@ def test_a_run_that_lost_its_checkpoints_is_not_begun_anew(fixed, tmp_path):
     assert (out / "metrics.csv").read_bytes() == before
 
 
-def test_a_folder_that_holds_anything_else_is_not_taken(tmp_path):
+def test_out_refuses_a_folder_with_other_files(tmp_path):
     for name in ("mine.txt", FILE, "metrics.csv", "checkpoints/000000000000.pt", "mine.part"):
         path = tmp_path / name.replace("/", "-") / name
         path.parent.mkdir(parents=True)
@@ -145,7 +145,7 @@ def test_a_folder_that_holds_anything_else_is_not_taken(tmp_path):
         assert [one for one in path.parents[name.count("/")].rglob("*") if one.is_file()] == [path]
 
 
-def test_rows_that_a_table_lost_are_reported_and_the_run_goes_on(fixed, tmp_path, capsys):
+def test_resume_warns_of_lost_rows(fixed, tmp_path, capsys):
     shutil.copytree(fixed[1], out := tmp_path / "run")
     lines = (out / "metrics.csv").read_bytes().splitlines(keepends=True)
     (out / "metrics.csv").write_bytes(b"".join([*lines[:3], *lines[4:]]))
@@ -158,7 +158,7 @@ def test_rows_that_a_table_lost_are_reported_and_the_run_goes_on(fixed, tmp_path
     assert (out / "metrics.csv").read_bytes() == b"".join([*lines[:3], *lines[4:]])
 
 
-def test_a_learning_rate_that_jumps_when_a_run_goes_on_for_longer_is_said(tmp_path, capsys):
+def test_resume_warns_of_a_learning_rate_jump(tmp_path, capsys):
     config = TrainConfig().changed(steps=64, num_envs=4, sequence_length=16, evaluations=0, size=11, hidden_size=8)
     trainer, folder = begin(config.changed(final_learning_rate_fraction=0.1), tmp_path / "run")
     trainer.advance()
@@ -174,7 +174,7 @@ def test_a_learning_rate_that_jumps_when_a_run_goes_on_for_longer_is_said(tmp_pa
     assert resumed.metrics()["learning_rate"] == pytest.approx(1e-4)
 
 
-def test_a_damaged_table_is_refused_before_anything_is_changed(fixed, tmp_path):
+def test_resume_refuses_a_damaged_table_without_changes(fixed, tmp_path):
     shutil.copytree(fixed[1], out := tmp_path / "run")
     lines = (out / "metrics.csv").read_bytes().splitlines(keepends=True)
     (out / "metrics.csv").write_bytes(broken := b"".join([*lines[:3], b"1,2\r\n", *lines[4:]]))
@@ -185,7 +185,7 @@ def test_a_damaged_table_is_refused_before_anything_is_changed(fixed, tmp_path):
     assert train(["--resume", str(out)]) == 0
 
 
-def test_events_that_cannot_be_written_are_warned_of_once(fixed, tmp_path, monkeypatch, capsys):
+def test_unwritable_events_warn_once(fixed, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("hierroom.runs.logs.events.append_whole", lambda *_: (_ for _ in ()).throw(InputError("full")))
     options, folder = fixed
     assert train([*options, "--out", str(tmp_path / "run")]) == 0
@@ -195,7 +195,7 @@ def test_events_that_cannot_be_written_are_warned_of_once(fixed, tmp_path, monke
 
 
 @pytest.mark.slow
-def test_kills_at_any_place_lose_nothing():
+def test_killed_runs_lose_nothing():
     command = [sys.executable, str(KILLS), "--kills", "6", "--runs", "learned", "--seed", "3"]
     done = run_child(command)
     assert done.returncode == 0, done.stdout + done.stderr

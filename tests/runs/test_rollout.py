@@ -1,4 +1,4 @@
-"""Rollouts: which episodes are counted, what each of them holds, where they may be played, from Python alone."""
+"""Rollouts from Python: which episodes count, the contents of an episode, and the environments allowed."""
 
 import json
 from dataclasses import replace
@@ -59,8 +59,8 @@ class EscapesOrWaits:
         return turns.step(actions)
 
 
-def test_counting_the_first_to_end_is_biased_and_a_rollout_is_not():
-    """Half of the episodes fail, and take long: few of them are among the first to end, half of those counted."""
+def test_rollout_does_not_favour_short_episodes():
+    """Half of the episodes fail and take long: few are among the first to end, but half of those of a rollout."""
     env = EnvConfig("a", size=11, max_steps=400)
     turns, player, first_to_end = make("a", 16, size=11, max_steps=400, seed=5), EscapesOrWaits(), []
     while len(first_to_end) < 24:
@@ -75,7 +75,7 @@ def test_counting_the_first_to_end_is_biased_and_a_rollout_is_not():
 
 @given(st.integers(1, 12), st.integers(1, 7))
 @settings(max_examples=15)
-def test_exactly_so_many_episodes_in_a_fixed_order(episodes, num_envs):
+def test_record_gives_exact_episode_count_in_fixed_order(episodes, num_envs):
     played = list(record(make("a", num_envs, max_steps=20), make_player("random", 1), episodes))
     assert [(e.number, e.env) for e in played] == [divmod(k, num_envs) for k in range(episodes)]
     quota = quotas(episodes, num_envs)
@@ -83,7 +83,7 @@ def test_exactly_so_many_episodes_in_a_fixed_order(episodes, num_envs):
     assert quota.max() - quota.min() <= 1
 
 
-def test_the_first_episodes_do_not_depend_on_how_many_are_asked_for(run):
+def test_first_episodes_do_not_depend_on_the_episode_count(run):
     agent = hierroom.load(run)
     few = list(hierroom.rollout(agent, None, 5, num_envs=4))
     many = hierroom.rollout(agent, None, 11, num_envs=4)
@@ -95,12 +95,12 @@ def test_the_first_episodes_do_not_depend_on_how_many_are_asked_for(run):
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_an_episode_holds_what_happened(drop_key):
-    """Against what the turns themselves say of each step, and the states that they went through."""
+def test_episode_records_every_step(drop_key):
+    """Against the fields of each step, and the states of the world."""
     turns = make("d", 3, max_steps=90, subgoal_horizon=7, drop_key=drop_key, measure_shortest=True, reward="bonus")
 
     class Watched:
-        """Plays wildly, the first legal goal its subgoal, and notes everything."""
+        """Plays random actions with the first legal goal as its subgoal, and notes everything."""
 
         def __init__(self):
             self.rng, self.steps, self.states = np.random.default_rng(4), [[] for _ in range(3)], [[], [], []]
@@ -160,7 +160,7 @@ def test_goals_are_named_by_colour_and_room():
     assert last.grids[0, last.levels[0].row, last.levels[0].col] == EXIT
 
 
-def test_as_json_with_labels():
+def test_episode_to_dict_has_labels():
     (episode,) = hierroom.rollout("random", EnvConfig("a", size=11, max_steps=30, reward="bonus"), 1)
     table = json.loads(to_json(episode.to_dict()))
     assert table["length"] == len(table["actions"]) == len(table["rewards"]) == len(episode)
@@ -171,7 +171,7 @@ def test_as_json_with_labels():
     assert "graph a, seed 0, environment 0, episode 0" in repr(episode)
 
 
-def test_in_any_environment_of_ours(run):
+def test_rollout_is_the_same_in_every_api(run):
     agent = hierroom.load(run)
     config = EnvConfig("a", size=13, max_steps=15, reward="bonus", goal_mask="existing")
     arguments = {"graph": "a", "size": 13, "max_steps": 15, "reward": "bonus", "goal_mask": "existing"}
@@ -187,7 +187,7 @@ def test_in_any_environment_of_ours(run):
     assert {len(e.start.grids[0]) - 10 for e in hierroom.rollout(agent, None, 2)} == {11}  # where it was trained
 
 
-def test_the_reward_is_the_one_it_was_trained_with_unless_another_is_named(run):
+def test_rollout_uses_the_trained_reward_by_default(run):
     agent = hierroom.load(run, meta="oracle")
     own, named = (
         next(hierroom.rollout(agent, EnvConfig("a", size=11, reward=reward), 1)) for reward in (None, "extrinsic")
@@ -196,7 +196,7 @@ def test_the_reward_is_the_one_it_was_trained_with_unless_another_is_named(run):
     assert own.rewards.sum() == (own.outcomes == REACHED).sum() > named.rewards.sum()
 
 
-def test_what_cannot_be_played_is_refused_at_once(run):
+def test_invalid_rollout_arguments_raise_input_error(run):
     agent, in_shop = hierroom.load(run), TrainConfig().changed(task="workshop:4", num_envs=4, meta="learned")
     of_shop = TrainedAgent(in_shop, *make_agents(in_shop), 0)
     for arguments, message in (
@@ -228,7 +228,7 @@ def test_what_cannot_be_played_is_refused_at_once(run):
             hierroom.rollout(player, seed=-1)
 
 
-def test_other_environments_pay_what_the_agent_was_trained_with(run):
+def test_agent_turns_use_the_trained_reward_by_default(run):
     agent = hierroom.load(run)
     paid = replace(agent, config=agent.config.changed(reward="bonus"))
     for env in (None, agent.env(graph="c"), EnvConfig("c")):
@@ -236,7 +236,7 @@ def test_other_environments_pay_what_the_agent_was_trained_with(run):
     assert paid.turns(2, env=EnvConfig("c", reward="novelty")).reward.name == "the reward 'novelty'"
 
 
-def test_it_plays_levels_that_training_never_uses_whatever_its_config_says(run):
+def test_agent_always_plays_evaluation_levels(run):
     agent = hierroom.load(run)
     named = replace(agent, config=agent.config.changed(levels="training"))
     for one in (agent, named):
@@ -245,7 +245,7 @@ def test_it_plays_levels_that_training_never_uses_whatever_its_config_says(run):
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_an_action_that_the_environment_lacks_is_called_illegal(drop_key):
+def test_unknown_action_is_named_illegal(drop_key):
     class Sixth:
         def step(self, turns):
             return turns.step(np.full(len(turns), turns.world.n_actions))
@@ -254,7 +254,7 @@ def test_an_action_that_the_environment_lacks_is_called_illegal(drop_key):
     assert [episode.action_name(step) for step in (1, 5)] == ["illegal action"] * 2
 
 
-def test_loading(run):
+def test_load_takes_checkpoint_greedy_and_meta(run):
     newest, first = hierroom.load(run), hierroom.load(run, checkpoint=0)
     assert (newest.steps, first.steps) == (512, 0)
     assert repr(newest).startswith("<TrainedAgent hippo-fixed-dfs-b-seed0-size11-")

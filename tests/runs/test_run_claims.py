@@ -1,4 +1,4 @@
-"""Runs started at the same moment: each gets a folder of its own, and nobody writes into another's."""
+"""Runs started at the same moment: each gets a separate folder, and none writes into another's."""
 
 import multiprocessing
 from multiprocessing.synchronize import Barrier
@@ -17,7 +17,7 @@ SMALL = TrainConfig(EnvConfig("a", size=11))
 
 
 def claim(number: int, barrier: Barrier, folder: Path) -> None:
-    """In each round get a folder by the same name, and try to get the one that was named by hand."""
+    """In each round claim a folder by the same name, and try to create the one given as `--out`."""
     for n in range(N_ROUNDS):
         barrier.wait()
         run = RunFolder.create(claim_folder(folder / "runs" / f"name{n}"), SMALL.changed(seed=number))
@@ -32,7 +32,7 @@ def claim(number: int, barrier: Barrier, folder: Path) -> None:
             (folder / "outcomes" / f"{kind}-{n}-{number}").write_text(outcome)
 
 
-def test_eight_processes_at_once_never_get_the_same_folder(tmp_path):
+def test_eight_processes_never_claim_the_same_folder(tmp_path):
     for n in range(N_ROUNDS):
         (tmp_path / "empty" / str(n)).mkdir(parents=True)
     (tmp_path / "outcomes").mkdir()
@@ -58,7 +58,7 @@ def test_eight_processes_at_once_never_get_the_same_folder(tmp_path):
             assert outcomes.count(refused) == N_PROCESSES - 1
 
 
-def test_a_folder_that_cannot_be_claimed_is_one_line(tmp_path):
+def test_unclaimable_folder_raises_input_error(tmp_path):
     (tmp_path / "runs").write_text("a file")
     with pytest.raises(InputError, match=r"^cannot create the folder .*/runs: File exists$"):
         claim_folder(tmp_path / "runs" / "name")
@@ -66,7 +66,7 @@ def test_a_folder_that_cannot_be_claimed_is_one_line(tmp_path):
         claim_folder(tmp_path / ("long" * 100))
 
 
-def test_what_is_there_is_left_alone(tmp_path):
+def test_claim_folder_keeps_existing_files(tmp_path):
     (tmp_path / "name").write_text("a file")
     (tmp_path / "name-2").symlink_to("nowhere")
     assert claim_folder(tmp_path / "name") == tmp_path / "name-3"

@@ -18,19 +18,19 @@ SMALL = TrainConfig(EnvConfig("a", size=11))
 
 
 def state_after(steps, **mine):
-    """The outline of what a checkpoint holds, and in it what a meta-controller saves."""
+    """A minimal state of a checkpoint, with these entries as the meta-controller's."""
     outline = {"config": "{}", "turns": {}, "agents": {"meta_0": mine, "controller_0": {}}, "log": {}}
     tables = dict.fromkeys(checkpoint.TABLES, 0)
     return {**outline, "tables": tables, "steps": steps, "seconds": 0.0, "compile_seconds": 0.0}
 
 
-def test_a_file_that_is_called_as_a_named_graph_is_not_the_graph(tmp_path, monkeypatch):
+def test_file_named_like_a_graph_is_not_read(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path(SMALL.env.graph).write_text("something else", encoding="utf-8")
     assert RunFolder.create(tmp_path / "run", SMALL).config() == SMALL
 
 
-def test_a_config_with_half_a_character_is_one_line(tmp_path):
+def test_config_with_lone_surrogate_raises_input_error(tmp_path):
     folder = RunFolder.create(tmp_path / "run", SMALL)
     path = folder.path / "config.json"
     path.write_text(path.read_text().replace('"steps": 1000000', r'"steps": "\udcff"'))
@@ -49,7 +49,7 @@ def test_a_checkpoint_is_found_by_its_steps(tmp_path):
         folder.load_checkpoint(65)
 
 
-def test_of_a_broken_checkpoint_the_one_before_is_reported_where_it_is_the_newest(tmp_path):
+def test_broken_newest_checkpoint_error_names_the_one_before(tmp_path):
     folder = RunFolder.create(tmp_path / "run", SMALL)
     paths = []
     for steps in (64, 128, 256):
@@ -67,7 +67,7 @@ def test_of_a_broken_checkpoint_the_one_before_is_reported_where_it_is_the_newes
         folder.load_checkpoint()
 
 
-def test_of_a_checkpoint_of_another_version_nothing_before_it_is_reported(tmp_path, monkeypatch):
+def test_checkpoint_of_another_format_raises_checkpoint_error(tmp_path, monkeypatch):
     folder = RunFolder.create(tmp_path / "run", SMALL)
     with monkeypatch.context() as older:
         older.setattr(checkpoint, "CHECKPOINT_FORMAT", 3)
@@ -78,7 +78,7 @@ def test_of_a_checkpoint_of_another_version_nothing_before_it_is_reported(tmp_pa
         folder.load_checkpoint()
 
 
-def test_no_table_is_cut_where_another_is_broken(tmp_path):
+def test_broken_table_leaves_all_tables_unchanged(tmp_path):
     folder = RunFolder.create(tmp_path / "run", SMALL)
     rates = {"success_rate": 0.5, "length": 5, "episode_length": 5, "episodes": 1}
     unknown = dict.fromkeys(("seconds", "return", "length_over_shortest"), 1)
@@ -93,11 +93,11 @@ def test_no_table_is_cut_where_another_is_broken(tmp_path):
     assert [table.path.read_text() for table in folder.tables] == before
 
 
-def test_not_a_number_is_null_in_json():
+def test_to_json_writes_nan_as_null():
     assert json.loads(to_json({"a": (float("nan"), 1.5), "b": {"c": None}})) == {"a": [None, 1.5], "b": {"c": None}}
 
 
-def test_a_full_disk_is_one_line_and_the_old_file_stays(tmp_path, monkeypatch):
+def test_full_disk_raises_input_error_and_keeps_old_file(tmp_path, monkeypatch):
     folder = RunFolder.create(tmp_path / "run", SMALL)
     folder.save_summary({"steps": 1})
     folder.metrics.append([{"steps": 1, "episodes": 0}])

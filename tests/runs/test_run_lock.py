@@ -1,4 +1,4 @@
-"""One process at a time trains a run, whatever became of those before."""
+"""One process at a time trains a run, also after an earlier one was killed or failed."""
 
 import os
 import signal
@@ -28,7 +28,7 @@ def run(tmp_path) -> RunFolder:
     return folder
 
 
-def test_another_process_is_refused_in_one_line_and_may_read(run):
+def test_locked_run_can_be_read_but_not_trained(run):
     command = [sys.executable, "-c", HOLD, str(run.path)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as holder:
         assert holder.stdout.readline() == "held\n"
@@ -44,7 +44,7 @@ def test_another_process_is_refused_in_one_line_and_may_read(run):
     assert train(["--resume", str(run.path)]) == 0
 
 
-def test_a_session_that_fails_or_ends_holds_it_no_longer(run, monkeypatch):
+def test_ended_or_failed_session_releases_the_lock(run, monkeypatch):
     def broken(self):
         raise InputError("as good as a full disk")
 
@@ -65,7 +65,7 @@ def test_a_session_that_fails_or_ends_holds_it_no_longer(run, monkeypatch):
 def test_a_lock_is_held_until_it_is_released(tmp_path):
     one, other = RunLock(tmp_path), RunLock(tmp_path)
     with one:
-        one.acquire()  # it holds it already
+        one.acquire()  # a second call changes nothing
         with pytest.raises(InputError, match="by another process"):
             other.acquire()
     with other, pytest.raises(InputError, match="by another process"):
@@ -73,13 +73,13 @@ def test_a_lock_is_held_until_it_is_released(tmp_path):
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
-def test_a_folder_that_cannot_be_written_is_one_line(run):
+def test_lock_in_read_only_folder_raises_input_error(run):
     run.path.chmod(0o500)
     with pytest.raises(InputError, match=r"cannot lock the run folder .*: Permission denied"):
         RunLock(run.path.parent / "run").acquire()
 
 
-def test_a_link_in_the_place_of_the_lock_is_not_followed(tmp_path):
+def test_link_in_place_of_lock_is_not_followed(tmp_path):
     (tmp_path / "mine").write_text("precious")
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / RunLock.FILE).symlink_to(tmp_path / "mine")

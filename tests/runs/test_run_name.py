@@ -1,4 +1,4 @@
-"""A run's name says what it trains and how it differs from its preset, and any system takes it as a folder."""
+"""A run's name shows its method, graph and differences from the preset, and is a valid folder on any system."""
 
 import re
 from dataclasses import replace
@@ -54,21 +54,21 @@ def named(arguments: str) -> str:
         ("--task examples.tasks.minigrid_levels:unlock_pickup", "hippo-fixed-dfs-unlock_pickup-353d-seed0"),
     ],
 )
-def test_the_name_shows_what_differs_from_the_preset(arguments, name, tmp_path, monkeypatch):
+def test_run_name_shows_differences_from_the_preset(arguments, name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "graphs").mkdir()
     hierroom.GoalGraph((0, 1), 2).to_toml(tmp_path / "graphs" / "mine.toml")
     assert named(arguments) == name
 
 
-def test_many_differences_are_the_first_of_them_and_a_digest():
+def test_run_name_shortens_many_differences_to_a_digest():
     many = "--size 11 --max-steps 60 --sequence-length 16 --minibatches 2 --epochs 2 --hidden-size 32 --num-envs 8"
     name = named(many)
     assert re.fullmatch(r"hippo-fixed-dfs-c-seed0-size11-max_steps60-[\w-]*-and2-[0-9a-f]{6}", name)
     assert name == named(many)
     assert name != named(f"{many} --steps 4096")
     assert name[:-6] == named(many[:-1] + "9")[:-6]
-    assert name != named(many[:-1] + "9")  # the digest tells what is not shown
+    assert name != named(many[:-1] + "9")  # only the digest differs
 
 
 TEXTS = st.text(min_size=1, max_size=300)
@@ -103,7 +103,7 @@ CHANGES = st.fixed_dictionaries(
 
 
 @given(CHANGES)
-def test_any_name_is_fit_for_a_folder_on_any_system(changes):
+def test_run_name_is_a_valid_folder_name(changes):
     config = PRESETS[changes.get("preset", "default")].changed(**changes)
     name = run_name(config)
     assert 0 < len(name) <= MAX_LENGTH
@@ -112,12 +112,12 @@ def test_any_name_is_fit_for_a_folder_on_any_system(changes):
     assert Path(name).name == name
 
 
-def test_a_preset_that_there_is_not_has_no_name():
+def test_run_name_of_unknown_preset_raises_input_error():
     with pytest.raises(InputError, match="the presets are"):
         run_name(TrainConfig(preset="best"))
 
 
-def test_the_names_on_the_page_are_those_of_runs():
+def test_run_names_in_docs_are_correct():
     page = (Path(__file__).parents[2] / "docs" / "runs.md").read_text()
     shown = [line.split()[0] for line in page.split("```text\n")[1].split("```")[0].splitlines()]
     arguments = ("", "--method ppo --graph g --seed 3 --steps 10_000_000", "--preset long --graph f", "--meta learned")

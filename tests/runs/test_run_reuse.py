@@ -1,4 +1,4 @@
-"""Trained runs are used again, with another environment, meta-controller or graph, and stay as they were."""
+"""Trained runs used with another environment, meta-controller or graph stay unchanged."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ class Counting:
 
 
 class ForSixtyFour:
-    """Made for a number of environments, and for no other."""
+    """Made for a number of environments, without `for_play`."""
 
     @classmethod
     def for_training(cls, num_envs):
@@ -40,7 +40,7 @@ class ForSixtyFour:
         return legal.argmax(axis=1)
 
 
-def test_playing_leaves_the_meta_controller_in_training_alone():
+def test_playing_does_not_change_the_training_meta_controller():
     trainer = Trainer(SMALL.changed(meta="test_run_reuse:Counting"))
     trainer.advance()
     meta = trainer.agents["meta_0"].meta
@@ -52,7 +52,7 @@ def test_playing_leaves_the_meta_controller_in_training_alone():
     assert pair.agents["meta_0"].meta.asked > before
 
 
-def test_one_that_is_made_for_training_says_how_it_plays():
+def test_for_training_without_for_play_raises_input_error():
     with pytest.raises(InputError, match=r"needs for_play\(num_envs, \*, seed\)"):
         make_meta("test_run_reuse:ForSixtyFour", 64)
 
@@ -67,7 +67,7 @@ def run(tmp_path):
     return folder
 
 
-def test_another_meta_controller_needs_nothing_of_the_runs_own(run, monkeypatch):
+def test_load_with_other_meta_ignores_the_runs_meta(run, monkeypatch):
     config = (run.path / "config.json").read_text()
     (run.path / "config.json").write_text(config.replace("test_run_reuse:Counting", "nowhere.to.be:Found"))
     agent = load(run.path, meta="fixed-dfs")
@@ -78,7 +78,7 @@ def test_another_meta_controller_needs_nothing_of_the_runs_own(run, monkeypatch)
         load(run.path, trust=True)
 
 
-def test_the_environment_may_be_another_the_agent_not(run):
+def test_agent_env_changes_only_entries_of_the_environment(run):
     agent = load(run.path, trust=True)
     turns = agent.turns(2, env=agent.env(graph="c", size=13, goal_mask="existing"))
     assert turns.world.state.size == 13
@@ -96,7 +96,7 @@ def test_the_environment_may_be_another_the_agent_not(run):
         agent.env(grpah="g")
 
 
-def test_what_was_left_out_in_training_stays_out_unless_other_graphs_are_named(tmp_path):
+def test_agent_env_keeps_excluded_graphs_unless_graph_is_given(tmp_path):
     entries = {"size": 13, "max_steps": 20, "num_envs": 4, "minibatches": 1, "steps": 256, "evaluations": 0}
     agent = hierroom.train(graph="rooms:4", exclude="g", out=tmp_path / "run", **entries)
     both = agent.env(exclude="d")
@@ -108,7 +108,7 @@ def test_what_was_left_out_in_training_stays_out_unless_other_graphs_are_named(t
     assert agent.env(graph="rooms:4", exclude="d").exclude == ("d",)
 
 
-def test_a_run_on_a_set_of_graphs_goes_on_without_their_files(tmp_path, monkeypatch):
+def test_run_resumes_without_its_goal_graph_files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     own = GoalGraph((0, 1, 1), 3)
     own.to_toml("mine.toml")
@@ -132,7 +132,7 @@ def test_a_run_on_a_set_of_graphs_goes_on_without_their_files(tmp_path, monkeypa
     assert played(exclude="a") == ["keys-0-1-exit-1", "b", "mine"], "c, which training left out, stays out"
 
 
-def test_the_folder_of_a_run_on_many_graphs_has_a_short_name():
+def test_run_name_of_many_graphs_is_short():
     config = SMALL.changed(graph=list("abcdefg"))
     assert run_name(config).startswith("hippo-fixed-dfs-a-b-c-d-and-3-more-seed0-size11-")
     assert "on graph a, b, c, d, e, f, g, seed 0" in config.title

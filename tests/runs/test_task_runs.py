@@ -1,4 +1,4 @@
-"""Runs of a task: each method trains on it, and what is done with a run works as for EscapeRooms."""
+"""Runs of a task: each method trains on it, and all commands take them like runs in EscapeRooms."""
 
 import json
 import os
@@ -65,7 +65,7 @@ def test_each_method_trains_on_a_task(options, tmp_path):
     assert {"achieved_half", "achieved_gift"} <= rows[0].keys()
 
 
-def test_a_run_of_a_task_that_was_stopped_goes_on_as_if_it_had_not_been(runs, tmp_path, monkeypatch):
+def test_stopped_run_of_a_task_resumes_exactly(runs, tmp_path, monkeypatch):
     stop_at_update(monkeypatch, signal.SIGINT, 3)
     out = str(tmp_path / "chest")
     assert train(["--task", "chest_task:chest", *SMALL, "--out", out]) == 130
@@ -73,7 +73,7 @@ def test_a_run_of_a_task_that_was_stopped_goes_on_as_if_it_had_not_been(runs, tm
     assert differences(runs / "chest", tmp_path / "chest") == []
 
 
-def test_a_task_whose_episodes_do_not_repeat_themselves_goes_on_with_others_and_says_so(tmp_path, monkeypatch, capsys):
+def test_resumed_random_task_begins_new_episodes_with_a_note(tmp_path, monkeypatch, capsys):
     stop_at_update(monkeypatch, signal.SIGINT, 3)
     out = str(tmp_path / "run")
     assert train(["--task", "chest_task:dice", *SMALL, "--num-envs", "16", "--steps", "1024", "--out", out]) == 130
@@ -82,7 +82,7 @@ def test_a_task_whose_episodes_do_not_repeat_themselves_goes_on_with_others_and_
 
 
 @pytest.mark.parametrize("name", ["chest", "lake"])
-def test_a_trained_agent_is_evaluated_watched_and_reported_on(name, runs, tmp_path, capsys, monkeypatch):
+def test_evaluate_watch_and_report_take_task_runs(name, runs, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     run = [str(runs / name), "--trust-run"]
     assert evaluate.main([*run, "--episodes", "4", "--json"]) == 0
@@ -109,27 +109,27 @@ def test_a_trained_agent_is_evaluated_watched_and_reported_on(name, runs, tmp_pa
 
 
 @pytest.mark.slow
-def test_a_run_in_several_processes_ends_and_so_do_they(tmp_path):
-    """They are made while the run handles signals, which a fork inherits."""
+def test_task_in_several_processes_ends_cleanly(tmp_path):
+    """The processes start while the run handles signals, and inherit its handlers."""
     words = ["-m", "hierroom", "train", "--task", "chest_task:split", *SMALL, "--out", tmp_path / "run"]
     done = run_python(*words, env={**os.environ, "PYTHONPATH": os.pathsep.join([str(TESTS.parent), str(TESTS)])})
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_an_environment_that_cannot_be_drawn_costs_no_results(tmp_path, monkeypatch, capsys):
+def test_failing_render_loses_no_results(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(chest_task.Chest, "render", lambda self: 1 / 0)
     assert train(["--task", "chest_task:chest", *SMALL, "--out", str(tmp_path / "run")]) == 0
     assert "there is no film of an episode: the environment cannot be drawn" in capsys.readouterr().err
     assert (tmp_path / "run" / "summary.json").is_file()
 
 
-def test_runs_of_tasks_are_compared(runs, tmp_path, monkeypatch, capsys):
+def test_compare_takes_task_runs(runs, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert compare.main([str(runs / "chest"), str(runs / "lake"), "--by", "task"]) == 0
     assert "chest_task:lake" in capsys.readouterr().out
 
 
-def test_a_trained_agent_plays_from_python_and_its_meta_controller_elsewhere(runs):
+def test_task_agent_plays_from_python_if_trusted(runs):
     agent = hierroom.load(runs / "chest", trust=True)
     episodes = list(hierroom.rollout(agent, episodes=3))
     assert [len(episode) for episode in episodes] == [len(one) for one in hierroom.rollout(agent, episodes=3)]
@@ -140,7 +140,7 @@ def test_a_trained_agent_plays_from_python_and_its_meta_controller_elsewhere(run
 @pytest.mark.parametrize(
     ("player", "said"), [("random", None), ("oracle", "task has no oracle: its shortest solutions are unknown")]
 )
-def test_players_without_training_play_a_task_where_they_can(player, said):
+def test_random_plays_a_task_and_oracle_raises_input_error(player, said):
     played = hierroom.rollout(player, hierroom.env(chest_task.chest), 5)
     if said is None:
         assert {episode.variant for episode in played} == {"task"}
@@ -158,12 +158,12 @@ def test_train_takes_the_task_itself_and_stores_its_name(tmp_path):
 
 
 @pytest.mark.parametrize(("name", "backend"), [("chest", TorchBackend), ("lake", FusedBackend)])
-def test_the_network_is_chosen_from_the_space(name, backend):
+def test_backend_is_chosen_by_the_observation_space(name, backend):
     trainer = Trainer(find_preset("default").changed(task=f"chest_task:{name}", num_envs=4))
     assert type(trainer.controller.learner._backend) is backend
 
 
-def test_a_network_reads_each_entry_of_the_observation_and_the_goal():
+def test_features_cover_each_observation_entry_and_the_goal():
     spec = world_spec(TrainConfig().changed(task="chest_task:chest").env)
     features = Features(spec, spec.controller_features)
     entries = ("observation_goal", "held_coins", "held_key", "picture", "place")
@@ -189,13 +189,13 @@ def test_a_network_reads_each_entry_of_the_observation_and_the_goal():
         ({"task": "chest_task:chest", "goal_mask": "seen"}, "goal_mask of chest_task:chest is one of reachable"),
     ],
 )
-def test_what_cannot_be_trained_is_refused_in_one_line(entries, said):
+def test_invalid_task_entries_raise_input_error(entries, said):
     with pytest.raises(InputError) as refused:
         Trainer(find_preset("default").changed(num_envs=4, **entries)).turns.meta_masks()
     assert said in str(refused.value)
 
 
-def test_a_config_names_its_task_and_leaves_to_it_what_it_says_itself():
+def test_config_of_task_stores_name_and_no_features():
     config = find_preset("learned").changed(task="chest_task:chest")
     assert (config.agents.features, config.agents.meta_features, config.env.max_steps) == (None, None, None)
     assert named_code(config) == {"task": "chest_task:chest"}
@@ -208,7 +208,7 @@ def test_a_config_names_its_task_and_leaves_to_it_what_it_says_itself():
     assert TrainConfig.from_dict(old).env.task is None
 
 
-def test_episodes_to_learn_from_and_to_evaluate_on_are_others():
+def test_training_and_evaluation_episodes_differ():
     config = find_preset("default").changed(task="chest_task:chest", num_envs=4)
     trainer = Trainer(config)
     noise = trainer.turns.world.shown(np.arange(4))["observation_goal"]

@@ -1,4 +1,4 @@
-"""Nothing that is computed depends on what other threads of the process do, and they are left as they were."""
+"""Results do not depend on other threads of the process, and training does not disturb those threads."""
 
 import sys
 import warnings
@@ -29,7 +29,7 @@ class Plain(RecurrentActorCritic):
     pass
 
 class Own(RecurrentActorCritic):
-    """Draws in its constructor, and leaves out units where it is not evaluated; its step takes a note."""
+    """Draws in its constructor, uses dropout in training, and keeps the features of its last step."""
 
     def __init__(self, space, hidden_size):
         super().__init__(space, hidden_size)
@@ -47,7 +47,7 @@ class Own(RecurrentActorCritic):
 '''
 
 
-def at_once(*functions):
+def run_together(*functions):
     """Start each function in its own thread at the same moment and return their results."""
     start = Barrier(len(functions))
 
@@ -78,7 +78,7 @@ def disturbed():
 
 
 class Drawn(nn.Module):
-    """Draws its weights in many of the ways in which users' own networks do."""
+    """Draws its weights in many ways that users' networks use."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -92,7 +92,7 @@ class Drawn(nn.Module):
 
 
 @pytest.mark.parametrize("make", [lambda: RecurrentActorCritic(SPACE, 64), Drawn])
-def test_seeded_weights_are_those_of_a_seeded_process_whatever_other_threads_do(make, one_thread, request):
+def test_seeded_weights_do_not_depend_on_other_threads(make, one_thread, request):
     seed = np.random.SeedSequence(5)
     with torch.random.fork_rng([]):
         torch.manual_seed(int(seed.generate_state(1)[0]))
@@ -104,12 +104,12 @@ def test_seeded_weights_are_those_of_a_seeded_process_whatever_other_threads_do(
 
     request.getfixturevalue("disturbed")
     for _ in range(10):
-        for weights in at_once(drawn, drawn, drawn):
+        for weights in run_together(drawn, drawn, drawn):
             assert all(torch.equal(ours, theirs) for ours, theirs in zip(weights, expected, strict=True))
 
 
 @pytest.mark.parametrize("device", ["cuda", "cuda:0", torch.device("cuda"), "cpu", None])
-def test_the_private_generator_draws_only_for_the_processor(device):
+def test_private_generator_draws_only_on_the_cpu(device):
     has_generator = []
 
     class Spy(TorchFunctionMode):
@@ -124,7 +124,7 @@ def test_the_private_generator_draws_only_for_the_processor(device):
     assert has_generator == [device in ("cpu", None)]
 
 
-def test_other_threads_draw_from_a_global_generator_that_nobody_touches(one_thread):
+def test_seeded_weights_do_not_touch_the_global_generator(one_thread):
     torch.manual_seed(3)
     expected = torch.rand(4000)
     torch.manual_seed(3)
@@ -143,7 +143,7 @@ def test_other_threads_draw_from_a_global_generator_that_nobody_touches(one_thre
     assert torch.equal(drawn, expected)
 
 
-def test_torch_computes_in_one_thread_here_and_elsewhere_as_before():
+def test_one_torch_thread_limits_only_the_current_thread():
     def of_new_threads():
         return ThreadPoolExecutor(1).submit(torch.get_num_threads).result()
 
@@ -157,7 +157,7 @@ def test_torch_computes_in_one_thread_here_and_elsewhere_as_before():
         torch.set_num_threads(before)
 
 
-def test_streams_are_as_before_though_the_first_thread_to_replace_them_leaves_first():
+def test_lasting_output_restores_streams_in_any_order():
     before, entered = (sys.stdout, sys.stderr), Barrier(2)
     second_entered, first_left = Event(), Event()
 
@@ -173,11 +173,11 @@ def test_streams_are_as_before_though_the_first_thread_to_replace_them_leaves_fi
             second_entered.set()
             first_left.wait()
 
-    at_once(first, second)
+    run_together(first, second)
     assert (sys.stdout, sys.stderr) == before
 
 
-def test_filters_and_styles_are_as_before_though_threads_draw_at_the_same_time():
+def test_drawing_in_threads_restores_filters_and_styles():
     before = [*warnings.filters], matplotlib.rcParams["font.size"]
 
     def draw(size):
@@ -185,7 +185,7 @@ def test_filters_and_styles_are_as_before_though_threads_draw_at_the_same_time()
             with drawing({"font.size": size}):
                 assert matplotlib.rcParams["font.size"] == size
 
-    at_once(*(lambda size=size: draw(size) for size in (3, 4, 5)))
+    run_together(*(lambda size=size: draw(size) for size in (3, 4, 5)))
     assert ([*warnings.filters], matplotlib.rcParams["font.size"]) == before
 
 
@@ -200,18 +200,18 @@ def user_network(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     "entries", [{}, {"preset": "learned", "meta": "learned", "meta_start_success": 0.0}, {"method": "ppo-rnd"}]
 )
-def test_three_trainings_at_once_give_what_one_alone_does(tmp_path, entries):
+def test_trainings_in_three_threads_equal_one_alone(tmp_path, entries):
     def train(name):
         hierroom.train(out=tmp_path / name / "run", steps=4096, evaluations=2, **SMALL, **entries)
 
     train("alone")
-    at_once(*(lambda name=name: train(name) for name in "abc"))
+    run_together(*(lambda name=name: train(name) for name in "abc"))
     for name in "abc":
         assert differences(tmp_path / name / "run", tmp_path / "alone" / "run") == []
 
 
 @pytest.mark.parametrize("agent", ["a", "learned-g", "own"])
-def test_threads_that_share_an_agent_play_what_one_alone_plays(agent, tmp_path, user_network):
+def test_threads_sharing_an_agent_play_like_one(agent, tmp_path, user_network):
     if agent == "own":
         loaded = hierroom.train(out=tmp_path / "run", steps=128, network=user_network, minibatches=2, **SMALL)
     else:
@@ -224,13 +224,13 @@ def test_threads_that_share_an_agent_play_what_one_alone_plays(agent, tmp_path, 
     alone = play()
     with torch.autocast("cpu"):  # of this thread
         assert play() == alone
-    for together in at_once(*[play] * 3):
+    for together in run_together(*[play] * 3):
         assert together == alone
 
 
 @pytest.mark.parametrize("entries", [{"network": "own"}, {"method": "ppo-rnd"}])
 @pytest.mark.parametrize("mode", [torch.no_grad, torch.inference_mode])
-def test_training_computes_the_same_whatever_torch_was_set_to(mode, entries, tmp_path, user_network):
+def test_training_does_not_depend_on_torch_settings(mode, entries, tmp_path, user_network):
     if "network" in entries:
         entries = {"network": user_network.replace("Own", "Plain")}
 

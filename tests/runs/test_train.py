@@ -55,7 +55,7 @@ def trained(tmp_path_factory) -> Path:
     return out
 
 
-def test_a_run_leaves_everything_it_promises(trained):
+def test_run_writes_all_its_files(trained):
     summary = json.loads((trained / "summary.json").read_text())
     for entry in (
         "training_success_rate",
@@ -78,7 +78,7 @@ def test_a_run_leaves_everything_it_promises(trained):
     check_picture(trained)
 
 
-def test_each_checkpoint_is_how_the_run_stood_after_its_steps(trained):
+def test_each_checkpoint_equals_the_trainer_at_its_steps(trained):
     folder = RunFolder.open(trained)
     trainer = Trainer(folder.config())
     names = {path.name for path in folder.checkpoints.iterdir()}
@@ -98,7 +98,7 @@ def test_each_checkpoint_is_how_the_run_stood_after_its_steps(trained):
             trainer.advance()
 
 
-def test_same_seed_same_result_and_another_seed_another():
+def test_seed_determines_the_result():
     first, same, other = Trainer(SMALL), Trainer(SMALL), Trainer(SMALL.changed(seed=1))
     for trainer in (first, same, other):
         for _ in range(4):
@@ -108,7 +108,7 @@ def test_same_seed_same_result_and_another_seed_another():
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_every_method_runs_and_rewards_as_its_row_says(method):
+def test_every_method_runs_with_its_reward(method):
     trainer = Trainer(SMALL.changed(method=method, steps=512))
     while not trainer.is_done:
         trainer.advance()
@@ -119,7 +119,7 @@ def test_every_method_runs_and_rewards_as_its_row_says(method):
     assert (trainer.controller.curiosity is not None) == (method == "ppo-rnd")
 
 
-def test_the_stage_of_a_curriculum_is_in_the_console_the_table_and_the_summary(tmp_path, monkeypatch, capsys):
+def test_curriculum_stage_is_printed_and_stored(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     flags = ["--graph", "expected_steps:20..100", "--curriculum-stages", "3", *FLAGS[2:], "--evaluations", "1"]
     assert train([*flags, "--steps", "1024", "--out", "run"]) == 0
@@ -148,7 +148,7 @@ def test_resume_with_fewer_steps_than_taken_changes_nothing(trained):
 
 
 @pytest.mark.parametrize("change", [{"num_envs": 9}, {"size": 13}])
-def test_resume_of_a_checkpoint_that_does_not_fit_is_one_line(change, tmp_path):
+def test_resume_of_mismatched_checkpoint_raises_input_error(change, tmp_path):
     other = SMALL.changed(**change)
     folder = RunFolder.create(tmp_path / "run", other)
     folder.save_checkpoint({**Trainer(SMALL).state_dict(), "config": to_json(other.to_dict())})
@@ -197,7 +197,7 @@ def test_evaluate_prints_a_table_and_json(trained, capsys):
         (["--out", "."], "is not an empty folder"),
     ],
 )
-def test_wrong_input_is_one_line_and_writes_nothing(arguments, said, tmp_path, monkeypatch):
+def test_wrong_input_raises_input_error_and_writes_nothing(arguments, said, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("broken.toml").write_text("key_rooms = [0,", encoding="utf-8")
     Path("cycle.toml").write_text("key_rooms = [2, 1]\nexit_room = 1\n", encoding="utf-8")
@@ -209,7 +209,7 @@ def test_wrong_input_is_one_line_and_writes_nothing(arguments, said, tmp_path, m
     assert sorted(Path().rglob("*")) == before
 
 
-def test_a_broken_run_folder_is_refused_in_one_line(trained, tmp_path, monkeypatch):
+def test_broken_run_folder_raises_input_error(trained, tmp_path, monkeypatch):
     def evaluated(folder: Path) -> str:
         with pytest.raises(InputError) as caught:
             evaluate.main([str(folder), "--episodes", "2"])
@@ -229,7 +229,7 @@ def test_a_broken_run_folder_is_refused_in_one_line(trained, tmp_path, monkeypat
     assert "not the config of a training run" in evaluated(folder.path)
 
 
-def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):
+def test_closed_pipe_prints_no_error(tmp_path):
     command = f"{sys.executable} -m hierroom complexity --graph rooms:6 --csv | head -1"
     done = run_child(["bash", "-c", command], cwd=tmp_path)
     assert done.stdout.startswith("key_rooms")
@@ -242,7 +242,7 @@ def untrained(**changes) -> TrainedAgent:
     return TrainedAgent(trainer.config, trainer.agents[META], trainer.controller, 0)
 
 
-def test_the_picture_is_of_the_first_escape_or_of_the_first_failure():
+def test_telling_episode_is_first_escape_or_first_failure():
     *_, last = (escape := results.telling_episode(untrained(seed=3, max_steps=1000), 4)).states()
     assert escape.success
     assert int(last.grids[0, last.levels[0].row, last.levels[0].col]) == EXIT
@@ -251,7 +251,7 @@ def test_the_picture_is_of_the_first_escape_or_of_the_first_failure():
     assert (failure.env, failure.number) == (0, 0)
 
 
-def test_a_run_that_never_escaped_leaves_a_failure_to_look_at(tmp_path, capsys):
+def test_run_without_escape_writes_failure_gif(tmp_path, capsys):
     out = tmp_path / "run"
     assert train([*FLAGS, "--max-steps", "5", "--steps", "128", "--out", str(out)]) == 0
     said = capsys.readouterr().out
@@ -265,7 +265,7 @@ def test_a_run_that_never_escaped_leaves_a_failure_to_look_at(tmp_path, capsys):
     assert check_run(out)["steps"] == 256
 
 
-def test_goals_that_are_not_legal_are_reported(monkeypatch):
+def test_metrics_report_illegal_goals(monkeypatch):
     trainer = Trainer(SMALL)
     assert trainer.metrics()["meta_illegal_goals"] == 0
     monkeypatch.setattr(trainer.agents["meta_0"], "act", lambda observation: np.full(len(observation), 12))

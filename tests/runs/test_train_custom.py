@@ -1,4 +1,4 @@
-"""Training with custom code, or with goals that are not legal: what is refused, and what is said."""
+"""Training with custom code, or with illegal goals: errors and warnings."""
 
 import sys
 
@@ -11,7 +11,7 @@ FLAGS = ["--graph", "a", "--size", "11", "--max-steps", "60", "--num-envs", "8"]
 FLAGS += ["--sequence-length", "16", "--minibatches", "2", "--epochs", "2"]
 
 
-def test_a_meta_controller_whose_memory_cannot_be_saved_is_warned_of_at_the_start(tmp_path, monkeypatch, capsys):
+def test_meta_controller_with_unsaved_memory_warns_at_start(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "forgets_of_test.py").write_text(
         "class Forgets:\n"
@@ -47,7 +47,7 @@ def test_a_meta_controller_whose_memory_cannot_be_saved_is_warned_of_at_the_star
         ("    statistics = 5\n", "statistics of a meta-controller are numbers by name"),
     ],
 )
-def test_a_meta_controller_that_could_not_be_saved_is_refused_before_training(code, said, tmp_path, monkeypatch):
+def test_unsavable_meta_controller_is_refused_before_training(code, said, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = "class Own:\n    def choose(self, observations, legal, situation):\n        return legal.argmax(axis=1)\n"
     (tmp_path / "unsaved_of_test.py").write_text(text + "    def load_state_dict(self, state):\n        pass\n" + code)
@@ -59,7 +59,7 @@ def test_a_meta_controller_that_could_not_be_saved_is_refused_before_training(co
     assert not (tmp_path / "run").exists()
 
 
-def test_a_reward_that_fails_at_its_first_step_leaves_no_folder(tmp_path, monkeypatch):
+def test_reward_failing_at_its_first_step_leaves_no_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "nan_of_test.py").write_text("def nan(step):\n    return step.extrinsic + float('nan')\n")
     try:
@@ -70,7 +70,7 @@ def test_a_reward_that_fails_at_its_first_step_leaves_no_folder(tmp_path, monkey
     assert not (tmp_path / "run").exists()
 
 
-def test_a_run_whose_goals_are_not_legal_says_so(tmp_path, capsys, monkeypatch):
+def test_run_with_illegal_goals_warns(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "always_the_exit.py").write_text(
         "import numpy as np\n\nclass Exit:\n    def choose(self, observations, legal, situation):\n"

@@ -14,7 +14,7 @@ from hierroom.support.errors import InputError
 SMALL = {"graph": "b", "size": 11, "max_steps": 100, "num_envs": 8, "minibatches": 2, "steps": 512}
 
 
-def test_training_from_python(tmp_path, monkeypatch, capsys):
+def test_train_from_python_returns_the_agent(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     agent = hierroom.train(**SMALL)
     (folder,) = (tmp_path / "runs").iterdir()
@@ -32,7 +32,7 @@ def test_training_from_python(tmp_path, monkeypatch, capsys):
         hierroom.train(config, out="other")
 
 
-def test_a_learned_meta_controller_implies_its_preset(monkeypatch):
+def test_learned_meta_controller_implies_its_preset(monkeypatch):
     given = []
 
     def begin(config, out):
@@ -49,7 +49,7 @@ def test_a_learned_meta_controller_implies_its_preset(monkeypatch):
     assert random == hierroom.TrainConfig().changed(meta="random")
 
 
-def test_an_interrupt_is_saved_and_raised(tmp_path, monkeypatch, capsys):
+def test_interrupted_train_saves_and_raises_keyboard_interrupt(tmp_path, monkeypatch, capsys):
     stop_at_update(monkeypatch, signal.SIGINT, 1)
     with pytest.raises(KeyboardInterrupt):
         hierroom.train(out=tmp_path / "run", **SMALL | {"steps": 100_000})
@@ -57,7 +57,7 @@ def test_an_interrupt_is_saved_and_raised(tmp_path, monkeypatch, capsys):
     assert 0 < hierroom.load(tmp_path / "run").steps < 100_000
 
 
-def test_training_in_another_thread_than_the_main_one(tmp_path):
+def test_train_works_outside_the_main_thread(tmp_path):
     trained = []
     thread = threading.Thread(target=lambda: trained.append(hierroom.train(out=tmp_path / "run", **SMALL)))
     thread.start()

@@ -74,7 +74,7 @@ def plant(entry: str, spec: str) -> None:
     path.write_text(json.dumps(config), encoding="utf-8")
 
 
-def test_a_folder_that_is_trusted_has_its_copies_found(run, tmp_path, monkeypatch):
+def test_trusted_folder_uses_its_module_copies(run, tmp_path, monkeypatch):
     plant("meta", "planted:Code")
     (tmp_path / "run" / "modules" / "session-2").mkdir(parents=True)
     Path("planted.py").rename("run/modules/session-2/planted.py")
@@ -90,7 +90,7 @@ def test_a_folder_that_is_trusted_has_its_copies_found(run, tmp_path, monkeypatc
 
 @pytest.mark.parametrize("call", CALLS)
 @pytest.mark.parametrize("entry", PARTS)
-def test_no_command_runs_what_a_folder_names(run, entry, call):
+def test_no_command_runs_code_named_in_a_folder(run, entry, call):
     for spec in ("planted:Code", "run.planted:Code"):
         plant(entry, spec)
         with pytest.raises(InputError, match=f"run names code that does not ship .*: {entry} '{spec}'; .* --trust-run"):
@@ -103,13 +103,13 @@ def test_no_command_runs_what_a_folder_names(run, entry, call):
 @pytest.mark.parametrize(
     "spec", ["hierroom.train:main", "hierroom.meta:FixedDFS", "an-entry-point", "http.server:test"]
 )
-def test_neither_entry_points_nor_names_in_hierroom_are_what_ships(spec):
+def test_named_code_includes_entry_points_and_hierroom_names(spec):
     assert trust.named_code(SMALL.changed(meta=spec)) == {"meta": spec}
     for meta in ("fixed-dfs", "learned", "random", None):
         assert trust.named_code(SMALL.changed(meta=meta)) == {}
 
 
-def test_compare_reads_and_runs_nothing(run):
+def test_read_run_runs_no_code(run):
     plant("reward", "planted:Code")
     assert read_run(run.path).reward == "planted:Code"
     assert not Path("ran").exists()
@@ -117,19 +117,19 @@ def test_compare_reads_and_runs_nothing(run):
 
 @pytest.mark.parametrize("argument", ["--trust-run", "--trust_run", "--meta=planted:Code"])
 @pytest.mark.parametrize("call", ["--resume=run", "--config=run/config.json"])
-def test_a_run_of_user_code_resumes_where_it_is_trusted_or_named(run, argument, call):
+def test_run_with_user_code_resumes_if_trusted_or_named(run, argument, call):
     _, own = session.begin(SMALL.changed(meta="planted:Code"), Path("own"))
     with pytest.raises(InputError, match="--trust-run"):
         parse([call.replace("run", "own", 1)])
     assert parse([call.replace("run", "own", 1), argument]).config == own.config()
     agent = load("own", trust=True)
     assert agent.config == own.config()
-    assert load("own", meta="random").steps == 0  # its own is not needed
+    assert load("own", meta="random").steps == 0  # the run's meta-controller is not needed
     with pytest.raises(InputError, match="meta 'planted:Code'"):
         load("own")
 
 
-def test_naming_other_code_is_no_agreement(run):
+def test_naming_other_code_does_not_trust_a_run(run):
     plant("reward", "planted:Code")
     with pytest.raises(InputError, match="reward 'planted:Code'"):
         parse(["--config", "run/config.json", "--meta", "planted:Code"])
@@ -138,17 +138,17 @@ def test_naming_other_code_is_no_agreement(run):
     assert not Path("ran").exists()
 
 
-def test_what_train_says_to_go_on_with_says_that_it_is_to_be_trusted():
+def test_trust_option_is_given_for_user_code():
     assert trust.trust_option(SMALL) == ()
     assert trust.trust_option(SMALL.changed(reward="planted:Code")) == ("--trust-run",)
 
 
-def test_what_a_diverged_run_is_to_begin_again_with_is_trusted(run):
+def test_restart_advice_includes_trust_run(run):
     run.save_config(SMALL.changed(meta="planted:Code"))
     assert session._restart_advice(run).endswith("/config.json --trust-run and what is to change")
 
 
-def test_from_python_what_is_named_in_the_call_is_run(run):
+def test_train_runs_code_named_in_the_call(run):
     agent = hierroom.train(SMALL, meta="planted:Code", out="python", steps=64, sequence_length=8, evaluations=0)
     assert agent.config.agents.meta == "planted:Code"
     assert Path("ran").exists()

@@ -1,4 +1,4 @@
-"""Entries that have no effect, and the line that says so."""
+"""Entries that have no effect, and the warning about them."""
 
 import pytest
 
@@ -28,16 +28,16 @@ from hierroom.train import main as train
         ({"method": "ppo", "meta": "own:Meta", "goal_mask": "none"}, ()),
     ],
 )
-def test_an_entry_is_read_by_some(changes, unread):
+def test_unread_entries_lists_entries_without_effect(changes, unread):
     assert unread_entries(TrainConfig().changed(**changes)) == unread
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-def test_what_a_preset_has_is_not_reported(preset):
+def test_entries_of_a_preset_are_not_reported(preset):
     assert unread_note(find_preset(preset)) is None
 
 
-def test_commands_say_so(tmp_path, monkeypatch, capsys):
+def test_commands_warn_of_unread_entries(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["--steps", "300", "--size", "11", "--num-envs", "4", "--minibatches", "1", "--max-steps", "40"]
     assert train([*words, "--meta-ppo.gamma", "0.5", "--novelty-bonus", "9", "--out", "run"]) == 0
@@ -57,7 +57,7 @@ def test_commands_say_so(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().err == "warning: novelty_bonus is given, and has no effect on any run of the sweep\n"
 
 
-def test_evaluate_says_so_of_a_controller_without_goals(tmp_path, monkeypatch, capsys):
+def test_evaluate_warns_for_a_controller_without_goals(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["--steps", "300", "--size", "11", "--num-envs", "4", "--minibatches", "1", "--max-steps", "40"]
     for method in ("ppo", "hippo"):

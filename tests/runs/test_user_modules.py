@@ -50,7 +50,7 @@ def names_of(config: TrainConfig) -> list[str]:
     return [file.name for file in find_module_files(config)]
 
 
-def test_of_a_module_what_it_imports_from_its_folder_is_copied_too(tmp_path):
+def test_imports_from_the_modules_folder_are_copied(tmp_path):
     sources = {
         "mine.py": "import numpy, os\nimport shared.rules\nfrom helper import *\n" + META,
         "helper.py": "def late():\n    import later\n",
@@ -67,7 +67,7 @@ def test_of_a_module_what_it_imports_from_its_folder_is_copied_too(tmp_path):
     assert copies == sources
 
 
-def test_a_module_within_a_package():
+def test_modules_of_a_package_are_found():
     beyond = "try:\n    from .... import common\nexcept ImportError:\n    common = None\n"
     sources = {
         "lab/__init__.py": "",
@@ -81,7 +81,7 @@ def test_a_module_within_a_package():
     assert names_of(config.changed(meta=None, reward="lab.rules:X")) == ["lab/__init__.py", "lab/rules.py"]
 
 
-def test_of_an_installed_package_its_own_files_alone_are_copied(monkeypatch, tmp_path):
+def test_installed_package_is_copied_without_its_imports(monkeypatch, tmp_path):
     site = tmp_path / "site-packages"
     site.mkdir()
     monkeypatch.chdir(site)
@@ -92,7 +92,7 @@ def test_of_an_installed_package_its_own_files_alone_are_copied(monkeypatch, tmp
     assert names_of(SMALL.changed(meta="nearest")) == ["plugin/__init__.py", "plugin/meta.py"]
 
 
-def test_what_ships_is_not_copied(tmp_path):
+def test_code_of_hierroom_is_not_copied(tmp_path):
     for changes in ({}, {"meta": "learned"}, {"meta": "hierroom.meta:FixedDFS"}, {"graph": "hitting_time:8..13"}):
         assert find_module_files(SMALL.changed(**changes)) == []
     Path("workshop.py").write_text("", encoding="utf-8")  # no module of the built-in workshops
@@ -101,7 +101,7 @@ def test_what_ships_is_not_copied(tmp_path):
     assert not Path("modules").exists()
 
 
-def test_what_cannot_be_copied_is_reported(tmp_path, monkeypatch):
+def test_uncopied_modules_are_reported(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "typed_in", ModuleType("typed_in"))
     config = load("mine", {"mine.py": "import large, locked\n" + META, "large.py": "", "locked.py": ""})
     config = config.changed(network="typed_in:Net")
@@ -124,7 +124,7 @@ def test_what_cannot_be_copied_is_reported(tmp_path, monkeypatch):
     ]
 
 
-def test_a_script_that_is_run_is_copied_alone(monkeypatch):
+def test_main_script_is_copied_without_its_imports(monkeypatch):
     Path("my-script.py").write_text("import helper\n" + META, encoding="utf-8")
     script = ModuleType("__main__")
     script.__file__ = str(Path("my-script.py").absolute())
@@ -132,14 +132,14 @@ def test_a_script_that_is_run_is_copied_alone(monkeypatch):
     assert names_of(SMALL.changed(meta="__main__:first")) == ["my-script.py"]
 
 
-def test_a_link_to_a_module_is_copied_by_its_own_name():
+def test_linked_module_is_copied_under_the_links_name():
     Path("elsewhere").mkdir()
     Path("elsewhere/real.py").write_text(META, encoding="utf-8")
     Path("mine.py").symlink_to("elsewhere/real.py")
     assert names_of(load("mine", {"other.py": ""})) == ["mine.py"]
 
 
-def test_modules_that_a_finder_of_pythons_knows_are_found(tmp_path, monkeypatch):
+def test_modules_of_import_finders_are_found(tmp_path, monkeypatch):
     """As those that ``pip install -e`` makes."""
     (tmp_path / "elsewhere" / "editable_lab").mkdir(parents=True)
     (tmp_path / "elsewhere" / "editable_lab" / "__init__.py").write_text("")
@@ -160,7 +160,7 @@ def test_modules_that_a_finder_of_pythons_knows_are_found(tmp_path, monkeypatch)
     assert user_code_digest(SMALL.changed(meta="editable_lab.nowhere:first")) == ""
 
 
-def test_very_many_modules_are_not_all_copied():
+def test_number_of_copied_modules_is_limited():
     many = {f"m{n}.py": "" for n in range(MAX_FILES + 10)}
     config = load("mine", {"mine.py": "".join(f"import m{n}\n" for n in range(MAX_FILES + 10)) + META, **many})
     files = find_module_files(config)
@@ -168,7 +168,7 @@ def test_very_many_modules_are_not_all_copied():
     assert files[0].problem == f"these and others are more than {MAX_FILES} files"
 
 
-def test_a_module_that_changed_is_reported_and_copied_beside_the_old(tmp_path):
+def test_changed_module_is_reported_and_copied_again(tmp_path):
     config = load("mine", {"mine.py": "import helper\n" + META, "helper.py": "X = 1\n"})
     assert changed_modules(tmp_path, config) == []  # nothing was trained there yet
     assert record_session(tmp_path, config) == []
@@ -192,23 +192,23 @@ def test_a_module_that_changed_is_reported_and_copied_beside_the_old(tmp_path):
     assert changed_modules(tmp_path, SMALL) == []  # it plays with others
 
 
-def test_evaluating_and_resuming_say_what_changed_and_go_on(monkeypatch, capsys):
+def test_evaluate_and_resume_warn_of_changed_modules(monkeypatch, capsys):
     load("mine", {"mine.py": META})
     assert train([*FLAGS, "--meta", "mine:first", "--out", "run"]) == 0
     Path("run/modules/mine.py").write_text("raise SystemExit('a copy is never run')", encoding="utf-8")
     said = "warning: mine.py has changed since run was trained: what it was is modules/mine.py there\n"
     trusted = ["run", "--trust-run"]
     for arguments, warnings in ((trusted, ""), (["run", "--meta", "random"], "")):
-        assert evaluated(capsys, arguments) == warnings
+        assert evaluation_warnings(capsys, arguments) == warnings
     Path("mine.py").write_text(META + "# now\n", encoding="utf-8")
     for arguments, warnings in ((trusted, said), (["run", "--meta", "random"], "")):
-        assert evaluated(capsys, arguments) == warnings
+        assert evaluation_warnings(capsys, arguments) == warnings
     assert train(["--resume", "run", "--steps", "1024", "--meta", "mine:first"]) == 0
     assert capsys.readouterr().err == said
-    assert evaluated(capsys, trusted) == ""
+    assert evaluation_warnings(capsys, trusted) == ""
 
 
-def evaluated(capsys, arguments: list[str]) -> str:
+def evaluation_warnings(capsys, arguments: list[str]) -> str:
     capsys.readouterr()
     assert evaluate.main([*arguments, "--episodes", "2"]) == 0
     return re.sub(r"(?m)^(?!warning).*\n?", "", capsys.readouterr().err)  # the progress bar is there too

@@ -1,4 +1,4 @@
-"""A controller begins as another run's ended: the same weights, everything else anew."""
+"""A warm start copies the weights of another run's controller and nothing else."""
 
 import json
 import re
@@ -43,7 +43,7 @@ def observed(trainer):
     return trainer.turns.observe(CONTROLLER, trainer.turns.due(CONTROLLER))
 
 
-def test_weights_and_nothing_else(run):
+def test_warm_start_copies_only_the_weights(run):
     trained = run.load_checkpoint()["agents"][CONTROLLER]["learner"]
     config = run.config()
     config = config.changed(meta="random", graph="b", seed=5)
@@ -63,7 +63,7 @@ def test_weights_and_nothing_else(run):
     assert any(not torch.equal(weights[name], value) for name, value in other.learner.network.state_dict().items())
 
 
-def test_the_weights_act(run):
+def test_warm_started_controller_acts_like_its_source(run):
     warm = Trainer(run.config().changed(seed=5, warm_start=str(run.path)))
     trained = Trainer(run.config().changed(seed=5))
     trained.controller.load_state_dict(run.load_checkpoint()["agents"][CONTROLLER])
@@ -84,7 +84,7 @@ def test_the_weights_act(run):
         ({"network": "other"}, "not other"),
     ],
 )
-def test_what_does_not_fit_is_one_clear_line(run, change, said):
+def test_mismatched_warm_start_raises_input_error(run, change, said):
     if change.get("network"):
         change = {"network": {"recurrent": OWN, OWN: "recurrent"}[run.config().agents.network]}
         said = f"with network {run.config().agents.network}, not {change['network']}"
@@ -94,7 +94,7 @@ def test_what_does_not_fit_is_one_clear_line(run, change, said):
     assert "\n" not in str(caught.value)
 
 
-def test_a_warm_start_is_resumed_without_the_run_it_came_from(run, tmp_path):
+def test_warm_started_run_resumes_without_its_source(run, tmp_path):
     flags = ["--graph", "a", "--size", "11", "--max-steps", "60", "--num-envs", "8", "--minibatches", "2"]
     flags += ["--network", run.config().agents.network or "", "--warm-start", str(tmp_path / "before")]
     (tmp_path / "before").symlink_to(run.path)
@@ -107,7 +107,7 @@ def test_a_warm_start_is_resumed_without_the_run_it_came_from(run, tmp_path):
     assert [config.warm_start for config in given] == [str(tmp_path / "before")] * 2
 
 
-def test_what_a_gpu_trained_plays_on_the_cpu(tmp_path, monkeypatch):
+def test_run_trained_on_gpu_plays_on_cpu(tmp_path, monkeypatch):
     """A GPU trains through torch and the CPU plays with compiled kernels; their optimiser keeps other records."""
     config = SMALL.changed(device="cuda")
     with monkeypatch.context() as without_kernels:

@@ -1,4 +1,4 @@
-"""Agents in one file: those that ship, custom ones, and damaged or false files."""
+"""Agents in one file: shipped and custom ones, and damaged or forged files."""
 
 import json
 from pathlib import Path
@@ -37,7 +37,7 @@ def trained(tmp_path_factory) -> hierroom.TrainedAgent:
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_an_agent_that_ships_escapes(name):
+def test_shipped_agent_escapes(name):
     agent = hierroom.load(name)
     assert agent.config.env.graph == name[-1]
     assert agent.config == hierroom.find_preset("learned" if "learned" in name else "default").changed(
@@ -48,18 +48,18 @@ def test_an_agent_that_ships_escapes(name):
     assert found.success_rate >= 0.95
 
 
-def test_their_card_has_all_of_them():
+def test_weights_readme_lists_all_shipped_agents():
     rows = [line.split("|")[1].strip() for line in (FOLDER / "README.md").read_text().splitlines() if line[:1] == "|"]
     assert [row for row in rows if row in SHIPPED] == [*SHIPPED]
 
 
-def test_they_are_small():
+def test_files_of_shipped_agents_are_small():
     assert sorted(path.stem for path in FOLDER.glob(f"*{SUFFIX}")) == sorted(SHIPPED)
     assert all(path.stat().st_size < 700_000 for path in FOLDER.glob(f"*{SUFFIX}"))
 
 
 @pytest.mark.parametrize("meta", [None, "learned"])
-def test_a_file_plays_as_its_run_does(tmp_path, meta):
+def test_saved_agent_plays_like_its_run(tmp_path, meta):
     settings = {**SHORT, "preset": "learned", "meta": meta, "meta_start_success": 0.0} if meta else SHORT
     agent = hierroom.train(graph="b", sequence_length=16, out=tmp_path / "run", **settings)
     agent.save(tmp_path / "mine.safetensors")
@@ -71,7 +71,7 @@ def test_a_file_plays_as_its_run_does(tmp_path, meta):
     )
 
 
-def test_the_meta_controller_alone_thinks_as_in_its_pair():
+def test_meta_controller_alone_matches_its_pair():
     agent = hierroom.load("learned-g")
     turns, alone, pair = agent.turns(8, seed=1), agent.meta_controller(8), agent.pair(8)
     for _ in range(200):
@@ -89,7 +89,7 @@ def test_the_meta_controller_alone_thinks_as_in_its_pair():
 
 
 def goals_of(meta, num_envs, env_index=0, seed=3):
-    """The goals that the first of some environments is given in an episode, shown after each step."""
+    """Return the goals of the first environment in an episode, observed after each step."""
     settings = {"max_steps": 60, "subgoal_horizon": 4, "goal_mask": "existing", "env_index": env_index}
     envs = make_vec(ROOM, num_envs, meta=meta, autoreset_mode="Disabled", **settings)
     rng, goals = np.random.default_rng(0), [envs.reset(seed=seed)[0]["goal"][0].tolist()]
@@ -98,7 +98,7 @@ def goals_of(meta, num_envs, env_index=0, seed=3):
     return goals
 
 
-def test_the_meta_controller_alone_is_fixed_by_the_seeds_of_the_environments_and_its_own():
+def test_meta_controller_goals_depend_only_on_seeds():
     agent = hierroom.load("learned-g")
     meta = agent.meta_controller(3)
     goals = goals_of(meta, 3)
@@ -109,7 +109,7 @@ def test_the_meta_controller_alone_is_fixed_by_the_seeds_of_the_environments_and
     check_env(gymnasium.make(ROOM, meta=agent.meta_controller()).unwrapped, skip_render_check=True)
 
 
-def test_the_meta_controller_alone_in_every_environment():
+def test_meta_controller_plays_in_gymnasium_environments():
     agent = hierroom.load("learned-g")
     env = gymnasium.make(ROOM, meta=agent.meta_controller())
     goals = {tuple(env.reset(seed=seed)[0]["goal"]) for seed in range(9)}
@@ -123,7 +123,7 @@ def test_the_meta_controller_alone_in_every_environment():
         few.reset(seed=3)
 
 
-def test_the_meta_controller_alone_where_it_is_not_learned_or_reads_what_its_own_levels_remember(trained):
+def test_meta_controller_with_remembered_features_raises_input_error(trained):
     assert isinstance(trained.meta_controller(), FixedDFS)
     learned = TrainConfig(EnvConfig("a"), agents=AgentsConfig(meta="learned", meta_features=("doorway-places",)))
     meta, controller = make_agents(learned)
@@ -131,14 +131,14 @@ def test_the_meta_controller_alone_where_it_is_not_learned_or_reads_what_its_own
         hierroom.TrainedAgent(learned, meta, controller, 0).meta_controller()
 
 
-def test_a_folder_comes_before_an_agent_that_ships(tmp_path, monkeypatch, trained):
+def test_load_prefers_a_folder_to_a_shipped_agent(tmp_path, monkeypatch, trained):
     monkeypatch.chdir(tmp_path)
     Path("c").symlink_to(trained.path)
     assert hierroom.load("c").path == Path("c")
     assert hierroom.load("d").path == FOLDER / "d.safetensors"
 
 
-def test_damage_is_seen(tmp_path, trained):
+def test_damaged_weights_file_raises_input_error(tmp_path, trained):
     path = tmp_path / "mine.safetensors"
     trained.save(path)
     content, rng = path.read_bytes(), np.random.default_rng(0)
@@ -152,24 +152,24 @@ def test_damage_is_seen(tmp_path, trained):
             hierroom.load(path)
 
 
-def changed(path: Path, **metadata: str) -> None:
+def change_metadata(path: Path, **metadata: str) -> None:
     with safe_open(path, "pt") as file:
         header, tensors = file.metadata(), {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
     save_file(tensors, path, {**header, **metadata})
 
 
-def test_other_metadata_is_no_agent(tmp_path, trained):
+def test_changed_metadata_raises_input_error(tmp_path, trained):
     path = tmp_path / "mine.safetensors"
     trained.save(path)
-    changed(path, steps="7")
+    change_metadata(path, steps="7")
     with pytest.raises(InputError, match="is damaged"):
         hierroom.load(path)
-    changed(path, format="something else")
+    change_metadata(path, format="something else")
     with pytest.raises(InputError, match="holds no agent of this hierroom: its format is 'something else'"):
         hierroom.load(path)
 
 
-def test_a_file_runs_no_code(tmp_path, trained):
+def test_weights_file_runs_no_code(tmp_path, trained):
     saved = SavedAgent.read(_saved(tmp_path, trained))
     lying = SavedAgent(saved.config.changed(meta="http.server:test"), saved.steps, saved.agents)
     lying.write(tmp_path / "lying.safetensors")
@@ -189,7 +189,7 @@ def test_weights_of_another_network_are_refused(tmp_path, trained):
         hierroom.load(tmp_path / "empty.safetensors")
 
 
-def test_a_crafted_file_is_one_line(tmp_path, trained):
+def test_crafted_weights_file_raises_input_error(tmp_path, trained):
     path = tmp_path / "mine.safetensors"
     save_file({"controller_0.encoder.weight": torch.tensor(1.0)}, path, {"format": "hierroom agent 1"})
     with pytest.raises(InputError, match="is damaged"):
@@ -200,13 +200,13 @@ def test_a_crafted_file_is_one_line(tmp_path, trained):
         hierroom.load(path)
 
 
-def test_a_folder_may_be_called_as_a_file_is(tmp_path):
+def test_run_folder_may_be_named_like_a_weights_file(tmp_path):
     agent = hierroom.train(graph="a", sequence_length=16, out=tmp_path / "m.safetensors", **SHORT)
     assert hierroom.load(tmp_path / "m.safetensors").steps == agent.steps
 
 
 @pytest.mark.parametrize("is_file", [False, True])
-def test_a_training_begins_as_an_agent_that_ships(tmp_path, is_file):
+def test_warm_start_takes_shipped_agents_and_files(tmp_path, is_file):
     source = tmp_path / "mine.safetensors" if is_file else "a"
     if is_file:
         hierroom.load("a").save(source)
@@ -218,7 +218,7 @@ def test_a_training_begins_as_an_agent_that_ships(tmp_path, is_file):
         Trainer(warm.config.changed(hidden_size=32))
 
 
-def test_what_cannot_be_saved_or_loaded_is_one_line(tmp_path, trained):
+def test_invalid_save_or_load_raises_input_error(tmp_path, trained):
     with pytest.raises(InputError, match=r"saved to a \.safetensors file, not .*mine\.pt"):
         trained.save(tmp_path / "mine.pt")
     with pytest.raises(InputError, match="cannot write"):
@@ -236,7 +236,7 @@ def test_what_cannot_be_saved_or_loaded_is_one_line(tmp_path, trained):
         hierroom.load(tmp_path / "none.safetensors")
 
 
-def test_what_a_file_tells_is_read_by_anybody(tmp_path, trained):
+def test_weights_file_is_readable_by_safetensors(tmp_path, trained):
     with safe_open(_saved(tmp_path, trained), "pt") as file:
         assert json.loads(file.metadata()["config"])["env"]["graph"] == ["a"]
         assert {name.partition(".")[0] for name in file.keys()} == {"controller_0"}  # noqa: SIM118
