@@ -34,7 +34,7 @@ def space_of(*arrays):
 
 @pytest.mark.parametrize("usual", [torch.float32, torch.float64])
 @pytest.mark.parametrize("name", ARRAYS)
-def test_each_kind_of_array_gets_a_network_that_can_be_trained(name, usual):
+def test_each_array_kind_gets_a_trainable_network(name, usual):
     space = space_of(ARRAYS[name])
     torch.set_default_dtype(usual)
     try:
@@ -46,11 +46,11 @@ def test_each_kind_of_array_gets_a_network_that_can_be_trained(name, usual):
     assert {weights.dtype for weights in network.parameters()} == {torch.float32}
 
 
-def test_categories_alone_keep_the_network_that_kernels_train():
+def test_categories_alone_use_the_compiled_network():
     assert type(make_network("recurrent", AgentSpace((5, 3), 4), 16, None)) is RecurrentActorCritic
 
 
-def test_numbers_come_out_of_their_bytes_as_they_went_in():
+def test_encoder_reads_numbers_and_ids_from_bytes():
     space, numbers = (
         space_of(ARRAYS["bounded numbers"], ARRAYS["ids"]),
         np.array([[0.5, -2.0, 2.0, 0.0]] * 2, np.float32),
@@ -70,7 +70,7 @@ def test_numbers_come_out_of_their_bytes_as_they_went_in():
     torch.testing.assert_close(encoder(features), torch.relu(expected))
 
 
-def test_a_learner_learns_which_number_to_follow():
+def test_learner_learns_the_sign_of_a_number():
     """The right action is the sign of a number; without reading it no policy is right in more than half the turns."""
     array, rng = ByteArray((1,), "numbers", -1, 1), np.random.default_rng(0)
     space = AgentSpace((256,) * 4, 2, ((0, array),))

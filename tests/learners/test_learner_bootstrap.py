@@ -26,7 +26,7 @@ NEXT, LAST = observations(100), observations(101)
 
 
 def take_turns(learner, n_turns, end=None):
-    """Turns in all environments; ``end``, if given, says how each of the last ends: terminated [N], truncated [N]."""
+    """Take turns in all environments; ``end``, if given, is terminated [N] and truncated [N] of the last turns."""
     none = np.zeros(N, bool)
     for t in range(n_turns):
         learner.act(ENVS, observations(t), EVERYTHING)
@@ -65,7 +65,7 @@ def learned_from(learner):
 
 
 @both_paths
-def test_a_sequence_ends_with_the_value_of_the_next_observation_whoever_gives_it(network):
+def test_bootstrap_and_act_give_equal_next_values(network):
     waiting, expected = filled(network)
     states = waiting._states.copy()
     np.testing.assert_allclose(
@@ -85,11 +85,11 @@ def test_a_sequence_ends_with_the_value_of_the_next_observation_whoever_gives_it
     np.testing.assert_array_equal(by_acting.next_values[-1, :N][GOES_ON], by_acting.values[0, N:][GOES_ON])
 
     now = value_by(waiting.network, NEXT, states)
-    assert (np.abs(now - expected)[GOES_ON] > 1e-4).all()  # the weights after the update value it otherwise
+    assert (np.abs(now - expected)[GOES_ON] > 1e-4).all()  # the weights after the update give another value
 
 
 @both_paths
-def test_looking_ahead_moves_no_recurrent_state_and_draws_nothing(network):
+def test_bootstrap_changes_no_state_and_draws_nothing(network):
     learner, _ = filled(network)
     before = learner.state_dict()
     learner.bootstrap(ENVS, NEXT)
@@ -110,7 +110,7 @@ def test_an_update_before_the_bootstrap_is_refused(network):
 
 
 @both_paths
-def test_where_all_returns_ended_no_bootstrap_is_needed(network):
+def test_ended_returns_need_no_bootstrap(network):
     learner = make_learner(N, network, sequence_length=LENGTH)
     take_turns(learner, LENGTH, (ENVS < 2, ENVS >= 2))
     next_values = learned_from(learner).next_values[-1]
@@ -144,7 +144,7 @@ def test_truncated_turns_need_their_last_features(network):
 
 @both_paths
 @pytest.mark.parametrize("by", ["bootstrap", "act"])
-def test_a_learner_saved_in_between_goes_on_as_if_nothing_had_happened(network, by):
+def test_learner_saved_before_bootstrap_resumes_exactly(network, by):
     learner, expected = filled(network)
     file = io.BytesIO()
     torch.save(learner.state_dict(), file)

@@ -1,4 +1,4 @@
-"""Random network distillation: by hand what can be, and that it gets used to what it sees."""
+"""Random network distillation: numbers by hand, and lower rewards for frequent observations."""
 
 import io
 
@@ -34,7 +34,7 @@ def test_whitening_by_hand():
     np.testing.assert_allclose(one, [3**0.5, 3**-0.5, 5, 0.1, 0])
 
 
-def test_features_are_those_of_whitened_one_hot_columns():
+def test_errors_match_whitened_one_hot_features():
     curiosity, features = make(), draw(np.random.default_rng(0))
     curiosity._counts[:] = [5, 1, 2, 8, 3, 3, 9]
     scale, shift = whitening(curiosity._counts, np.array(SIZES))
@@ -49,7 +49,7 @@ def test_features_are_those_of_whitened_one_hot_columns():
 
 
 def settled(curiosity, rng, n=6):
-    """It has learned once and its returns have grown: from here on it rewards, and before that nothing."""
+    """Let it learn once and its returns grow: it rewards from here on, and nothing before."""
     for _ in range(3):
         assert not curiosity.rewards(draw(rng, n)).any()
     curiosity.learn()
@@ -58,7 +58,7 @@ def settled(curiosity, rng, n=6):
     return curiosity
 
 
-def test_rewards_are_errors_over_the_deviation_of_all_grown_returns():
+def test_rewards_are_errors_over_the_deviation_of_returns():
     curiosity, rng = make(), np.random.default_rng(1)
     curiosity.rewards(draw(rng))
     curiosity.learn()
@@ -73,8 +73,8 @@ def test_rewards_are_errors_over_the_deviation_of_all_grown_returns():
             np.testing.assert_allclose(rewards, errors / np.std(counted), rtol=1e-6)
 
 
-def test_the_rewards_of_its_first_steps_are_of_the_size_of_later_ones():
-    """It was not, by a factor of ten, while the first returns grew from zero and observations had not been counted."""
+def test_first_rewards_are_as_large_as_later_ones():
+    """They were ten times as large once, when returns grew from zero and observations had not been counted."""
     curiosity, rng = make(num_envs=32), np.random.default_rng(4)
     settled(curiosity, rng, 32)
     first = np.mean([curiosity.rewards(draw(rng, 32)) for _ in range(20)])
@@ -84,7 +84,7 @@ def test_the_rewards_of_its_first_steps_are_of_the_size_of_later_ones():
     assert first < 2 * later
 
 
-def test_returns_without_discount_are_refused():
+def test_gamma_of_one_raises_input_error():
     with pytest.raises(InputError, match="gamma must be below 1, not 1"):
         RandomNetworkDistillation(SIZES, 2, gamma=1.0, seed=0)
 
@@ -102,7 +102,7 @@ def test_frequent_observations_earn_less_than_rare_ones():
     assert curiosity.rewards(rare).mean() > 5 * curiosity.rewards(features).mean()
 
 
-def test_resumed_equals_uninterrupted_even_between_updates():
+def test_resumed_distillation_equals_an_uninterrupted_one():
     through, rng = make(), np.random.default_rng(3)
     for t in range(25):
         through.rewards(draw(rng))
@@ -152,7 +152,7 @@ def test_curiosity_rewards_new_observations_of_the_level():
     np.testing.assert_array_equal(found[ended], final)
 
 
-def test_a_single_observation_is_learned_from():
+def test_distillation_learns_from_a_single_observation():
     distillation = RandomNetworkDistillation((3, 4), 1, gamma=0.9, seed=0)
     distillation.rewards(np.array([[1, 2]], np.uint8))
     assert np.isfinite(distillation.learn()["curiosity_error"])
@@ -166,6 +166,6 @@ def test_a_single_observation_is_learned_from():
         ({"features": ("previous-action",)}, "curiosity needs features of the level; previous-action has none"),
     ],
 )
-def test_wrong_settings_are_one_line(change, said):
+def test_invalid_curiosity_settings_raise_input_error(change, said):
     with pytest.raises(InputError, match=said):
         Trainer(SMALL.changed(**change))

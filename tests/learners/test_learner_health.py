@@ -24,7 +24,7 @@ FLAGS += ["--sequence-length", "16", "--minibatches", "2", "--epochs", "2"]
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf, 2 * LIMIT, -2 * LIMIT])
 @pytest.mark.parametrize("make", [np.asarray, torch.tensor], ids=["array", "tensor"])
-def test_one_wrong_number_is_found_anywhere(make, wrong):
+def test_check_health_finds_one_wrong_number(make, wrong):
     for place in range(6):
         numbers = np.zeros(6, np.float32)
         numbers[place] = wrong
@@ -32,7 +32,7 @@ def test_one_wrong_number_is_found_anywhere(make, wrong):
             check_health([("first", make(np.ones(2))), ("second", make(numbers.reshape(2, 3)))], "rest")
 
 
-def test_large_whole_and_missing_numbers_are_healthy():
+def test_check_health_accepts_large_whole_and_empty_arrays():
     whole = torch.tensor([2**62])
     check_health([("a", np.array([0.99e15, -0.99e15])), ("b", torch.empty(0)), ("c", whole), ("d", np.zeros(0))], "")
 
@@ -58,7 +58,7 @@ class Spoiled(PlainTorchNetwork):
 
 
 @pytest.mark.parametrize("place", ["log_probs", "values", "recurrent states"])
-def test_a_batch_that_is_not_finite_is_refused_before_the_update(place):
+def test_batch_with_nan_raises_divergence_error_before_the_update(place):
     learner = make_learner(network=Spoiled)
     learner.network.place, learner.network.left = place, 30
     train_once = learner._backend.train
@@ -74,7 +74,7 @@ def test_a_batch_that_is_not_finite_is_refused_before_the_update(place):
     assert all(torch.equal(tensor, learner.saved[name]) for name, tensor in learner.network.state_dict().items())
 
 
-def test_rewards_too_large_are_named():
+def test_too_large_rewards_raise_divergence_error():
     learner = make_learner()
     finish = learner.finish
     learner.finish = lambda envs, rewards, *rest: finish(envs, rewards * 0 + 1e300, *rest)  # ty: ignore
@@ -84,14 +84,14 @@ def test_rewards_too_large_are_named():
 
 @pytest.mark.parametrize("clone", [lambda learner: learner, deepcopy], ids=["itself", "a copy"])
 @pytest.mark.parametrize("network", [None, PlainTorchNetwork], ids=["compiled", "torch"])
-def test_weights_spoiled_by_the_last_step_of_an_update_are_named(network, clone):
+def test_weights_spoiled_by_an_update_raise_divergence_error(network, clone):
     learner = clone(make_learner(network=network, learning_rate=1e30, epochs=1, minibatches=1))
     with pytest.raises(DivergenceError, match=r"^weights \S+ \(.*; a learning_rate below 1e\+30"):
         learn(learner)
 
 
 @pytest.mark.parametrize("network", [None, PlainTorchNetwork], ids=["compiled", "torch"])
-def test_finite_weights_that_give_too_large_numbers_are_not_healthy(network):
+def test_weights_with_too_large_outputs_raise_divergence_error(network):
     learner = make_learner(network=network, epochs=1, minibatches=1)
     train_once = learner._backend.train
 
@@ -110,7 +110,7 @@ def test_finite_weights_that_give_too_large_numbers_are_not_healthy(network):
 @pytest.mark.parametrize(
     "settings", [{}, {"method": "ppo-rnd"}, {"meta": "learned", "meta_start_success": 0.0}], ids=str
 )
-def test_the_checks_change_nothing(monkeypatch, settings):
+def test_health_checks_do_not_change_training(monkeypatch, settings):
     small = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 8, "sequence_length": 16, "minibatches": 2}
     config = TrainConfig().changed(**small, epochs=2, steps=1024, **settings)
     states = []
@@ -139,7 +139,7 @@ def test_a_network_that_starts_with_nan_is_refused():
 
 
 @pytest.mark.parametrize("steps", [0, 1024])
-def test_a_diverging_run_ends_in_one_line_and_keeps_its_last_good_checkpoint(tmp_path, monkeypatch, capsys, steps):
+def test_diverging_run_keeps_its_last_good_checkpoint(tmp_path, monkeypatch, capsys, steps):
     advance, out = Trainer.advance, tmp_path / "my run"
 
     def diverging(self):

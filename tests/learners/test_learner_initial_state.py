@@ -1,4 +1,4 @@
-"""Networks that learn the recurrent state an episode begins with: it is used as it is now, and never written to."""
+"""Networks that learn the initial recurrent state of an episode: it is always current, and never written to."""
 
 import numpy as np
 import torch
@@ -24,7 +24,7 @@ class LearnsItsStart(PlainTorchNetwork):
         return torch.stack(logits), torch.stack(values)
 
 
-def test_turns_begin_in_the_state_that_the_network_has_now():
+def test_episodes_begin_in_the_networks_current_initial_state():
     learner, envs = make_learner(network=LearnsItsStart), RandomEnvs(6, seed=1)
     for _ in range(200):
         envs.tick(learner)

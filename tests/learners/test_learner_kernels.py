@@ -40,7 +40,7 @@ def normal(*shape):
 
 
 @pytest.mark.parametrize("cardinalities", [(5, 3, 1, 7, 2, 256), (5, 3, 1, 7, 2, 4, 6, 3, 2, 5, 4, 1, 3, 2, 6, 7, 256)])
-def test_encoder_gradients(cardinalities):
+def test_encoder_kernels_match_torch_gradients(cardinalities):
     n_features = len(cardinalities)
     network = RecurrentActorCritic(AgentSpace(cardinalities, 2), 10).double()
     features = RANDOM.integers(0, cardinalities, (150, n_features)).astype(np.uint8)
@@ -67,14 +67,14 @@ def test_encoder_gradients(cardinalities):
     d_table, d_bias = np.zeros_like(table), np.zeros(10)
     for half in (slice(70), slice(70, None)):
         encode_backward(rows[half], counts[half], encoded[half], d_encoded[half], d_table, d_bias)
-    d_table[offsets + common] = 7.0  # what is there does not matter
+    d_table[offsets + common] = 7.0  # to be overwritten
     complete_table(offsets, common, occurring, d_bias, d_table)
     close(d_table, network.encoder.weight.grad)
     close(d_bias, network.encoder.bias.grad)
 
 
 @pytest.mark.parametrize(("n_table_rows", "dtype"), [(2**16 - 1, np.uint16), (2**16, np.uint32)])
-def test_rows_of_a_large_table_are_wider_numbers(n_table_rows, dtype):
+def test_dtype_of_rare_rows_depends_on_table_size(n_table_rows, dtype):
     features, offsets = np.array([[0, 1, 1]], np.uint8), np.array([0, 2, n_table_rows - 2])
     rows, counts = rare_rows(features, offsets, np.zeros(3, np.uint8), np.zeros(n_table_rows, bool))
     assert rows.dtype == dtype
@@ -82,13 +82,13 @@ def test_rows_of_a_large_table_are_wider_numbers(n_table_rows, dtype):
     assert counts.tolist() == [2]
 
 
-def test_the_most_common_value_of_each_feature():
+def test_most_common_finds_the_value_of_each_feature():
     features = np.array([[3, 0, 255], [3, 1, 255], [2, 1, 0], [3, 2, 255]], np.uint8)
     np.testing.assert_array_equal(most_common(features), [3, 1, 255])
 
 
 @pytest.mark.parametrize(("n_turns", "n_rows", "size"), [(1, 3, 8), (9, 9, 8), (5, 4, 7)])
-def test_recurrent_gradients(n_turns, n_rows, size):
+def test_lstm_kernels_match_torch_gradients(n_turns, n_rows, size):
     core = ResetLSTM(size, size).double()
     with torch.no_grad():
         core.bias.normal_(generator=torch.Generator().manual_seed(0))
@@ -110,7 +110,7 @@ def test_recurrent_gradients(n_turns, n_rows, size):
     close(d_bias - 1, core.bias.grad)
 
 
-def test_loss_gradients():
+def test_loss_kernel_matches_torch_gradients():
     n, size, n_actions = 200, 6, 5
     config = PPOConfig(clip=0.2, value_weight=0.7, entropy_weight=0.3)
     policy, value = torch.nn.Linear(size, n_actions).double(), torch.nn.Linear(size, 1).double()
@@ -143,7 +143,7 @@ def test_loss_gradients():
         close(gradient - 1, parameter.grad)
 
 
-def test_the_whole_network_backwards():
+def test_backward_of_the_network_matches_torch():
     network = RecurrentActorCritic(SPACE, 16).double()
     vector = parameters_to_vector(network.parameters()).detach().numpy()
     weights, gradient = Parameters.views(vector, network), np.zeros_like(vector)
@@ -214,7 +214,7 @@ def test_compiled_and_torch_updates_agree(wrap):
 
 
 @pytest.mark.parametrize("begun", [RecurrentActorCritic, PlainTorchNetwork])
-def test_either_goes_on_from_what_the_other_saved(begun):
+def test_kernels_and_torch_load_each_others_state(begun):
     learner, env = make_learner(network=begun), RandomEnvs(6, seed=1)
     while not env.tick(learner)[3]:
         pass
@@ -230,7 +230,7 @@ def test_either_goes_on_from_what_the_other_saved(begun):
     assert (weights[0] - weights[1]).abs().max() < 1e-3
 
 
-def test_leaving_out_rows_without_a_gradient_changes_nothing():
+def test_skipping_rows_without_gradient_changes_nothing():
     space, config = AgentSpace((250, 7, 90), 3), PPOConfig(sequence_length=5, minibatches=2, hidden_size=8)
     learners = [Learner(space, 6, config, seed=1) for _ in range(3)]
     learners[1]._backend._used[:] = True
@@ -271,7 +271,7 @@ def test_weights_loaded_into_the_network_are_used():
     np.testing.assert_array_equal(learner._backend.step(features, states)[1], other._backend.step(features, states)[1])
 
 
-def test_moments_of_rows_seen_no_more_reach_zero_and_stay_out_of_denormals():
+def test_adam_moments_without_gradient_reach_zero():
     parameters, means, squares = (np.full(3, value, np.float32) for value in (0, 1e-3, 5e-37))
     for step in range(1, 2001):
         adam_step(parameters, np.zeros(3, np.float32), means, squares, np.array([[0, 3]]), 1.0, 1e-3, 1e-5, step)

@@ -7,7 +7,7 @@ import torch
 from learner_envs import PlainTorchNetwork, RandomEnvs, make_learner
 
 
-def test_a_policy_acts_like_the_learner_and_leaves_it_alone():
+def test_policy_acts_like_the_learner_without_changing_it():
     learner, twin = make_learner(sequence_length=100), make_learner(sequence_length=100)
     policy = learner.policy(6, seed=0)
     policy._random = np.random.default_rng(0)
@@ -25,7 +25,7 @@ def test_a_policy_acts_like_the_learner_and_leaves_it_alone():
         policy.reset(envs[episode_ended])
 
 
-def test_greedy_is_the_best_legal_action():
+def test_act_greedily_takes_the_best_legal_action():
     learner = make_learner()
     with torch.no_grad():
         learner.network.policy_head.bias.copy_(torch.tensor([0.0, 3.0, 1.0, 2.0]))
@@ -35,15 +35,15 @@ def test_greedy_is_the_best_legal_action():
 
 
 class Notes(PlainTorchNetwork):
-    """Notes outside of its weights how it is used."""
+    """Notes its mode in an attribute that is no weight."""
 
     def step(self, features, state):
         self.mode = self.training
         return super().step(features, state)
 
 
-def test_a_policy_leaves_no_trace_in_the_network_and_sees_new_weights():
-    """So threads may act with the same weights at the same time."""
+def test_policy_leaves_network_unchanged_and_uses_new_weights():
+    """So that threads may act with the same weights at the same time."""
     learner = make_learner(network=Notes)
     policies = [learner.policy(2, seed=0) for _ in range(2)]
     asked = np.arange(2), np.zeros((2, 4), np.uint8), np.ones((2, 4), bool)
@@ -59,7 +59,7 @@ def test_a_policy_leaves_no_trace_in_the_network_and_sees_new_weights():
         np.testing.assert_allclose(policy.decision.values, before + 1, atol=1e-6)
 
 
-def test_a_policy_of_a_network_that_cannot_be_copied_acts_with_the_network_itself():
+def test_policy_uses_an_uncopyable_network_directly():
     learner = make_learner(network=Notes)
     learner.network.lock = Lock()
     learner.policy(2, seed=0).act(np.arange(2), np.zeros((2, 4), np.uint8), np.ones((2, 4), bool))

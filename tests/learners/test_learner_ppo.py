@@ -46,8 +46,8 @@ def test_the_first_ratio_is_one_for_every_turn(network):
 
 
 @both_paths
-def test_turns_of_earlier_weights_are_seen_as_the_present_ones_see_them(network):
-    """Few sequences an update: most span updates, and the ratios of what is learned from are 1 all the same."""
+def test_turns_of_earlier_weights_are_computed_again(network):
+    """With few sequences an update most span updates, and still the ratios of all turns are 1."""
     learner = make_learner(network=network, sequences_per_update=2, learning_rate=0.05)
     envs, train = RandomEnvs(6, seed=2), learner._backend.train
     batches = []
@@ -118,7 +118,7 @@ def test_observations_of_another_space_are_refused(network, features):
 
 
 @both_paths
-def test_no_environment_at_all_is_a_turn_of_nobody(network):
+def test_act_and_finish_take_zero_environments(network):
     learner = make_learner(network=network)
     policy = learner.policy(2, seed=0)
     none, nobody = np.zeros(0, bool), np.zeros(0, int)
@@ -130,12 +130,12 @@ def test_no_environment_at_all_is_a_turn_of_nobody(network):
     assert learner.state_dict()["action_random"] == before
 
 
-def test_kernels_are_left_alone_where_they_are_not_compiled(monkeypatch):
+def test_disabled_jit_uses_the_torch_backend(monkeypatch):
     monkeypatch.setattr("numba.core.config.DISABLE_JIT", True)
     assert isinstance(make_learner()._backend, TorchBackend)
 
 
-def test_turns_are_opened_and_closed_in_pairs():
+def test_act_and_finish_must_alternate():
     learner = make_learner()
     envs, features = np.arange(6), np.zeros((6, 4), np.uint8)
     none = np.zeros(6, bool)
@@ -153,7 +153,7 @@ def test_turns_are_opened_and_closed_in_pairs():
 
 @both_paths
 @pytest.mark.parametrize("time_limit", [5, 50])
-def test_a_reward_of_one_each_step_is_worth_the_same_whatever_the_time_limit(network, time_limit):
+def test_values_do_not_depend_on_the_time_limit(network, time_limit):
     gamma, n = 0.8, 8
     config = PPOConfig(
         gamma=gamma, hidden_size=8, sequence_length=8, learning_rate=0.03, final_learning_rate_fraction=0.01
@@ -177,7 +177,7 @@ def test_a_reward_of_one_each_step_is_worth_the_same_whatever_the_time_limit(net
 
 @both_paths
 @pytest.mark.parametrize("ticks", [3, 37])
-def test_a_learner_resumed_in_the_middle_of_its_turns_equals_an_uninterrupted_one(network, ticks):
+def test_learner_saved_within_a_turn_resumes_exactly(network, ticks):
     learner, envs = make_learner(network=network), RandomEnvs(6, seed=1)
     for _ in range(ticks):
         envs.tick(learner)
@@ -211,12 +211,12 @@ def test_the_learning_rate_is_annealed_linearly():
     np.testing.assert_allclose(rates, [0.1, 0.06, 0.02])
 
 
-def test_the_generators_of_accelerators_are_left_alone(monkeypatch):
+def test_learner_does_not_seed_cuda_generators(monkeypatch):
     monkeypatch.setattr(torch.cuda, "manual_seed_all", lambda seed: pytest.fail("CUDA's generators are not ours"))
     make_learner()
 
 
-def test_nothing_global_is_touched_and_the_seed_decides():
+def test_learner_draws_from_its_seed_and_no_global_generator():
     torch.manual_seed(0)
     np.random.seed(0)  # noqa: NPY002
     expected = torch.rand(1), np.random.rand()  # noqa: NPY002

@@ -41,7 +41,7 @@ for m, k, n in ((1, 1, 1), (3, 5, 7), (4, 64, 64), (7, 65, 63), (9, 130, 65), (5
 TILES = Products(tile_kernels.pack, tile_kernels.add_product, tile_kernels.add_transposed_product)
 
 
-def test_here_the_tiles_work():
+def test_tile_products_work_on_this_machine():
     assert CHOSEN == TILES
     assert TILES.work()
     assert BLAS.work()
@@ -50,7 +50,7 @@ def test_here_the_tiles_work():
 @pytest.mark.parametrize("products", [TILES, BLAS], ids=["tiles", "blas"])
 @given(st.integers(1, 64), st.integers(1, 200), st.integers(1, 260), st.sampled_from([np.float32, np.float64]))
 @settings(max_examples=40)
-def test_products_are_those_of_numpy(products, n_rows, depth, n_columns, dtype):
+def test_products_equal_those_of_numpy(products, n_rows, depth, n_columns, dtype):
     random = np.random.default_rng(n_rows)
     shapes = (n_rows, depth), (depth, n_columns), (n_rows, n_columns)
     a, b, c = (random.normal(size=shape).astype(dtype) for shape in shapes)
@@ -69,17 +69,17 @@ def test_tiles_stay_within_their_arrays():
 
 
 @pytest.mark.parametrize("name", ["add_product", "add_transposed_product"])
-def test_wrong_results_are_found(name):
+def test_work_detects_wrong_products(name):
     def half(a, b, c):
         getattr(tile_kernels, name)(a, b, c)
-        c[-1, -1] = 0  # where no whole tile is
+        c[-1, -1] = 0  # outside of whole tiles
 
     assert not TILES._replace(**{name: half}).work()
 
 
 @pytest.mark.slow
-def test_where_llvmlite_refuses_the_learner_learns_by_np_dot_with_one_warning(pytestconfig):
-    """With a cache of its own, which is kept: what calls the products is compiled with them."""
+def test_learner_falls_back_to_np_dot_with_a_warning(pytestconfig):
+    """With a separate cache, which is kept: the kernels that call the products are compiled with them."""
     cache = pytestconfig.cache.mkdir("numba-blas")
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": str(TESTS), "NUMBA_DISABLE_JIT": "0"}
     test = f"{TESTS / 'learners/test_learner_kernels.py'}::test_compiled_and_torch_updates_agree[rows]"

@@ -1,4 +1,4 @@
-"""Every turn is stored once, in order, whatever pace the environments keep."""
+"""Every turn is stored once, in order, also where environments act at different rates."""
 
 import numpy as np
 import pytest
@@ -90,7 +90,7 @@ def test_next_values_are_the_next_turns_value_or_the_bootstrap():
     assert n_given_by_the_next
 
 
-def test_the_pool_says_so_when_nobody_takes():
+def test_full_rollout_pool_raises_runtime_error():
     rollout = Rollout(1, 1, capacity=2, n_features=1, n_actions=1, state_size=1)
     env, flag, number = np.array([0]), np.zeros(1, bool), np.zeros(1, np.float32)
 

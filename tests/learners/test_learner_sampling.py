@@ -30,13 +30,13 @@ def test_each_legal_action_has_its_share_of_the_uniforms(mask, edges, shift):
     np.testing.assert_array_equal(actions, np.searchsorted(edges, uniforms))
 
 
-def test_an_action_begins_where_the_one_before_it_ends():
+def test_uniform_on_a_boundary_takes_the_next_action():
     actions, _ = sample_actions(np.zeros((4, 4)), np.ones((4, 4), bool), np.arange(4) / 4)
     np.testing.assert_array_equal(actions, np.arange(4))
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_log_probabilities_are_those_of_the_softmax(dtype):
+def test_log_probabilities_equal_those_of_log_softmax(dtype):
     random = np.random.default_rng(0)
     logits, masks = (5 * random.normal(size=(500, 6))).astype(dtype), random.random((500, 6)) < 0.5
     masks[np.arange(500), random.integers(6, size=500)] = True
@@ -50,13 +50,13 @@ def test_log_probabilities_are_those_of_the_softmax(dtype):
         np.testing.assert_allclose(found, expected[:, action], rtol=1e-5, atol=1e-5)
 
 
-def test_the_rest_of_rounding_goes_to_the_last_legal_action():
+def test_rounding_remainder_goes_to_the_last_legal_action():
     logits, masks = np.log(np.full((1, 10), 0.1, np.float32)), np.ones((1, 10), bool)
     masks[0, 8:] = False
     assert sample_actions(logits, masks, np.array([np.nextafter(1, 0)]))[0] == 7
 
 
-def test_the_most_probable_legal_action_is_the_first_of_equals():
+def test_greedy_actions_take_the_first_of_equals():
     logits = np.array([[3, 1, 2, 2], [1, 1, 1, 1], [-5, -7, -6, -9]])
     masks = np.array([[False, True, True, True], [True] * 4, [False, True, False, True]])
     np.testing.assert_array_equal(greedy_actions(logits, masks), [2, 0, 1])
