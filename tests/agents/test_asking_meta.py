@@ -31,7 +31,7 @@ def asking(monkeypatch):
     ("answer", "goal", "not_understood"),
     [("I'd take the KEY.", 1, 0), ("a boat", 0, 1), ("coin or key", 0, 1), ("", 0, 1), ("the chest", 0, 1)],
 )
-def test_an_answer_that_names_a_legal_goal_is_taken_and_no_other(answer, goal, not_understood, asking):
+def test_only_an_answer_naming_one_legal_goal_counts(answer, goal, not_understood, asking):
     turns, (meta, questions) = Turns(EnvConfig(task=chest_task.chest), 1, seed=0), asking(answer)
     take_turn(meta, turns)
     assert turns.goals.tolist() == [goal]
@@ -39,14 +39,14 @@ def test_an_answer_that_names_a_legal_goal_is_taken_and_no_other(answer, goal, n
     assert meta.statistics == {"asked": 1, "not_understood": not_understood}
 
 
-def test_nobody_is_asked_where_one_goal_alone_is_legal(asking):
+def test_single_legal_goal_is_chosen_without_asking(asking):
     rooms, (meta, questions) = make_rooms("a", n=3), asking("?")
     take_turn(meta, rooms)
     assert questions == []
     assert (rooms.goals >= 0).all()
 
 
-def test_goals_whose_names_contain_each_other_are_separated(asking):
+def test_goal_names_that_contain_each_other_are_separated(asking):
     meta, _ = asking("")
     names = {1: "key 1", 12: "key 12", 2: "key 2"}
     assert meta.named("Key 12, please", names) == [12]
@@ -54,7 +54,7 @@ def test_goals_whose_names_contain_each_other_are_separated(asking):
     assert meta.named("key", names) == []
 
 
-def test_what_was_achieved_is_reported_in_words(asking):
+def test_question_lists_the_legal_goals(asking):
     rooms, (meta, questions) = make_rooms("b", n=1), asking("?")
     take_turn(meta, rooms)
     assert "Goals that can be chosen: " in questions[0]

@@ -1,4 +1,4 @@
-"""The learned meta-controller's network, and what it reads."""
+"""The learned meta-controller's network, and its features."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from hierroom.runs.config.presets import find_preset
 from hierroom.turns.records import META
 
 
-def test_permuting_colours_permutes_what_the_network_says():
+def test_permuting_colours_permutes_the_logits():
     cardinalities = Features(WORLD, find_preset("learned").agents.meta_features, META).cardinalities
     network = GoalNetwork(AgentSpace(cardinalities, 14), 8, N_COLOURS)
     with torch.no_grad():
@@ -40,7 +40,7 @@ def test_permuting_colours_permutes_what_the_network_says():
 
 
 @pytest.mark.parametrize(("task", "are_alike"), [(None, True), ("workshop:4", False)])
-def test_colours_are_alike_and_a_workshops_items_are_not(task, are_alike):
+def test_network_treats_colours_alike_but_not_items(task, are_alike):
     meta, _ = make_agents(find_preset("learned").changed(task=task, num_envs=4, threads=1))
     network, features = meta.learner.network, torch.zeros(1, meta.learner.space.n_features, dtype=torch.uint8)
     with torch.no_grad():

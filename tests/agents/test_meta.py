@@ -84,7 +84,7 @@ def test_fixed_dfs_is_uniform_over_depth_first_paths(graph, goal_mask):
         assert chisquare([counts[path] for path in expected], frequencies).pvalue > 1e-3
 
 
-def test_fixed_dfs_has_no_goal_where_it_may_choose_none():
+def test_fixed_dfs_chooses_no_goal_before_seeing_a_key():
     turns = make(SEVEN_ROOMS, 64, goal_mask="seen")
     take_turn(make_meta("fixed-dfs"), turns)
     has_seen_a_key = (turns.world.state.levels["seen"] & 63) > 0
@@ -94,7 +94,7 @@ def test_fixed_dfs_has_no_goal_where_it_may_choose_none():
 
 
 @pytest.mark.parametrize("spec", ["fixed-dfs", "random"])
-def test_where_no_goal_is_legal_none_is_chosen(spec):
+def test_meta_controller_without_legal_goal_chooses_none(spec):
     situation = make(SEVEN_ROOMS, 5).situation(np.arange(5))
     nothing = replace(situation, masks=np.zeros((5, 14), bool))
     assert make_meta(spec).choose(nothing.as_dict(), nothing.legal, nothing).tolist() == [-1] * 5
@@ -111,7 +111,7 @@ def test_random_goals_are_legal_and_uniform():
 
 
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
-def test_oracle_goals_lie_on_a_shortest_way(graph):
+def test_oracle_goals_follow_a_shortest_way(graph):
     turns, meta = make(graph, seed=2), make_meta("oracle")
     for _ in range(8):
         shortest, step = shortest_lengths(turns.world.get_state())[0], None
@@ -127,7 +127,7 @@ def test_oracle_goals_lie_on_a_shortest_way(graph):
 
 
 @pytest.mark.parametrize("spec", ["fixed-dfs", "random", "oracle"])
-def test_an_environment_gets_the_same_goals_alone_and_among_others(spec):
+def test_environment_gets_the_same_goals_alone_and_among_others(spec):
     graph, n = GoalGraph.named("e"), 128
     alone = {k: make(graph, seed=5, env_index=k, subgoal_horizon=6) for k in (0, 1, 77, 127)}
     together, meta = make(graph, n, seed=5, subgoal_horizon=6), make_meta(spec)

@@ -50,7 +50,7 @@ class Diary:
         return legal.argmax(axis=1)
 
 
-def test_a_meta_controller_chooses_after_each_option_and_is_reset_with_each_episode():
+def test_meta_controller_chooses_per_option_and_resets_per_episode():
     turns, diary = make("a", 3, max_steps=10, subgoal_horizon=4), Diary()
     turns.world._state.levels["steps"] = [0, 0, 6]
     for _ in range(11):
@@ -82,7 +82,7 @@ def nearest(level):
 @pytest.mark.parametrize(
     "function", [nearest, lambda level: nearest(level).id, lambda level: np.int8(nearest(level).id)]
 )
-def test_a_plain_function_from_a_level_to_a_goal(function, goal_mask):
+def test_plain_function_works_as_a_meta_controller(function, goal_mask):
     rng, meta, given = np.random.default_rng(0), make_meta(function), set()
     turns = make("e", 30, size=19, goal_mask=goal_mask, subgoal_horizon=5, max_steps=50)
     for _ in range(60):
@@ -136,7 +136,7 @@ def check_watched(seen, n_envs, n_steps):
         np.testing.assert_array_equal(begun, clocks)
 
 
-def test_one_that_watches_sees_every_step_in_training():
+def test_observe_is_called_for_every_training_step():
     trainer = Trainer(TrainConfig(num_envs=4, steps=400).changed(size=11, max_steps=9, meta="random"))
     trainer.turns.reset(0)  # without the staggered clocks
     watcher = Watcher()
@@ -146,7 +146,7 @@ def test_one_that_watches_sees_every_step_in_training():
     check_watched(watcher.seen, 4, trainer.steps // 4)
 
 
-def test_one_that_watches_sees_every_step_of_the_gymnasium_environments():
+def test_observe_is_called_for_every_gymnasium_step():
     one, many = Watcher(), Watcher()
     single = EscapeRoom("c", size=11, max_steps=9, meta=one)
     single.reset(seed=0)
@@ -160,7 +160,7 @@ def test_one_that_watches_sees_every_step_of_the_gymnasium_environments():
     check_watched(many.seen, 3, 25)
 
 
-def test_memory_that_no_checkpoint_holds_is_named():
+def test_unsaved_memory_names_method_and_attributes():
     class Saved(Watcher):
         def state_dict(self):
             return {}

@@ -82,7 +82,7 @@ def outside(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["Mine", "nearest"])
-def test_a_class_or_a_function_in_the_current_folder(outside, name):
+def test_spec_finds_class_or_function_in_current_folder(outside, name):
     meta = make_meta(f"{outside}:{name}")
     assert isinstance(meta, MetaController)
     turns = make("a", 4)
@@ -90,7 +90,7 @@ def test_a_class_or_a_function_in_the_current_folder(outside, name):
     assert turns.goals.tolist() == turns.world.state.levels["colours"][:, 0].tolist()
 
 
-def test_an_entry_point_of_an_installed_package(outside, tmp_path, monkeypatch):
+def test_spec_finds_an_installed_entry_point(outside, tmp_path, monkeypatch):
     installed = tmp_path / "lucky-1.0.dist-info"
     installed.mkdir()
     (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: lucky\nVersion: 1.0\n")
@@ -127,7 +127,7 @@ def test_an_invalid_spec_raises_input_error(outside, spec, said):
 
 
 @pytest.mark.parametrize("at", ["import", "choose"])
-def test_a_working_folder_that_user_code_leaves_is_restored(outside, at, tmp_path):
+def test_changed_working_folder_is_restored_with_a_warning(outside, at, tmp_path):
     name = f"{outside}_{at}"
     leaves = f"import os\nos.chdir({str(tmp_path.parent)!r})"
     code = {"import": leaves, "choose": ""}[at] + "\ndef choose(level):\n" + textwrap.indent(leaves, "    ")
@@ -137,7 +137,7 @@ def test_a_working_folder_that_user_code_leaves_is_restored(outside, at, tmp_pat
     assert Path.cwd() == tmp_path
 
 
-def test_methods_that_make_one_must_return_one(outside, monkeypatch):
+def test_for_training_and_for_play_refuse_none(outside, monkeypatch):
     with pytest.raises(InputError, match=f"^for_training of the meta-controller '{outside}:Empty' must return one"):
         make_meta(f"{outside}:Empty", 4)
     agent = ScriptedAgent(type(make_meta(f"{outside}:Mine"))())
@@ -167,7 +167,7 @@ ALL_METHODS = {
 
 @pytest.mark.parametrize("method", [name for name in ALL_METHODS if name != "load_state_dict"])
 def test_a_method_that_fails_raises_input_error_with_its_line(outside, method, tmp_path):
-    """In training, which runs them all; an error of ours would keep its traceback."""
+    """In training, which calls all of them; an error in hierroom's code would keep its traceback."""
     lines = [*textwrap.dedent(MINE).splitlines(), "class Failing(Mine):"]
     for name, result in ALL_METHODS.items():
         body = "open('/nowhere/to/be/found')" if name == method else result

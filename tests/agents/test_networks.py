@@ -135,7 +135,7 @@ MINE = """
             return logits / 0, values, state
 
     class Remembering(Mine):
-        # It has a state besides tensors, and a buffer that no state has.
+        # It has extra state that is no tensor, and a buffer that is not persistent.
 
         def __init__(self, space, hidden_size):
             super().__init__(space, hidden_size)
@@ -188,7 +188,7 @@ def test_a_class_in_the_current_folder_trains_from_the_command_line(outside, tmp
     assert {name: len(values) for name, values in learned.items()} == {"heads.weight": 6, "heads.bias": 6}
 
 
-def test_weights_that_are_tied_are_saved_and_come_back(outside, tmp_path):
+def test_tied_weights_are_saved_and_loaded(outside, tmp_path):
     entries = {"num_envs": 8, "steps": 512, "minibatches": 2, "evaluations": 0, "log": "none"}
     agent = hierroom.train(graph="a", size=11, max_steps=60, network=f"{outside}:Tied", out=tmp_path / "run", **entries)
     agent.save(tmp_path / "agent.safetensors")
@@ -224,7 +224,7 @@ def test_an_invalid_spec_raises_input_error(outside, spec, said):
     assert "\n" not in str(caught.value)
 
 
-def test_the_trial_leaves_nothing_behind(outside):
+def test_network_trial_has_no_side_effects(outside):
     torch.manual_seed(3)
     tried = make_network(f"{outside}:Random", SPACE, 8, None)
     after = torch.rand(1)
@@ -237,7 +237,7 @@ def test_the_trial_leaves_nothing_behind(outside):
     assert all(module.training for module in tried.modules())
 
 
-def test_buffers_that_no_state_has_are_as_before_the_trial(outside):
+def test_network_trial_restores_non_persistent_buffers(outside):
     tried = make_network(f"{outside}:Remembering", SPACE, 8, None)
     assert (tried.n_turns, tried.names) == (0, {"a": 1})
     assert tried.held[0] is tried.n_turns
@@ -254,7 +254,7 @@ def test_a_network_may_overwrite_its_inputs(outside):
     assert features.all()
 
 
-def test_statistics_that_move_in_training_stand_still_in_evaluations(outside):
+def test_evaluations_do_not_change_running_statistics(outside):
     trained = []
     for evaluations in (0, 2):
         trainer = Trainer(SMALL.changed(network=f"{outside}:Averaging", minibatches=2))
@@ -271,7 +271,7 @@ def test_statistics_that_move_in_training_stand_still_in_evaluations(outside):
         assert torch.equal(values, trained[1][name]), name
 
 
-def test_an_error_of_a_network_after_its_trial_raises_input_error(outside, tmp_path):
+def test_network_error_after_the_trial_raises_input_error(outside, tmp_path):
     said = r"^the network Late fails: RuntimeError: too long for me \(line \d+ of [^\n]*$"
     with pytest.raises(InputError, match=said):
         train([*FLAGS, "--network", f"{outside}:Late", "--out", str(tmp_path / "run")])

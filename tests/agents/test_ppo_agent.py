@@ -55,7 +55,7 @@ def learned_meta(config=SMALL):
 
 
 def take_turns(agent, turns, goals=None):
-    """Let the meta-controller take its turns where they are due; with a list of goals it gives the first of these."""
+    """Let the meta-controller take its turns where they are due; with a list of goals it chooses the first of these."""
     due = turns.due(META)
     if len(due):
         observation = turns.observe(META, due)
@@ -71,14 +71,14 @@ def move(turns, action=1):
     return turns.advance()
 
 
-def way(turns, name):
+def shortest_way(turns, name):
     return shortest_actions(turns.world.get_state(), *goal_ids(turns, name))
 
 
 def play(graph, goals, script, **settings):
-    """Play in one environment: give these goals while the controller goes for those of a script, or turns left (-1).
+    """Play in one environment: choose these goals while the controller goes to those of a script, or turns left (-1).
 
-    Returns what `Learner.finish` was given of each decision, its last features apart, and what was observed last in it.
+    Returns the values given to `Learner.finish` for each decision, its last features, and the last observed features.
     """
     turns = make(graph, goal_mask="existing", **settings)
     ppo, meta_ppo = replace(SMALL.ppo, minibatches=1), replace(META_PPO, sequence_length=50)
@@ -95,7 +95,7 @@ def play(graph, goals, script, **settings):
 
     agent.learner.finish = note_finish
     for name in script:
-        for action in [1] if name == -1 else way(turns, name):
+        for action in [1] if name == -1 else shortest_way(turns, name):
             take_turns(agent, turns, goals)
             step = move(turns, action)
             ended, *_ = step.ended_turns(META)
@@ -104,9 +104,9 @@ def play(graph, goals, script, **settings):
     return recorded, valued, observed_last
 
 
-def test_each_decision_gets_its_options_reward_and_lasts_its_steps():
+def test_each_decision_has_its_options_reward_and_length():
     turns = make("a")
-    key = len(way(turns, "k1"))
+    key = len(shortest_way(turns, "k1"))
     total = len(shortest_actions(turns.world.get_state()))
     recorded, valued, observed_last = play("a", ["k1", "d1", "x"], ["k1", "d1", "x"])
     door = recorded[1][1]
@@ -122,7 +122,7 @@ def test_each_decision_gets_its_options_reward_and_lasts_its_steps():
         assert np.count_nonzero(outcomes) == 1
 
 
-def test_a_horizon_and_the_time_limit_cut_returns_and_end_no_episode_for_good():
+def test_horizon_and_time_limit_do_not_terminate():
     recorded, valued, observed_last = play("a", ["x", "x"], [-1] * 5, subgoal_horizon=3, max_steps=5)
     assert recorded == [(0, 3, False, False, False), (0, 2, False, True, True)]
     outcomes = [features[N_GOALS + EXIT_GOAL] for features in observed_last]
@@ -131,7 +131,7 @@ def test_a_horizon_and_the_time_limit_cut_returns_and_end_no_episode_for_good():
     np.testing.assert_array_equal(valued[1], observed_last[1:])
 
 
-def test_algorithm_1_to_the_letter_chooses_by_the_view_from_the_first_turn_on():
+def test_algorithm1_preset_chooses_by_the_view():
     config = find_preset("algorithm1").changed(num_envs=8, size=11, graph="a", max_steps=40, sequence_length=8)
     trainer = Trainer(config.changed(meta_ppo=META_PPO))
     agent, seen = trainer.agents[META], []
@@ -184,7 +184,7 @@ def test_goals_are_drawn_at_random_until_enough_episodes_escape():
 
 
 @pytest.mark.parametrize("start_success", [0.0, 0.02])
-def test_resumed_equals_uninterrupted_and_the_checkpoint_is_plain(start_success, tmp_path):
+def test_resumed_agent_equals_an_uninterrupted_one(start_success, tmp_path):
     config = SMALL.changed(meta_start_success=start_success)
     through, before, other = Trainer(config), Trainer(config), Trainer(config.changed(seed=1))
     for _ in range(8):
@@ -226,7 +226,7 @@ def test_a_frozen_agent_plays_elsewhere_and_does_not_learn(tmp_path):
     assert equal(before, learned_state(trainer))
 
 
-def test_one_command_trains_it_with_the_settings_it_needs(tmp_path):
+def test_meta_learned_option_uses_the_learned_preset(tmp_path):
     out = tmp_path / "run"
     assert train([*FLAGS, "--steps", "2048", "--meta-start-success", "0", "--out", str(out)]) == 0
     config = RunFolder.open(out).config()
@@ -252,6 +252,6 @@ def test_invalid_settings_raise_input_error(entry, said):
         Trainer(SMALL.changed(**entry))
 
 
-def test_outside_training_there_is_nothing_to_choose_with():
+def test_learned_meta_outside_training_raises_input_error():
     with pytest.raises(InputError, match="learned meta-controller is made in training"):
         EscapeRoom(meta="learned")
