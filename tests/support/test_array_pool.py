@@ -1,4 +1,4 @@
-"""Arrays that are used again when nobody holds them, and never while somebody does."""
+"""Arrays are reused when nothing refers to them, and never before."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ HOLDS = {
 
 
 @pytest.mark.parametrize("hold", HOLDS.values(), ids=HOLDS)
-def test_an_array_that_is_held_in_any_way_is_never_reused(hold):
+def test_referenced_array_is_never_reused(hold):
     pool = ArrayPool(make)
     held = []
     for step in range(6):
@@ -36,7 +36,7 @@ def test_an_array_that_is_held_in_any_way_is_never_reused(hold):
     assert [set(one.ravel().tolist()) for one in held_arrays] == [{step} for step in range(6)]
 
 
-def test_an_array_that_nobody_holds_is_reused():
+def test_unreferenced_array_is_reused():
     pool, seen = ArrayPool(make), []
     for _ in range(20):
         (first, *_), named = pool.take()

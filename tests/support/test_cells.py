@@ -1,4 +1,4 @@
-"""Cells hold numbers that can be, and no spreadsheet takes a text for a formula."""
+"""Cells of tables: numbers within their range, and texts that no spreadsheet reads as formulas."""
 
 import math
 
@@ -26,12 +26,12 @@ from hierroom.support.tables import csv_text
         ("loss", "abc", "loss is a number, not 'abc'"),
     ],
 )
-def test_a_number_that_cannot_be_is_refused(column, cell, said):
+def test_invalid_number_cell_raises_input_error(column, cell, said):
     with pytest.raises(InputError, match=said):
         read_number(cell, column)
 
 
-def test_what_can_be_is_a_number():
+def test_read_number_reads_valid_cells():
     read = {"success_rate": "1", "length": "0", "return": "-3.5", "loss": "inf", "steps": "1.2E+09"}
     assert [read_number(cell, column) for column, cell in read.items()] == [1, 0, -3.5, math.inf, 1.2e9]
     assert math.isnan(read_number("", "success_rate"))
@@ -48,7 +48,7 @@ def test_what_can_be_is_a_number():
 
 
 @pytest.mark.parametrize("text", ["=cmd|' /C calc'!A0", "@SUM(1)", "+1 room", "-x", "\tx", "'=x", "''-x"])
-def test_a_text_is_no_formula_and_is_read_back_as_it_was(text):
+def test_formula_like_text_is_quoted_and_read_back(text):
     cell = plain_cell(text)
     assert cell == f"'{text}"
     assert text_of_cell(cell) == text
@@ -56,5 +56,5 @@ def test_a_text_is_no_formula_and_is_read_back_as_it_was(text):
 
 
 @pytest.mark.parametrize("text", ["-0.5", "+3", "a=b", "'quoted'", "it's", ""])
-def test_numbers_and_other_texts_are_cells_as_they_are(text):
+def test_plain_cell_keeps_numbers_and_other_texts(text):
     assert plain_cell(text) == text_of_cell(text) == text

@@ -26,12 +26,12 @@ def limits(source: str) -> Iterator[str]:
                 yield ast.unparse(call)
 
 
-def test_no_test_has_a_limit_of_its_own():
+def test_no_test_sets_a_separate_time_limit():
     found = {path.relative_to(TESTS).as_posix(): [*limits(path.read_text())] for path in TESTS.rglob("*.py")}
     assert {name: calls for name, calls in found.items() if calls and name != "children.py"} == {}
 
 
-def test_a_child_has_ten_times_its_quiet_time():
+def test_run_python_allows_ten_times_the_quiet_seconds():
     with pytest.raises(subprocess.TimeoutExpired) as raised:
         run_python("-c", "import time; time.sleep(60)", quiet_seconds=0.1)
     assert raised.value.timeout == TIMES_QUIET * 0.1

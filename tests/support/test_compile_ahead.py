@@ -1,4 +1,4 @@
-"""After ``python -m hierroom compile`` nothing compiles any more, and a second call sees so fast."""
+"""After ``python -m hierroom compile`` nothing compiles any more, and a second call ends fast."""
 
 import os
 from pathlib import Path
@@ -70,21 +70,21 @@ def compiled():
     return Path(kernel_folder()) / STAMP
 
 
-def test_a_second_call_sees_at_once_that_all_is_there(compiled):
+def test_second_compile_ends_without_importing_torch(compiled):
     assert _is_complete(compiled)
     done = run_python("-X", "importtime", "-m", "hierroom", "compile")
     assert done.stdout.startswith("all kernels are compiled already")
     assert not any(line.endswith(" torch") for line in done.stderr.splitlines())
 
 
-def test_no_kernel_holds_code_that_prints_shapes(compiled):
-    """Numba makes it for ``target[:] = source``, with all of Python's strings, in seconds: see `copy_matrix`."""
+def test_no_kernel_contains_code_that_prints_shapes(compiled):
+    """Numba generates it for ``target[:] = source``, with all of Python's strings, in seconds: see `copy_matrix`."""
     kernels = [*compiled.parent.rglob("*.nbc")]
     assert len(kernels) > 100
     assert not [path.name for path in kernels if b"raise_with_shape_context" in path.read_bytes()]
 
 
-def test_what_was_deleted_or_is_of_other_source_is_not_taken_for_complete(compiled, tmp_path, monkeypatch):
+def test_deleted_or_outdated_kernels_are_not_complete(compiled, tmp_path, monkeypatch):
     kept = tmp_path / "kernels.advance.nbc"
     kept.touch()
     printed = compiled.read_text()
@@ -98,7 +98,7 @@ def test_what_was_deleted_or_is_of_other_source_is_not_taken_for_complete(compil
         assert not _is_complete(stamp)
 
 
-def test_nothing_is_called_later_in_a_way_it_was_not_compiled_for(compiled, tmp_path):
+def test_later_runs_compile_no_new_signature(compiled, tmp_path):
     """By the kernels' signatures: the cache of these tests may hold more than the command has compiled."""
     paths = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}}
     done = run_python("-c", LATER, **paths)
@@ -107,13 +107,13 @@ def test_nothing_is_called_later_in_a_way_it_was_not_compiled_for(compiled, tmp_
     assert (lines[0], lines[-1]) == ("0.0", "0 0.0")
 
 
-def test_a_rehearsal_compiles_what_a_run_calls_until_its_first_update(compiled):
+def test_rehearsal_compiles_kernels_until_the_first_update(compiled):
     rehearsed, *later = run_python("-c", REHEARSED, check=True).stdout.split()
     assert int(rehearsed) > 20
     assert set(later) <= {"write_images"}
 
 
-def test_there_is_nothing_to_compile_without_a_compiler():
+def test_compile_with_disabled_jit_exits_with_an_error():
     done = run_python("-m", "hierroom", "compile", env={**os.environ, "NUMBA_DISABLE_JIT": "1"})
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "error: NUMBA_DISABLE_JIT is set, so there is nothing to compile; unset it\n"

@@ -1,4 +1,4 @@
-"""Compilation is timed apart: what Numba compiles counts, what it has compiled already does not."""
+"""Compilation is timed separately: only the seconds in which Numba compiles count."""
 
 import gc
 import time
@@ -14,7 +14,7 @@ from hierroom.runs.trainer import Trainer
 from hierroom.support.compile.clock import compile_clock
 
 
-def test_the_clock_runs_while_numba_compiles_and_only_then():
+def test_compile_clock_runs_only_while_numba_compiles():
     @njit
     def inner(x):
         return x + 1
@@ -34,7 +34,7 @@ def test_the_clock_runs_while_numba_compiles_and_only_then():
     assert clock.seconds - before == compiled
 
 
-def test_garbage_is_collected_again_after_compiling_even_what_does_not_compile():
+def test_garbage_collection_resumes_after_a_failed_compilation():
     @njit
     def wrong(x):
         return x.no_such_thing
@@ -45,7 +45,7 @@ def test_garbage_is_collected_again_after_compiling_even_what_does_not_compile()
     assert gc.isenabled()
 
 
-def test_the_seconds_of_a_session_add_up_and_compiling_is_apart():
+def test_session_seconds_add_up_with_compiling_separate():
     spent = TimeSpent()
     spent.end_of_imports()
     with spent.on("training"):
@@ -59,7 +59,7 @@ def test_the_seconds_of_a_session_add_up_and_compiling_is_apart():
     assert seconds["the rest"] >= 0
 
 
-def test_compilation_in_an_update_is_no_training(monkeypatch):
+def test_compile_seconds_are_no_training_seconds(monkeypatch):
     trainer = Trainer(TrainConfig(num_envs=4, steps=2000).changed(graph="a", size=11))
     trainer.advance()
     act = trainer.controller.act

@@ -1,4 +1,4 @@
-"""Compiled kernels are kept wherever there is a place for them, and never stale; a terminal says that they compile."""
+"""Compiled kernels: the folder they are kept in, when they are compiled again, and the line while they compile."""
 
 import ast
 import os
@@ -62,8 +62,8 @@ def run_there(site, temporary, code=PRINT_FOLDER, **variables):
     return done
 
 
-def test_the_package_is_imported_where_neither_it_nor_home_can_be_written(unwritable, temporary):
-    """Numba raises there. Each process warns once, and worker processes find the same folder without a warning."""
+def test_import_works_without_a_writable_package_or_home(unwritable, temporary):
+    """Numba raises an error there. The first process warns once, and its worker processes use the same folder."""
     worker = f"multiprocessing.get_context('spawn').Pool(1).apply(exec, ({PRINT_FOLDER!r},))"
     for code in (PRINT_FOLDER, f"import multiprocessing\n{PRINT_FOLDER}\n{worker}"):
         done = run_there(unwritable, temporary, code)
@@ -76,7 +76,7 @@ def test_the_package_is_imported_where_neither_it_nor_home_can_be_written(unwrit
         assert stat.S_IMODE(place.stat().st_mode) == 0o700
 
 
-def test_the_first_place_that_can_be_written_is_taken_without_a_warning(unwritable, temporary, tmp_path):
+def test_first_writable_cache_folder_is_used_without_a_warning(unwritable, temporary, tmp_path):
     chosen, cache = {"NUMBA_CACHE_DIR": str(tmp_path / "chosen")}, {"XDG_CACHE_HOME": str(tmp_path / "cache")}
     for variables, place in ((chosen | cache, "chosen"), (cache, "cache")):
         done = run_there(unwritable, temporary, **variables)
@@ -86,7 +86,7 @@ def test_the_first_place_that_can_be_written_is_taken_without_a_warning(unwritab
 
 
 @pytest.mark.parametrize("planted", ["link", "open", "file", "other's"])
-def test_what_others_could_have_planted_is_not_used(temporary, planted, monkeypatch):
+def test_private_folder_refuses_folders_open_to_others(temporary, planted, monkeypatch):
     """Compiled code is run when it is read, so a folder in which others may write is a way in."""
     path = kernel_folder._private_folder()
     assert path == kernel_folder._private_folder() == temporary / f"hierroom-{os.getuid()}"
@@ -105,7 +105,7 @@ def test_what_others_could_have_planted_is_not_used(temporary, planted, monkeypa
     assert kernel_folder._private_folder() is None
 
 
-def test_without_any_place_kernels_are_compiled_and_not_kept(monkeypatch):
+def test_kernels_without_cache_folder_compile_with_a_warning(monkeypatch):
     monkeypatch.setattr(kernel_folder, "_can_write", lambda folder: False)
     monkeypatch.setattr(kernel, "kernel_folder", kernel_folder.kernel_folder.__wrapped__)  # not the cached answer
     with pytest.warns(RuntimeWarning, match="is lost at the end of each process.*NUMBA_CACHE_DIR"):
@@ -141,7 +141,7 @@ def of_a_user():
 }
 
 
-def test_a_change_in_any_file_of_kernels_compiles_all_of_them_again(tmp_path, temporary):
+def test_changed_kernel_file_recompiles_all_kernels(tmp_path, temporary):
     package = tmp_path / "hierroom"
     shutil.copytree(PACKAGE / "support" / "compile", package / "support" / "compile")
     shutil.copy(PACKAGE / "support" / "slow.py", package / "support")
@@ -182,7 +182,7 @@ def on_a_terminal(code):
     return said.decode().rstrip("|"), done.stdout.decode()
 
 
-def test_compilation_is_said_once_it_takes_long_on_a_terminal_and_into_a_pipe_alike():
+def test_long_compilation_prints_one_line():
     code = COMPILE.format(module="hierroom.worlds.escape_room.step_kernels")
     said, printed = on_a_terminal(SLOW + code)
     assert printed.split() == ["42", "42"]
@@ -192,7 +192,7 @@ def test_compilation_is_said_once_it_takes_long_on_a_terminal_and_into_a_pipe_al
     assert on_a_terminal(SLOW + COMPILE.format(module="somebody.elses"))[0] == ""
 
 
-def test_a_kernel_is_compiled_once_for_all_constants_and_narrow_integers(monkeypatch):
+def test_kernel_compiles_once_for_constants_and_narrow_integers(monkeypatch):
     monkeypatch.setattr(kernel, "KERNELS", [])
     inner = kernel.njit()(lambda x, y: x + y)
 
@@ -206,7 +206,7 @@ def test_a_kernel_is_compiled_once_for_all_constants_and_narrow_integers(monkeyp
     assert len(inner.signatures) == 2
 
 
-def test_another_process_works_meanwhile_and_is_waited_for_unless_this_one_fails(tmp_path, monkeypatch):
+def test_side_by_side_waits_unless_the_caller_fails(tmp_path, monkeypatch):
     monkeypatch.setattr(side_by_side, "_can_share", lambda: True)
     clock, done = compile_clock(), tmp_path / "done"
     before = clock.seconds
@@ -220,7 +220,7 @@ def test_another_process_works_meanwhile_and_is_waited_for_unless_this_one_fails
     assert time.perf_counter() - started < 50
 
 
-def test_every_kernel_is_made_by_the_package_s_own_decorator():
+def test_every_kernel_uses_the_njit_of_hierroom():
     for path in PACKAGE.rglob("*.py"):
         if path != Path(kernel.__file__):
             assert "from numba import njit" not in path.read_text(), path
@@ -237,7 +237,7 @@ def defining_file(module, name):
     return path
 
 
-def test_every_number_that_a_kernel_takes_from_another_file_is_part_of_the_digest():
+def test_digest_covers_every_constant_of_kernels():
     taken = set()
     for path in PACKAGE.rglob("*.py"):
         if "njit(" not in path.read_text():

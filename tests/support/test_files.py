@@ -1,4 +1,4 @@
-"""Files are written whole or not at all, and nobody else chooses which file that is."""
+"""Files are written whole or not at all, and links do not redirect them to other files."""
 
 import os
 
@@ -8,7 +8,7 @@ from hierroom.support.errors import InputError
 from hierroom.support.files import append_whole, delete, is_unfinished, remove_unfinished, truncate, write_atomically
 
 
-def test_a_planted_link_is_not_followed(tmp_path, monkeypatch):
+def test_planted_link_is_not_followed(tmp_path, monkeypatch):
     (tmp_path / "mine").write_text("precious")
     (tmp_path / "config.json.part").symlink_to(tmp_path / "mine")
     write_atomically(tmp_path / "config.json", b"new")
@@ -24,7 +24,7 @@ def test_a_planted_link_is_not_followed(tmp_path, monkeypatch):
     assert (tmp_path / "mine").read_text() == "precious"
 
 
-def test_a_link_in_the_place_of_the_file_is_replaced(tmp_path):
+def test_link_in_place_of_the_file_is_replaced(tmp_path):
     (tmp_path / "mine").write_text("precious")
     (tmp_path / "summary.json").symlink_to(tmp_path / "mine")
     write_atomically(tmp_path / "summary.json", b"new")
@@ -32,7 +32,7 @@ def test_a_link_in_the_place_of_the_file_is_replaced(tmp_path):
     assert not (tmp_path / "summary.json").is_symlink()
 
 
-def test_files_are_made_for_whom_the_user_wants(tmp_path):
+def test_new_files_respect_the_umask(tmp_path):
     before = os.umask(0o027)
     try:
         write_atomically(tmp_path / "a", b"")
@@ -42,7 +42,7 @@ def test_files_are_made_for_whom_the_user_wants(tmp_path):
     assert [(tmp_path / name).stat().st_mode & 0o777 for name in "ab"] == [0o640, 0o640]
 
 
-def test_whatever_ends_the_writing_nothing_is_left(tmp_path):
+def test_interrupted_write_keeps_the_old_file(tmp_path):
     def pieces():
         yield b"one"
         raise KeyboardInterrupt
@@ -54,7 +54,7 @@ def test_whatever_ends_the_writing_nothing_is_left(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["a"]
 
 
-def test_only_a_killed_process_s_unfinished_files_are_deleted(tmp_path):
+def test_remove_unfinished_deletes_only_unfinished_files(tmp_path):
     (tmp_path / "checkpoints").mkdir()
     left = [tmp_path / f".{'0a' * 8}.part", tmp_path / "checkpoints" / f".{'12' * 8}.part"]
     others = [tmp_path / "mine.part", tmp_path / ".mine.part", tmp_path / f".{'0a' * 8}.parts"]
@@ -67,7 +67,7 @@ def test_only_a_killed_process_s_unfinished_files_are_deleted(tmp_path):
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
-def test_a_device_or_a_pipe_is_not_replaced(tmp_path):
+def test_write_atomically_does_not_replace_a_pipe(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(InputError, match=r"cannot write .*pipe: it is no regular file"):
         write_atomically(tmp_path / "pipe", "text")
@@ -75,7 +75,7 @@ def test_a_device_or_a_pipe_is_not_replaced(tmp_path):
     assert (tmp_path / "pipe").is_fifo()
 
 
-def test_only_a_file_with_one_name_is_changed_or_deleted(tmp_path):
+def test_append_truncate_and_delete_spare_linked_files(tmp_path):
     (tmp_path / "mine").write_text("precious")
     os.link(tmp_path / "mine", tmp_path / "hard")
     (tmp_path / "soft").symlink_to("mine")
@@ -90,6 +90,6 @@ def test_only_a_file_with_one_name_is_changed_or_deleted(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mine", "soft"]
 
 
-def test_text_is_written_as_utf_8_whatever_it_holds(tmp_path):
+def test_text_is_written_as_utf_8_with_escapes(tmp_path):
     write_atomically(tmp_path / "a", "Grün \udcff")
     assert (tmp_path / "a").read_bytes() == "Grün \\udcff".encode()

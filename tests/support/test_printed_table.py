@@ -22,7 +22,7 @@ def printed(width: int) -> str:
 
 
 @pytest.mark.parametrize("width", [1, 20, 40, 80, 200])
-def test_numbers_names_and_headings_of_columns_that_are_not_wrapped_are_whole_at_any_width(width):
+def test_unwrapped_columns_are_whole_at_any_width(width):
     text = printed(width)
     assert "keys-0-1-2-3-exit-4" in text
     assert "1,234.5" in text
@@ -32,5 +32,5 @@ def test_numbers_names_and_headings_of_columns_that_are_not_wrapped_are_whole_at
     assert max(lines) <= max(width, 60)
 
 
-def test_where_there_is_room_nothing_is_folded():
+def test_wide_table_folds_no_cell():
     assert "keys-0-1-2-3-exit-4 │ reached the exit in time │      1,234.5 │" in printed(80)

@@ -1,4 +1,4 @@
-"""Whatever stands in the place of a file is read in a moment and within limits, or refused in one line."""
+"""Files are read quickly and within limits, or refused in one line."""
 
 import codecs
 import os
@@ -36,7 +36,7 @@ def sparse(path: Path, size: int) -> None:
     ],
 )
 @pytest.mark.parametrize("read", READERS)
-def test_what_is_no_file_of_a_sensible_size_is_one_line(read, plant, said, tmp_path, monkeypatch):
+def test_unreadable_or_too_large_file_raises_input_error(read, plant, said, tmp_path, monkeypatch):
     monkeypatch.setattr(reading, "MOST_TABLE", 2**20)
     monkeypatch.setattr(read_bytes, "__defaults__", (2**20, ""))
     monkeypatch.setattr(read_text, "__defaults__", (2**20, ""))
@@ -45,7 +45,7 @@ def test_what_is_no_file_of_a_sensible_size_is_one_line(read, plant, said, tmp_p
         read(path)
 
 
-def test_a_link_to_a_file_may_be_read(tmp_path):
+def test_link_to_a_file_is_read(tmp_path):
     (tmp_path / "cached").write_text("{}")  # as model hubs and data versioning keep files
     (tmp_path / "config.json").symlink_to("cached")
     assert read_json(tmp_path / "config.json") == {}
@@ -53,7 +53,7 @@ def test_a_link_to_a_file_may_be_read(tmp_path):
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
 @pytest.mark.parametrize("read", [read_config, Rules.from_toml, read_plan])
-def test_a_file_that_the_user_names_may_be_a_pipe(read, tmp_path):
+def test_file_named_by_the_user_may_be_a_pipe(read, tmp_path):
     path = tmp_path / "file"
     text = {read_config: "steps = 512", read_plan: "seeds = 2"}.get(read, GoalGraph.named("a").rules().to_toml())
     path.write_text(text)
@@ -68,7 +68,7 @@ def test_a_file_that_the_user_names_may_be_a_pipe(read, tmp_path):
 
 
 @pytest.mark.parametrize("read", [read_json, read_csv, lambda path: read_toml(path, "config")])
-def test_text_is_utf_8_with_or_without_a_mark_and_nothing_else(read, tmp_path):
+def test_readers_take_only_utf_8_text(read, tmp_path):
     path = tmp_path / "file"
     text = {read_json: '{"ü": 1}', read_csv: "ü\n1\n"}.get(read, '"ü" = 1')
     path.write_text(text, encoding="utf-8")
@@ -83,7 +83,7 @@ def test_text_is_utf_8_with_or_without_a_mark_and_nothing_else(read, tmp_path):
 
 
 @pytest.mark.parametrize("text", ["[" * 100_000 + "]" * 100_000, "[" * 60 + "]" * 60, '{"a":' * 400 + "1" + "}" * 400])
-def test_json_that_is_too_deep_to_be_written_again_is_refused(text, tmp_path):
+def test_too_deep_json_raises_input_error(text, tmp_path):
     (tmp_path / "deep.json").write_text(text)
     with pytest.raises(InputError, match=r"^cannot read .*deep\.json: "):
         read_json(tmp_path / "deep.json")
@@ -98,13 +98,13 @@ def test_json_that_is_too_deep_to_be_written_again_is_refused(text, tmp_path):
         ('a,b\n1,"2\n', "unexpected end of data"),
     ],
 )
-def test_a_broken_table_is_one_line(text, said, tmp_path):
+def test_broken_csv_table_raises_input_error(text, said, tmp_path):
     (tmp_path / "table.csv").write_text(text)
     with pytest.raises(InputError, match=said):
         read_csv(tmp_path / "table.csv")
 
 
-def test_a_graph_is_called_as_its_file_in_every_locale(tmp_path):
+def test_graph_label_is_its_file_name_in_any_locale(tmp_path):
     (tmp_path / "Grün.toml").write_text("key_rooms = [0]\nexit_room = 1\n")
     for name in ("Grün.toml", "Gr\udcc3\udcbcn.toml"):  # the latter is how Python reads it where only ASCII is known
         assert GoalGraph.from_toml(tmp_path / name).label == "Grün"

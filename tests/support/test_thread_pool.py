@@ -41,7 +41,7 @@ def stepped(world, actions):
     return hash((world.state.grids.tobytes(), world.state.levels.tobytes()))  # small: nobody reads before it ends
 
 
-def test_a_pool_works_in_a_forked_process():
+def test_thread_pool_works_in_a_forked_process():
     pool, both = ThreadPool(2), threading.Barrier(2)
     for future in [pool.submit(both.wait) for _ in range(2)]:  # only now do both threads run
         future.result()
@@ -50,7 +50,7 @@ def test_a_pool_works_in_a_forked_process():
 
 
 @pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")  # Python 3.12 warns of forks with threads
-def test_a_world_that_was_stepped_with_two_threads_goes_on_in_a_forked_process():
+def test_world_with_two_threads_steps_in_a_forked_process():
     n = 2 * MIN_ENVS_PER_THREAD
     world, actions = Engine([NAMED_GRAPHS["a"]], n, size=19, threads=2), np.arange(n) % 5
     for _ in range(50):  # until both threads run
@@ -60,7 +60,7 @@ def test_a_world_that_was_stepped_with_two_threads_goes_on_in_a_forked_process()
 
 
 @pytest.mark.parametrize("clone", COPIES.values(), ids=COPIES)
-def test_environments_that_were_stepped_with_two_threads_can_be_copied(clone):
+def test_environments_with_two_threads_can_be_copied(clone):
     n = 2 * MIN_ENVS_PER_THREAD
     envs, actions = EscapeRooms(n, "a", size=11, threads=2), np.arange(n) % 5
     envs.reset(seed=0)
@@ -72,7 +72,7 @@ def test_environments_that_were_stepped_with_two_threads_can_be_copied(clone):
 
 
 @pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")
-def test_a_learner_with_two_threads_goes_on_in_a_forked_process():
+def test_learner_with_two_threads_learns_in_a_forked_process():
     learner, envs = make_learner(num_envs=600, threads=2), RandomEnvs(600, seed=3)
     while envs.tick(learner)[-1] is None:
         pass
@@ -87,7 +87,7 @@ def test_a_learner_with_two_threads_goes_on_in_a_forked_process():
 
 
 @pytest.mark.parametrize("clone", COPIES.values(), ids=COPIES)
-def test_a_copy_of_a_learner_learns_as_it_does_and_apart_from_it(clone):
+def test_copied_learner_learns_the_same_and_separately(clone):
     learner, envs = make_learner(threads=2), RandomEnvs(6, seed=3)
     for _ in range(20):
         envs.tick(learner)
