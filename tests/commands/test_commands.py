@@ -34,12 +34,12 @@ def test_the_commands_are_listed(capsys):
         assert said.count(f"python -m hierroom {name} ") == 2
 
 
-def test_the_version(capsys):
+def test_version_option_prints_the_version(capsys):
     assert main(["--version"]) == 0
     assert capsys.readouterr().out.strip() == hierroom.__version__
 
 
-def test_an_unknown_command_is_refused_with_those_of_similar_names():
+def test_unknown_command_error_suggests_similar_names():
     done = run_python("-m", "hierroom", "trian", "--graph", "a")
     assert done.returncode == 2
     assert done.stderr == "error: there is no command 'trian'; did you mean train? python -m hierroom lists all\n"
@@ -47,14 +47,14 @@ def test_an_unknown_command_is_refused_with_those_of_similar_names():
         main(["--foo"])
 
 
-def test_training_is_a_module_as_well():
+def test_hierroom_train_module_is_the_train_command():
     done = run_python("-m", "hierroom.train", "--help")
     assert done.stdout == help_of("train")[0]
 
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_help_is_printed_without_loading_torch(name):
-    """Imports decide how soon it is there: without torch well under a second."""
+    """Imports decide how soon the help appears: without torch well under a second."""
     text, imported = help_of(name)
     assert text.startswith(f"usage: python -m hierroom {name} [-h]")
     assert "numpy" in imported
@@ -72,7 +72,7 @@ def test_help_is_printed_without_loading_torch(name):
     ],
     ids=["method", "reward", "goal mask", "preset", "column to sort by"],
 )
-def test_the_command_line_has_every_choice(choices, table):
+def test_command_line_has_every_choice(choices, table):
     assert set(choices.__args__) == set(table)
 
 
@@ -88,7 +88,7 @@ def test_the_command_line_has_every_choice(choices, table):
         ("paper table9", "Available subcommands: table2, table3"),
     ],
 )
-def test_tyro_says_what_is_wrong_with_the_words(words, said, capsys):
+def test_invalid_arguments_exit_with_a_tyro_message(words, said, capsys):
     with pytest.raises(SystemExit) as ended:
         main(words.split())
     assert ended.value.code == 2
@@ -114,7 +114,7 @@ def numbers_of(*words):
     return read_arguments(Numbers, "count", words)
 
 
-def test_a_whole_number_may_have_an_exponent_as_in_a_file():
+def test_whole_number_options_take_exponents():
     assert numbers_of("--steps", "1e6", "--rooms", "2.5e1", "--seeds", "1e1", "1_000") == Numbers(10**6, 25, (10, 1000))
     assert numbers_of("--steps=-3", "--rooms", "None") == Numbers(-3, None)
     assert numbers_of("--steps", str(2**70 + 1)).steps == 2**70 + 1
@@ -123,14 +123,14 @@ def test_a_whole_number_may_have_an_exponent_as_in_a_file():
 
 @pytest.mark.parametrize("text", ["1e-1", "2.5", "inf", "nan", "1e400", "many", ""])
 @pytest.mark.parametrize("option", ["--steps", "--rooms"])
-def test_other_texts_are_no_whole_numbers(option, text, capsys):
+def test_whole_number_options_refuse_other_texts(option, text, capsys):
     with pytest.raises(SystemExit) as ended:
         numbers_of(option, text)
     assert ended.value.code == 2
     assert f"it must be a whole number, not {text!r}" in capsys.readouterr().err
 
 
-def test_no_value_of_a_list_is_lost():
+def test_list_options_refuse_missing_and_repeated_values():
     """Tyro reads a list without values as an empty one, and keeps the last of two."""
     for words in (["--graph"], ["--graph", "--seed", "1"], ["--meta-features"]):
         with pytest.raises(InputError, match=f"{words[0]} is given without a value; give at least one"):
@@ -142,13 +142,13 @@ def test_no_value_of_a_list_is_lost():
         main(["train", "--meta_features", "view", "--meta-features", "goal"])
 
 
-def test_all_lists_are_known():
+def test_lists_has_every_list_option():
     helps = [help_of(name)[0] for name in COMMANDS if name != "paper"] + [help_of("paper", "table3")[0]]
     found = {option for text in helps for option in re.findall(r"(--[\w-]+) (?:[A-Z]+ )?\[", text)}
     assert found == set(LISTS)
 
 
-def test_a_shell_completes_commands_options_and_choices(tmp_path):
+def test_bash_completes_commands_options_and_choices(tmp_path):
     script = run_python("-m", "hierroom", "train", "--tyro-print-completion", "bash")
     assert script.returncode == 0, script.stderr
     (tmp_path / "completion.bash").write_text(script.stdout)

@@ -30,7 +30,7 @@ def printed(capsys):
     return show_and_read
 
 
-def test_a_b_c_and_g_agree_in_every_row_and_the_others_in_depth_and_width():
+def test_table_2_differs_only_for_graphs_d_e_f():
     for cell in table_2():
         is_open = cell.graph in "def" and cell.row.startswith("HT")
         assert cell.agrees == (not is_open), cell
@@ -42,7 +42,7 @@ def test_the_paper_rounds_to_one_digit():
     assert all(round(value, 1) == value for value in printed)
 
 
-def test_table2_prints_both_and_says_what_is_open():
+def test_table2_command_prints_paper_and_ours():
     done = command("table2", name="paper")
     assert done.returncode == 0, done.stderr
     rows = [[cell.strip() for cell in line.split("│")[1:-1]] for line in done.stdout.splitlines() if "│" in line]
@@ -54,7 +54,7 @@ def test_table2_prints_both_and_says_what_is_open():
     assert "Graphs d, e and f differ" in text
 
 
-def test_one_graph_many_graphs_and_their_formats(printed):
+def test_complexity_prints_graphs_as_text_json_and_csv(printed):
     assert "hitting time    15.07" in command("--graph", "c").stdout
     assert json.loads(printed(graph="c", json=True))["nodes"] == 9
     listed = ({"all": True}, "abcdefg"), ({"exclude": ("g", "b")}, "acdef"), ({"graph": "hitting_time:8..9"}, "a")
@@ -67,7 +67,7 @@ def test_one_graph_many_graphs_and_their_formats(printed):
     assert {row["drop_key"] for row in rows} == {"True"}
 
 
-def test_a_toml_file_and_an_interval(tmp_path, printed):
+def test_graph_option_takes_toml_file_and_interval(tmp_path, printed):
     path = tmp_path / "own.toml"
     path.write_text("key_rooms = [0, 1]\nexit_room = 2\n")
     assert printed(graph=str(path)) == printed(graph="c").replace("goal graph c", "goal graph own")
@@ -86,8 +86,8 @@ def test_several_graphs_are_all_listed(tmp_path):
     assert not {"f", "g"} & set(names)
 
 
-def test_json_says_what_each_number_is(printed):
-    """No list of bare numbers anywhere: where a number stands in an array, one would have to know the order."""
+def test_json_output_names_every_number(printed):
+    """There is no array of bare numbers: a reader would have to know their order."""
 
     def arrays_of_numbers(value):
         entries = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
@@ -134,14 +134,14 @@ def test_invalid_input_raises_input_error(arguments, message):
         main(arguments)
 
 
-def test_an_error_is_one_line_and_exit_code_2():
+def test_error_is_one_line_with_exit_code_2():
     done = command("--graph", "rooms:40")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("error: rooms:N takes a number of rooms from 2 to 8, not 40")
     assert done.stderr.count("\n") == 1
 
 
-def test_a_graph_that_is_listed_by_another_name_is_reported(tmp_path, printed, capsys):
+def test_complexity_notes_equal_graphs(tmp_path, printed, capsys):
     (tmp_path / "mine.toml").write_text('name = "mine"\nkey_rooms = [2, 0]\nexit_room = 1\n')
     show(ComplexityArguments(graph=("c", str(tmp_path / "mine.toml"))))
     assert capsys.readouterr().err.startswith("note: goal graphs c and mine are the same")

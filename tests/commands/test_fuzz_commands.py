@@ -7,7 +7,7 @@ from fuzz.commands import problems
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("fuzzer", "count"), [(command_lines, 60), (configs, 60), (toml_files, 60), (metrics, 25)])
-def test_what_is_wrong_ends_in_one_line(fuzzer, count, tmp_path):
+def test_fuzzed_input_ends_in_one_line(fuzzer, count, tmp_path):
     wrong = [
         (tried, problem) for tried, problem in problems(fuzzer.attempts, count, 20, tmp_path) if problem is not None
     ]

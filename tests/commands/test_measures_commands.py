@@ -22,7 +22,7 @@ def printed(capsys, monkeypatch):
     return show_and_read
 
 
-def test_two_tables_of_80_columns(printed):
+def test_measures_are_printed_in_80_columns(printed):
     lines = printed(graph=("a", "c"), horizon=10).splitlines()
     assert max(map(len, lines)) <= 80
     rows = [line.split() for line in lines if line.startswith((" a ", " c "))]
@@ -32,7 +32,7 @@ def test_two_tables_of_80_columns(printed):
     assert not any("…" in line for line in lines)
 
 
-def test_json_and_csv_hold_the_same(printed):
+def test_json_and_csv_have_the_same_values(printed):
     (graph,) = json.loads(printed(graph="c", json=True))
     (row,) = csv.DictReader(io.StringIO(printed(graph="c", csv=True)))
     assert list(graph) == list(row)
@@ -41,7 +41,7 @@ def test_json_and_csv_hold_the_same(printed):
     assert float(row["covering_high"]) == graph["covering_high"]
 
 
-def test_tables_for_papers_hold_what_is_printed(printed):
+def test_latex_and_markdown_equal_the_printed_table(printed):
     shown = [line.split() for line in printed(graph="c").splitlines() if line.startswith(" c ")]
     latex = printed(graph="c", latex=True).splitlines()
     assert latex[4].removesuffix(r" \\").split(" & ") == [*shown[0], *shown[1][1:]]
@@ -52,12 +52,12 @@ def test_tables_for_papers_hold_what_is_printed(printed):
     assert head.count("|") == row.count("|")
 
 
-def test_graphs_are_measured_alike_however_their_rooms_are_numbered(printed):
+def test_room_numbers_do_not_change_measures(printed):
     one, other = (json.loads(printed(graph=name, json=True))[0] for name in ("keys-0-0-1-exit-3", "keys-3-0-0-exit-1"))
     assert one | {"graph": ""} == other | {"graph": ""}
 
 
-def test_the_walk_and_the_reading_are_those_that_are_given(printed):
+def test_walk_and_reading_options_change_measures(printed):
     walk, reading = (0.5, 0.4, 0.1), ("own room", "accessible", "accessible")
     (graph,) = json.loads(printed(graph="c", walk=walk, json=True))
     report = analyze("c", walk=Walk(*walk))
@@ -68,7 +68,7 @@ def test_the_walk_and_the_reading_are_those_that_are_given(printed):
     assert other["pic"] != usual["pic"]
 
 
-def test_levels_have_no_walk(printed):
+def test_levels_option_prints_no_walk_measures(printed):
     text = printed(graph="a", levels=2, horizon=40, seed=1)
     assert [line.split()[:2] for line in text.splitlines() if line.startswith(" a ")] == [["a", "1"], ["a", "2"]]
     assert "mixing" not in text
@@ -86,6 +86,6 @@ def test_levels_have_no_walk(printed):
         ({"seed": 3}, "or --seed with --levels"),
     ],
 )
-def test_options_that_contradict_each_other(options, words):
+def test_contradicting_options_raise_input_error(options, words):
     with pytest.raises(InputError, match=words):
         show(ComplexityArguments(**options))

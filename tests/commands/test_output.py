@@ -1,4 +1,4 @@
-"""Training and commands with output that is closed, unread, full or poor in characters."""
+"""Training and commands with output that is closed, unread, full or limited to ASCII."""
 
 import errno
 import io
@@ -29,7 +29,7 @@ TRAIN += " --sequence-length 16 --steps 512 --evaluations 1 --evaluation-episode
         (f"{TRAIN} --graph z 2>&-", 2),
     ],
 )
-def test_training_ends_whoever_reads(command, code, tmp_path):
+def test_train_survives_lost_output(command, code, tmp_path):
     done = run_child(["bash", "-c", command], cwd=tmp_path, text=False)
     assert done.returncode == code, done.stderr
     assert done.stderr == b""
@@ -37,8 +37,8 @@ def test_training_ends_whoever_reads(command, code, tmp_path):
     assert len(list((tmp_path / "run").glob("*.gif"))) == (code == 0)
 
 
-def test_a_terminal_that_is_closed_saves(tmp_path):
-    """Its commands are sent SIGHUP, twice at times, and can print no more."""
+def test_closed_terminal_saves_the_run(tmp_path):
+    """Its commands get SIGHUP, sometimes twice, and can print no more."""
     import pty
 
     process, terminal = pty.fork()
@@ -73,7 +73,7 @@ class Broken(io.StringIO):
 
 
 @pytest.mark.parametrize("error", [OSError(errno.EIO, "gone"), BrokenPipeError(), ValueError("closed file")])
-def test_nothing_is_raised_by_a_stream_that_fails(error, monkeypatch):
+def test_failing_stream_raises_nothing(error, monkeypatch):
     broken = Broken()
     broken.error = error
     monkeypatch.setattr(sys, "stdout", broken)
@@ -85,7 +85,7 @@ def test_nothing_is_raised_by_a_stream_that_fails(error, monkeypatch):
     warn("three")
 
 
-def test_characters_that_a_stream_lacks_are_written_as_escapes():
+def test_lasting_stream_escapes_characters_outside_its_encoding():
     stream = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
     lasting = LastingStream(stream)
     print("a ━ b", file=lasting, flush=True)
@@ -96,7 +96,7 @@ def test_characters_that_a_stream_lacks_are_written_as_escapes():
 
 @pytest.mark.usefixtures("heeded_hangup")
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP", "SIGUSR1", "SIGUSR2", "SIGXCPU"])
-def test_only_a_second_control_c_does_not_wait(name):
+def test_only_a_second_ctrl_c_raises_keyboard_interrupt(name):
     number = signal.Signals[name]
     before = signal.getsignal(number)
     with Interrupt() as interrupt:
@@ -112,7 +112,7 @@ def test_only_a_second_control_c_does_not_wait(name):
 
 
 @pytest.mark.parametrize("name", ["SIGUSR1", "SIGXCPU"])
-def test_a_signal_that_the_caller_handles_stays_the_callers(name):
+def test_interrupt_keeps_signal_handlers_of_the_caller(name):
     number, heard = signal.Signals[name], []
     before = signal.signal(number, lambda *_: heard.append(name))
     try:
@@ -123,7 +123,7 @@ def test_a_signal_that_the_caller_handles_stays_the_callers(name):
         signal.signal(number, before)
 
 
-def test_control_c_after_the_end_of_a_command_is_silent(tmp_path):
+def test_ctrl_c_after_the_end_is_silent(tmp_path):
     code = """
 import atexit, os, signal
 from hierroom.support.cli import run
@@ -134,7 +134,7 @@ run(lambda: 0)
     assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
 
 
-def test_a_shell_reads_the_words_of_a_printed_command_back():
+def test_shell_words_are_read_back_by_bash():
     words = ["-a", "a b", "it's", "$HOME", "*", "", "new\nline", "\x1b[31m", "back\\\tslash", "Grün\t", "\udcff.toml"]
     line = cli.shell_words(*words, Path("-dash"), Path("a b/-c"))
     assert line.isprintable()
@@ -142,7 +142,7 @@ def test_a_shell_reads_the_words_of_a_printed_command_back():
     assert [os.fsdecode(word) for word in done.stdout.split(b"\0")[:-1]] == [*words, "./-dash", "a b/-c"]
 
 
-def test_what_nohup_ignores_stays_ignored():
+def test_hangup_ignored_by_nohup_stays_ignored():
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
         with Interrupt() as interrupt:
@@ -152,7 +152,7 @@ def test_what_nohup_ignores_stays_ignored():
         signal.signal(signal.SIGHUP, before)
 
 
-def test_a_command_whose_output_cannot_be_written_says_so(tmp_path):
+def test_unwritable_output_exits_with_an_error(tmp_path):
     command = f"{sys.executable} -m hierroom > /dev/full"
     done = run_child(["bash", "-c", command], cwd=tmp_path)
     assert done.stderr == "error: cannot write the output: No space left on device\n"
@@ -168,7 +168,7 @@ def test_a_command_whose_output_cannot_be_written_says_so(tmp_path):
         (OSError(errno.EACCES, "Permission denied", "a.csv"), "Permission denied: 'a.csv'"),
     ],
 )
-def test_an_error_of_the_system_is_shown_with_its_file_if_it_has_one(error, shown, capsys):
+def test_system_error_is_shown_with_its_file(error, shown, capsys):
     def command() -> int:
         raise error
 
@@ -178,7 +178,7 @@ def test_an_error_of_the_system_is_shown_with_its_file_if_it_has_one(error, show
     assert capsys.readouterr().err == f"error: {shown}\n"
 
 
-def test_a_broken_pipe_that_rich_makes_an_exit_is_none(capsys):
+def test_broken_pipe_in_rich_exits_with_code_0(capsys):
     def command() -> int:
         try:
             raise BrokenPipeError

@@ -1,4 +1,4 @@
-"""Watching a trained agent: in a window, as text, in files; failures are found or said not to be there."""
+"""Watching a trained agent: in a window, as text, in files, and failures alone."""
 
 import json
 import sys
@@ -47,7 +47,7 @@ def episode_of(player="random", **entries):
     return next(hierroom.rollout(player, EnvConfig(**{"graph": "a", "size": 11, "max_steps": 60, **entries}), 1))
 
 
-def test_text_tells_of_level_subgoals_and_outcomes(watched, run):
+def test_watch_prints_level_subgoals_and_outcomes(watched, run):
     said = watched("--episodes", 2)
     assert "\x1b" not in said  # the output is no terminal
     for episode in hierroom.rollout(hierroom.load(run), None, 2):
@@ -57,7 +57,7 @@ def test_text_tells_of_level_subgoals_and_outcomes(watched, run):
             assert any(line.split()[: len(row)] == row for line in said.splitlines())
 
 
-def test_a_failure_shows_where_it_ended():
+def test_description_of_a_failure_shows_its_end():
     episode = episode_of(max_steps=5)
     assert not episode.success
     words = without_colours(description(episode))
@@ -67,7 +67,7 @@ def test_a_failure_shows_where_it_ended():
     assert "where it ended" not in description(episode_of("oracle"))
 
 
-def test_failures_alone(watched, run, tmp_path):
+def test_failures_option_shows_only_failures(watched, run, tmp_path):
     said = watched("--failures", "--episodes", 3, "--most", 50, "--out", tmp_path / "f.json")
     shown = json.loads((tmp_path / "f.json").read_text())
     assert [episode["success"] for episode in shown] == [False] * 3
@@ -77,7 +77,7 @@ def test_failures_alone(watched, run, tmp_path):
     assert said.startswith(f"3 failures in the first {failures[2] + 1} episodes\n")
 
 
-def test_where_nothing_failed_it_says_so_with_the_interval_and_writes_nothing(watched, tmp_path, monkeypatch):
+def test_failures_option_without_failures_writes_nothing(watched, tmp_path, monkeypatch):
     from hierroom.runs import rollout
 
     escape = episode_of("oracle")
@@ -92,7 +92,7 @@ def test_where_nothing_failed_it_says_so_with_the_interval_and_writes_nothing(wa
 
 
 @pytest.mark.parametrize("kind", ["gif", "txt", "json"])
-def test_files(kind, watched, tmp_path):
+def test_watch_writes_gif_txt_and_json(kind, watched, tmp_path):
     out = tmp_path / f"watched.{kind}"
     said = watched("--out", out, "--graph", "c", "--size", 13, "--greedy", "--meta", "oracle", "--seed", 3)
     assert said.splitlines()[-1] == str(out)
@@ -106,7 +106,7 @@ def test_files(kind, watched, tmp_path):
         assert json.loads(out.read_text())[0]["graph"] == "c"
 
 
-def test_what_cannot_be_written_is_refused_before_anything_is_played(run, tmp_path, monkeypatch):
+def test_invalid_watch_arguments_raise_input_error(run, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "av", None)
     for out, message in (
         (tmp_path / "a.avi", r"episodes are written as .gif, .mp4, .txt, .json, not as a.avi"),
@@ -133,7 +133,7 @@ def test_pictures_name_step_action_and_subgoal(run):
         np.testing.assert_array_equal(shown[step], draw_level(state, goal, tile_size, title))
 
 
-def test_a_long_episode_says_which_steps_it_leaves_out():
+def test_pictures_of_long_episode_name_the_omitted_steps():
     episode = episode_of(max_steps=57)
     assert len(episode) == 57
     whole, cut = list(drawn(episode)), list(drawn(episode, most=20))
@@ -154,7 +154,7 @@ def test_pictures_are_wide_enough_to_read_and_fit_a_screen(size):
     assert 300 <= size * tile_size <= 800
 
 
-def test_several_episodes_in_one_film():
+def test_film_joins_several_episodes():
     one, two = hierroom.rollout("oracle", EnvConfig("a", size=11), 2)
     shown = list(film([one, two]))
     assert len(shown) == len(one) + len(two) + 2 + 2 * 9
@@ -162,7 +162,7 @@ def test_several_episodes_in_one_film():
     assert all((frame == end).all() for frame in shown[len(one) : len(one) + 10])
 
 
-def test_an_mp4_holds_every_step(tmp_path):
+def test_mp4_contains_every_step(tmp_path):
     av = pytest.importorskip("av")
     episode = episode_of("oracle")
     save_episodes([episode], tmp_path / "a.mp4")
@@ -180,7 +180,7 @@ def test_an_mp4_holds_every_step(tmp_path):
     assert [frame.shape for frame in frames] == [(16, 18, 3)] * 10
 
 
-def test_in_a_window(run, monkeypatch, capsys):
+def test_watch_shows_episodes_in_a_window(run, monkeypatch, capsys):
     shown, titles = [], []
 
     class Screen(Window):
@@ -202,7 +202,7 @@ def test_in_a_window(run, monkeypatch, capsys):
     assert not pygame.display.get_init()  # it is closed
 
 
-def test_text_where_the_window_cannot_be_opened(run, monkeypatch, capsys):
+def test_watch_prints_text_if_no_window_opens(run, monkeypatch, capsys):
     monkeypatch.setenv("SDL_VIDEODRIVER", "no such driver")
     assert watch.main([str(run)]) == 0
     said = capsys.readouterr()
@@ -210,7 +210,7 @@ def test_text_where_the_window_cannot_be_opened(run, monkeypatch, capsys):
     assert "keys and doors: " in said.out
 
 
-def test_the_keys_of_the_window(monkeypatch):
+def test_keys_of_the_window_control_playback(monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     import pygame
 
