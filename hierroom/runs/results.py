@@ -68,9 +68,9 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: 
         console.print(f"{what:<15} {text}", soft_wrap=True, markup=False)
 
 
-def telling_episode(agent: TrainedAgent, seed: int, episodes: int = N_PICTURED) -> Episode:
+def telling_episode(agent: TrainedAgent, seed: int) -> Episode:
     """Return the first episode in which an agent succeeds; if it never does, the first episode."""
-    played = list(rollout(agent, None, episodes, num_envs=episodes, seed=seed))
+    played = list(rollout(agent, None, N_PICTURED, num_envs=N_PICTURED, seed=seed))
     return next((episode for episode in played if episode.success), played[0])
 
 
