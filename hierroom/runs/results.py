@@ -10,7 +10,6 @@ from rich.table import Column, Table
 
 from hierroom.agents.episode import Episode
 from hierroom.agents.playback import save_episodes
-from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.trust import trust_option
 from hierroom.runs.logs.episode_log import WINDOW
@@ -46,7 +45,7 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: 
     with spent.on("pictures"):
         plot_learning_curve(folder, curve, picture)
     console.print(folder.path.name, soft_wrap=True, markup=False)
-    print_table(_table(trainer.config, curve, summary), console)
+    print_table(_table(curve, summary), console)
     if (share := trainer.metrics().get("meta_illegal_goals", 0.0)) > MANY_ILLEGAL:
         warn(f"{share:.0%} of the goals given in the episodes under way were not legal, and counted as no goal")
     agent = TrainedAgent(trainer.config, trainer.agents[META], trainer.controller, trainer.steps, path=folder.path)
@@ -84,7 +83,7 @@ def _film(episode: Episode, path: Path) -> Path | str:
     return path
 
 
-def _table(config: TrainConfig, curve: LearningCurve | None, summary: dict[str, Any]) -> Table:
+def _table(curve: LearningCurve | None, summary: dict[str, Any]) -> Table:
     rows = {}
     if curve is not None:
         rows[f"success, evaluated over {curve.episodes[-1]:.0f} episodes"] = f"{curve.success[-1]:.1%}"
