@@ -115,7 +115,7 @@ def _table_of_rows(name: str, plan: Plan, rows: pd.DataFrame, only: str = "", no
     command = f"python -m hierroom sweep benchmarks/sweeps/{name}.toml{only} --out benchmarks/results/{name}"
     summary = summarise(plan.runs(), rows, plan.metas)
     summary = with_notes(summary, ROOT / "benchmarks" / "results" / name / "notes.csv")
-    return f"\n`{command}` ({note}{summary.caption()}):\n\n{summary.markdown()}\n\n"
+    return f"\n`{command}` ({note}{summary.caption}):\n\n{summary.markdown()}\n\n"
 
 
 def with_notes(summary: Summary, path: Path) -> Summary:

@@ -18,7 +18,7 @@ from hierroom.runs.config.config_file import read_config
 from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.support.cli import Flag, read_arguments, run
 from hierroom.support.errors import InputError, shown
-from hierroom.worlds.env_config import is_task
+from hierroom.worlds.env_config import OF_ESCAPE_ROOMS, is_task, refuse_for_task
 from hierroom.worlds.make import WorldMaker, name_in_module
 
 if TYPE_CHECKING:
@@ -57,8 +57,8 @@ def parse(argv: Sequence[str]) -> TrainArguments:
     first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     for name in ("preset", *_CODE, "config", "resume", "out"):
         first.add_argument(f"--{name}", nargs="?")  # tyro reports a missing value later
-    for name in _LEVELS:
-        first.add_argument(f"--{name}", nargs="*")
+    for name in OF_ESCAPE_ROOMS:
+        first.add_argument(f"--{name}", f"--{name.replace('_', '-')}", nargs="*")
     known, _ = first.parse_known_args(argv)
     trust = "--trust-run" in argv or "--trust_run" in argv
     if known.resume and not (known.preset is known.config is known.out is None):
@@ -80,6 +80,8 @@ def parse(argv: Sequence[str]) -> TrainArguments:
         if words := getattr(known, name):
             default = default.changed(**{name: words})
     arguments = read_arguments(TrainArguments, "train", argv, TrainArguments(config=default))
+    given = [name for name in OF_ESCAPE_ROOMS if getattr(known, name) is not None]
+    refuse_for_task(given, arguments.config.env.task)  # even with the value that is the default of EscapeRooms
     kept = arguments.config.changed(steps=default.steps, threads=default.threads, device=default.device)
     if known.resume and kept != default:
         raise InputError(_WITH_RESUME)

@@ -154,7 +154,7 @@ def ratio_cells(one: Factor) -> list[str]:
     value, low, high = (f"{number:.2f}" if number < np.inf else "∞" for number in one.ratio)
     verdict = "slower" if one.ratio.low > 1 else "faster" if one.ratio.high < 1 else "no significant difference"
     ratio = f"{value} [{low}, {high}]"
-    if np.isnan(one.ratio.low):  # a single seed on a single graph
+    if np.isnan(one.ratio.low):  # a single seed on few graphs
         ratio, verdict = value, "-"
     outcome = one.outcome.replace("_", " ") + "%"
     return [outcome, ratio, verdict, f"{one.slower} of {one.compared}"]

@@ -150,7 +150,7 @@ def _print(comparison: Comparison, notes: Sequence[str], written: Sequence[Path]
     print_table(summary_table(comparison))
     if comparison.improvements:
         print_table(improvement_table(comparison))
-        if (more := len(comparison.improvements) // 2 - MAX_PAIRS) > 0:
+        if (more := len(comparison.improvements) - MAX_PAIRS) > 0:
             print(f"{more} more pairs are in improvement.csv")
     for note in notes:
         print(one_line(f"- {note}"))

@@ -28,7 +28,9 @@ from hierroom.worlds.make import find_task
 MAX_LISTED_ROOMS = 8  # with 612 goal graphs; the 1,747 of 9 rooms would take most of a minute
 FORMATS = ("json", "csv", "latex", "markdown")
 OF_PLAY = ("episodes", "size", "max_steps", "trust_run")  # options of --from-play alone
-WITH_RULES = ("rules", "task", "sort", *FORMATS, "draw", "walk")  # options that --rules allows
+WITH_RULES = ("sort", *FORMATS, "draw", "walk")  # options that --rules and --task allow
+WITH_PLAY = ("graph", "layout", "drop", "walk", "reading", "json", "draw", *OF_PLAY, "seed")
+WITH_PLAYED_RULES = ("task", "graph", "layout", "drop", "walk", "from_play", "out", "json", "draw", *OF_PLAY, "seed")
 
 
 @dataclass(frozen=True)
@@ -97,6 +99,13 @@ class ComplexityArguments:
     seed: int = 0
     trust_run: Flag = False
 
+    def allow_only(self, names: Sequence[str], what: str, subject: Sequence[str] = ()) -> None:
+        """Refuse other options than ``names`` and those that ``what``, the beginning of the message, is about."""
+        for entry in fields(self):
+            if entry.name not in (*names, *subject) and getattr(self, entry.name) != entry.default:
+                allowed = ", ".join(f"--{name}" for name in names)
+                raise InputError(f"{what} only {allowed}, not --{entry.name}".replace("_", "-"))
+
 
 def show(options: ComplexityArguments) -> None:
     """Print or draw the results for the options."""
@@ -114,11 +123,7 @@ def show(options: ComplexityArguments) -> None:
         _show_played_rules(options, options.from_play, walk)
         return
     if options.rules or options.task is not None:
-        for entry in fields(options):
-            if entry.name not in WITH_RULES and getattr(options, entry.name) != entry.default:
-                allowed = ", ".join(f"--{name}" for name in WITH_RULES[2:])
-                what = "rules" if options.rules else "task"
-                raise InputError(f"--{what} allows only {allowed}, not --{entry.name.replace('_', '-')}")
+        options.allow_only(WITH_RULES, f"--{'rules' if options.rules else 'task'} allows", ("rules", "task"))
         with said_when_slow(lambda: "unrolling the rules into markings"):
             rules = [*map(Rules.from_toml, options.rules), *([] if options.task is None else [_rules_of(options.task)])]
             reports = [analyze(one, walk=walk) for one in rules]
@@ -183,15 +188,10 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _show_play(options: ComplexityArguments, player: str, walk: Walk, reading: Reading) -> None:
+    options.allow_only(WITH_PLAY, "--from-play measures one goal graph and allows", ("from_play",))
     specs = graph_specs(options.graph)
-    several = len(specs) + len(options.layout) > 1 or any(map(is_graph_set, specs)) or options.exclude or options.all
-    if options.measures or options.levels or options.horizon is not None:
-        raise InputError("choose one of --from-play and --measures, not both")
-    if several or options.csv or options.latex or options.markdown or options.sort:
-        raise InputError(
-            "--from-play measures one goal graph and allows only --graph, --layout, --drop, --walk, --reading, --json, "
-            "--draw, --size, --max-steps, --episodes, --seed and --trust-run"
-        )
+    if len(specs) + len(options.layout) > 1 or any(map(is_graph_set, specs)):
+        raise InputError("--from-play measures one goal graph, not several")
     from hierroom.lab.measure import measure_named  # imports the world and the learners
 
     entries = given(options, "layout", "size", "max_steps") | ({"graph": specs[0]} if specs else {})
@@ -206,11 +206,7 @@ def _show_play(options: ComplexityArguments, player: str, walk: Walk, reading: R
 
 
 def _show_played_rules(options: ComplexityArguments, player: str, walk: Walk) -> None:
-    allowed = ("task", "graph", "layout", "drop", "walk", "from_play", "out", "json", "draw", *OF_PLAY, "seed")
-    for entry in fields(options):
-        if entry.name not in allowed and getattr(options, entry.name) != entry.default:
-            named = ", ".join(f"--{name.replace('_', '-')}" for name in allowed)
-            raise InputError(f"rules from play allow only {named}, not --{entry.name.replace('_', '-')}")
+    options.allow_only(WITH_PLAYED_RULES, "rules from play allow")
     if options.out is not None and (options.out.suffix != ".toml" or not options.out.parent.is_dir()):
         raise InputError(f"rules are written to a .toml file in a folder that is there, not to {options.out}")
     from hierroom.lab.measure import play_rules_named  # imports the world and the learners

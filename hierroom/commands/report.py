@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from hierroom.support.cli import Flag, progress_bar, read_arguments
-from hierroom.support.errors import InputError, require_number
+from hierroom.support.errors import InputError, one_line, require_number
 from hierroom.support.files import usable_path, write_atomically
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def main(argv: Sequence[str]) -> int:
     page, notes = _page(arguments)
     write_atomically(out, page)
     for note in notes:
-        print(f"- {note}")
+        print(one_line(f"- {note}"))  # a note may quote the name of a folder, which is untrusted
     print(f"{out} ({len(page) / 1e6:.1f} MB); open it in a browser")
     return 0
 

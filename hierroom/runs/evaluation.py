@@ -41,6 +41,22 @@ class Score:
     mean_return: float  # mean sum of the controller's rewards, undiscounted
     steps_to_goals: dict[str, GoalSteps]  # by milestone, such as key 1, door 1 and exit
 
+    @property
+    def columns(self) -> dict[str, float]:
+        """Success, its interval, and length, by the names of columns in tables."""
+        low, high = self.success_interval
+        success = {"success_rate": self.success_rate, "success_low": low, "success_high": high}
+        return {**success, "length": self.length, "length_over_shortest": self.length_over_shortest}
+
+    @property
+    def goal_columns(self) -> dict[str, float]:
+        """How often each goal was achieved, and its mean step, by the names of columns in tables."""
+        columns = {}
+        for goal, (share, step) in self.steps_to_goals.items():
+            name = goal.replace(" ", "_")
+            columns |= {f"achieved_{name}": share, f"steps_to_{name}": step}
+        return columns
+
 
 @dataclass(frozen=True)
 class Evaluation(Score):

@@ -10,7 +10,6 @@ from rich.table import Column, Table
 
 from hierroom.agents.episode import Episode
 from hierroom.agents.playback import save_episodes
-from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.trust import trust_option
 from hierroom.runs.logs.episode_log import WINDOW
@@ -46,7 +45,7 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: 
     with spent.on("pictures"):
         plot_learning_curve(folder, curve, picture)
     console.print(folder.path.name, soft_wrap=True, markup=False)
-    print_table(_table(trainer.config, curve, summary), console)
+    print_table(_table(curve, summary), console)
     if (share := trainer.metrics().get("meta_illegal_goals", 0.0)) > MANY_ILLEGAL:
         warn(f"{share:.0%} of the goals given in the episodes under way were not legal, and counted as no goal")
     agent = TrainedAgent(trainer.config, trainer.agents[META], trainer.controller, trainer.steps, path=folder.path)
@@ -68,9 +67,9 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: 
         console.print(f"{what:<15} {text}", soft_wrap=True, markup=False)
 
 
-def telling_episode(agent: TrainedAgent, seed: int, episodes: int = N_PICTURED) -> Episode:
+def telling_episode(agent: TrainedAgent, seed: int) -> Episode:
     """Return the first episode in which an agent succeeds; if it never does, the first episode."""
-    played = list(rollout(agent, None, episodes, num_envs=episodes, seed=seed))
+    played = list(rollout(agent, None, N_PICTURED, num_envs=N_PICTURED, seed=seed))
     return next((episode for episode in played if episode.success), played[0])
 
 
@@ -84,7 +83,7 @@ def _film(episode: Episode, path: Path) -> Path | str:
     return path
 
 
-def _table(config: TrainConfig, curve: LearningCurve | None, summary: dict[str, Any]) -> Table:
+def _table(curve: LearningCurve | None, summary: dict[str, Any]) -> Table:
     rows = {}
     if curve is not None:
         rows[f"success, evaluated over {curve.episodes[-1]:.0f} episodes"] = f"{curve.success[-1]:.1%}"

@@ -154,26 +154,10 @@ def train(
     """Train until the end, an interrupt, a `DivergenceError`, or the callback stops it; return whether that did.
 
     Write tables, events for loggers, and checkpoints. A checkpoint is written last, so that a run resumed from it never
-    repeats rows. ``report`` gets a short status after each update. If the callback raises an error, the run is saved
-    before it ends.
+    repeats rows. Only the steps decide when to write or evaluate, so that a resumed run does the same. ``report`` gets
+    a short status after each update. If the callback raises an error, the run is saved before it ends.
     """
     logs = Logs(folder.path, trainer.config, trainer.steps or -1, log)  # -1: a new run has logged nothing yet
-    try:
-        return _train(trainer, folder, interrupt, report, spent, logs, callback)
-    finally:
-        logs.close(is_done=trainer.is_done)
-
-
-def _train(
-    trainer: Trainer,
-    folder: RunFolder,
-    interrupt: Interrupt,
-    report: Callable[[str], object],
-    spent: TimeSpent,
-    logs: Logs,
-    callback: Callback | None,
-) -> bool:
-    """Train. Only the steps decide when to write or evaluate, so that a resumed run does the same."""
     total, evaluated = trainer.config.steps, ""
     points = evaluation_points(total, trainer.config.evaluations)
 
@@ -187,39 +171,42 @@ def _train(
     def has_completed_part(n_parts: int, before: int) -> bool:
         return before * n_parts // total < trainer.steps * n_parts // total
 
-    if trainer.steps == 0 and points:
-        evaluated = evaluate()
-    is_last, is_stopped = trainer.is_done, False
-    while not is_last:
-        before = trainer.steps
-        try:
-            with spent.on("training"):
-                trainer.advance()
-        except DivergenceError as error:
-            raise DivergenceError(f"{error}. {_restart_advice(folder)}") from error
-        is_last = trainer.is_done or interrupt.is_requested
-        row = trainer.metrics()
-        report(_status(trainer, row, evaluated))
-        folder.episodes.append(trainer.log.ended)
-        if before == 0 or has_completed_part(ROWS, before):
-            folder.metrics.append([row])
-            logs.add(metric_scalars(row), trainer.steps)
-        if any(before < point <= trainer.steps for point in points):
+    try:
+        if trainer.steps == 0 and points:
             evaluated = evaluate()
+        is_last, is_stopped = trainer.is_done, False
+        while not is_last:
+            before = trainer.steps
+            try:
+                with spent.on("training"):
+                    trainer.advance()
+            except DivergenceError as error:
+                raise DivergenceError(f"{error}. {_restart_advice(folder)}") from error
+            is_last = trainer.is_done or interrupt.is_requested
+            row = trainer.metrics()
             report(_status(trainer, row, evaluated))
-        if trainer.is_done:
-            logs.add_results(LearningCurve.of_rows(folder.evaluations.read()))
-        logs.sync()
-        stops = True  # if the callback raises
-        try:
-            stops = callback is not None and bool(callback(trainer))
-        finally:
-            is_stopped, is_last = stops and not is_last, is_last or stops
-            if has_completed_part(CHECKPOINTS, before):
-                folder.save_checkpoint(trainer.state_dict())
-            elif is_last:
-                folder.save_interrupted(trainer.state_dict())
-    return is_stopped
+            folder.episodes.append(trainer.log.ended)
+            if before == 0 or has_completed_part(ROWS, before):
+                folder.metrics.append([row])
+                logs.add(metric_scalars(row), trainer.steps)
+            if any(before < point <= trainer.steps for point in points):
+                evaluated = evaluate()
+                report(_status(trainer, row, evaluated))
+            if trainer.is_done:
+                logs.add_results(LearningCurve.of_rows(folder.evaluations.read()))
+            logs.sync()
+            stops = True  # if the callback raises
+            try:
+                stops = callback is not None and bool(callback(trainer))
+            finally:
+                is_stopped, is_last = stops and not is_last, is_last or stops
+                if has_completed_part(CHECKPOINTS, before):
+                    folder.save_checkpoint(trainer.state_dict())
+                elif is_last:
+                    folder.save_interrupted(trainer.state_dict())
+        return is_stopped
+    finally:
+        logs.close(is_done=trainer.is_done)
 
 
 def _status(trainer: Trainer, row: Mapping[str, float], evaluated: str) -> str:

@@ -6,6 +6,7 @@ import math
 import re
 from contextlib import suppress
 from functools import lru_cache
+from typing import Any
 
 from hierroom.support.errors import InputError, shown
 
@@ -54,9 +55,10 @@ def _range_of(column: str) -> tuple[float, float] | None:
     return next((bounds for names, bounds in _RANGES.items() if re.fullmatch(names, column)), None)
 
 
-def plain_cell(text: str) -> str:
-    """Return a text as a cell of a table, after an apostrophe if a spreadsheet would read it as a formula."""
-    return f"'{text}" if _FORMULA.match(text) and not _is_number(text) else text
+def plain_cell(value: Any) -> Any:
+    """Return a cell of a table; a text that a spreadsheet would read as a formula stands after an apostrophe."""
+    is_formula = isinstance(value, str) and _FORMULA.match(value) and not _is_number(value)
+    return f"'{value}" if is_formula else value
 
 
 def text_of_cell(cell: str) -> str:

@@ -56,7 +56,7 @@ def csv_text(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] | None = 
     """Return rows as CSV with headings, in full precision; None, NaN and missing keys are empty cells."""
     import pandas as pd
 
-    plain = [{name: plain_cell(one) if isinstance(one, str) else one for name, one in row.items()} for row in rows]
+    plain = [{name: plain_cell(one) for name, one in row.items()} for row in rows]
     return pd.DataFrame(plain, columns=columns, dtype=object).to_csv(index=False, lineterminator="\n")
 
 

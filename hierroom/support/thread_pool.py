@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from typing import Any
 
@@ -17,21 +17,28 @@ MIN_ENVS_PER_THREAD = 1024
 
 
 class ThreadPool:
-    """A pool of threads. They start at the first task in each process and copy, as no thread survives a fork."""
+    """A pool of ``threads``. They start at the first task in each process and copy, as no thread survives a fork."""
 
     def __init__(self, threads: int) -> None:
-        self._threads = threads
+        self.threads = threads
         self._process, self._executor = 0, None
 
-    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future:
-        """Let a thread call a function; return the future of its result."""
+    def each(self, function: Callable[..., Any], *arguments: Iterable[Any]) -> list[Any]:
+        """Call a function for the first of all arguments, for the second and so on; return the results of all calls.
+
+        The caller itself makes a single call, or all if there is one thread.
+        """
+        calls = [*zip(*arguments, strict=True)]
+        if self.threads == 1 or len(calls) == 1:
+            return [function(*call) for call in calls]
         if self._executor is None or self._process != os.getpid():
-            self._executor, self._process = ThreadPoolExecutor(self._threads), os.getpid()  # no thread sees a dead one
-        return self._executor.submit(function, *arguments)
+            self._executor, self._process = ThreadPoolExecutor(self.threads), os.getpid()  # no thread sees a dead one
+        futures = [self._executor.submit(function, *call) for call in calls]
+        return [future.result() for future in futures]
 
     def __reduce__(self) -> tuple[type[ThreadPool], tuple[int]]:
         """Give each copy its own threads."""
-        return ThreadPool, (self._threads,)
+        return ThreadPool, (self.threads,)
 
 
 class Shares:
@@ -48,9 +55,5 @@ class Shares:
         self.is_one, self._pool = n_shares == 1, ThreadPool(n_shares)
 
     def each(self, work: Callable[[slice], object]) -> None:
-        """Let each thread work on its slice, and wait for all; if there is one slice, the caller works on it."""
-        if self.is_one:
-            work(self._slices[0])
-            return
-        for future in [self._pool.submit(work, share) for share in self._slices]:
-            future.result()
+        """Let each thread work on its slice, and wait for all."""
+        self._pool.each(work, self._slices)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Annotated, Any, Literal, get_args
 
@@ -148,9 +148,8 @@ class EnvConfig:
     def _require_task(self) -> None:
         if self.task == "" or not (isinstance(self.task, str) or is_task(self.task)):
             raise InputError(f"a task is a name, like package.module:name, or a hierroom.Task, not {shown(self.task)}")
-        for entry in fields(EnvConfig):
-            if entry.name in OF_ESCAPE_ROOMS and getattr(self, entry.name) != entry.default:
-                raise InputError(f"{entry.name} is for EscapeRooms; {self.names[0]} has no such entry")
+        changed = [entry.name for entry in fields(EnvConfig) if getattr(self, entry.name) != entry.default]
+        refuse_for_task(changed, self.task)
 
     def _use_layout(self) -> None:
         size = max(one.size for one in self.layout)
@@ -205,6 +204,12 @@ def is_task(thing: object) -> bool:
 def task_name(task: Any) -> str:
     """Return a task's name: the text that was typed, or the task's own name."""
     return task if isinstance(task, str) else task.name
+
+
+def refuse_for_task(names: Collection[str], task: Any) -> None:
+    """Refuse entries, by name, that the user has given for a task (None: no task) and that only EscapeRooms have."""
+    if task is not None and (unknown := [name for name in OF_ESCAPE_ROOMS if name in names]):
+        raise InputError(f"{unknown[0]} is for EscapeRooms; {task_name(task)} has no such entry")
 
 
 def _is_whole(value: object, low: int) -> bool:

@@ -58,8 +58,8 @@ def test_the_command_prints_the_table(tmp_path, monkeypatch, capsys):
     assert comparisons.main() == 0
     header, _, first, second = capsys.readouterr().out.splitlines()
     assert header == "| method | reference | compared by | steps / reference's | verdict | slower on |"
-    assert first == "| slow | fast | steps to 95% | 4.00 [2.00, 9.00] | slower | 3 of 3 |"
-    assert second.startswith("| fast | between | steps to 50% | 0.25 [")
+    assert first == "| slow | fast | steps to 95% | 4.00 | - | 3 of 3 |"  # three graphs are too few for one seed
+    assert second.startswith("| fast | between | steps to 50% | 0.25 | - |")
     (tmp_path / "compared.toml").write_text(FILE.replace('= "fast"', '= "nobody"'))
     with pytest.raises(InputError, match="there is no 'nobody'"):
         comparisons.main()

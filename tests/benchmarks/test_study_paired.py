@@ -5,7 +5,7 @@ import pytest
 from study_tables import measured_rows, run_rows
 
 from benchmarks.study.bootstrap import Bootstrap
-from benchmarks.study.paired import median_ratios, pair, ratios
+from benchmarks.study.paired import Paired, median_ratios, pair, ratios
 from hierroom.support.errors import InputError
 
 GRAPHS = ("one", "two", "three", "four")
@@ -50,7 +50,8 @@ def test_the_lower_milestone_of_the_two_is_taken_whatever_others_need():
 
 def test_the_median_ratio_of_an_even_number_of_graphs_is_the_geometric_mean_of_the_middle_ones():
     steps = [110, 200, 450, 800]
-    rows = rows_of(ppo=dict(zip(GRAPHS, ([n] for n in steps), strict=True)), hippo=everywhere(100))
+    ppo = dict(zip(GRAPHS, ([n, n] for n in steps), strict=True))
+    rows = rows_of(ppo=ppo, hippo={graph: [100, 100] for graph in GRAPHS})
     forth, back = (
         pair(rows, MEASURES, names).median_ratio(Bootstrap()) for names in (("ppo", "hippo"), ("hippo", "ppo"))
     )
@@ -78,3 +79,15 @@ def test_each_copy_of_a_graph_in_a_resample_has_its_own_seeds():
 def test_a_method_with_a_single_seed_is_noticed():
     both = pair(rows_of(ppo={"one": [100, 110]}, hippo={"one": [50]}), MEASURES, ("ppo", "hippo"))
     assert both.has_single_seed.tolist() == [True]
+
+
+@pytest.mark.parametrize("n_graphs", [1, 2, 3, 4, 5, 6])
+def test_a_single_seed_has_an_interval_only_if_the_graphs_suffice_for_its_level(n_graphs):
+    names = tuple(map(str, range(n_graphs)))
+    first, second = np.full((n_graphs, 1), 200.0), np.full((n_graphs, 1), 100.0)
+    both = Paired("steps_to_95", names, (first, second), (np.ones(n_graphs), np.ones(n_graphs)))
+    share = 1 - 2 * 0.5**n_graphs  # of cases in which the least and the greatest of independent ratios hold the median
+    for level in (0.4, 0.8, 0.95, 0.99):
+        found = both.median_ratio(Bootstrap(resamples=20, level=level))
+        assert found.value == 2
+        assert np.isnan(found.low) == np.isnan(found.high) == (share < level)

@@ -52,7 +52,7 @@ def test_a_matrix_has_the_graphs_in_columns(monkeypatch):
     headings = ("variant", "graph", "runs", "steps to 95%")
     lines = (("x", "b", "2", "7k"), ("x", "a", "2", "5k"), ("y", "a", "2", "-"))
     monkeypatch.setattr(tables, "done_rows", lambda name, runs: name)
-    monkeypatch.setattr(tables, "summarise", lambda runs, rows: Summary(headings, 2, lines, False))
+    monkeypatch.setattr(tables, "summarise", lambda runs, rows: Summary(headings, 2, lines, ""))
     assert tables.matrix_table("steps_to_95", "long").split("\n")[1:-2] == [
         "| steps to 95 | a | b |",
         "|---|---:|---:|",
@@ -119,7 +119,7 @@ def test_a_page_with_an_unfinished_table_does_not_keep_the_others(monkeypatch, t
 
 def test_the_table_of_a_sweep_has_the_description_of_each_variant(tmp_path, monkeypatch):
     path = tmp_path / "notes.csv"
-    summary = Summary(("variant", "runs"), 1, (("first", "3"), ("second", "-"), ("third", "1")), False)
+    summary = Summary(("variant", "runs"), 1, (("first", "3"), ("second", "-"), ("third", "1")), "")
     assert tables.with_notes(summary, path) is summary
     path.write_text("variant,note\nsecond,nothing\nfirst,rules\n")
     given = tables.with_notes(summary, path)

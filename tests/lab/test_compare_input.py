@@ -76,7 +76,7 @@ def test_too_many_groups(tmp_path, refused):
     ("options", "match"),
     [
         ({"by": "metta"}, "not 'metta'; is it meta\\?"),
-        ({"by": "qq"}, "not 'qq'; they are .*gamma, .*meta, meta_features, .*, and the learner.s of meta_ppo too"),
+        ({"by": "qq"}, "not 'qq'; there are .*gamma, .*meta, meta_features, .*, and the learner.s of meta_ppo too"),
         ({"by": "meta,"}, "not ''"),
         ({"resamples": 5}, "resamples must be at least 100, not 5"),
         ({"seed": -1}, "seed must be at least 0, not -1"),

@@ -234,6 +234,14 @@ def test_what_a_run_says_is_text(tmp_path, capsys):
     assert "{{7*7}}" in page.text  # nothing is a template but the templates
 
 
+def test_a_note_that_names_a_hostile_folder_is_one_line_without_control_characters(tmp_path, capsys):
+    make_run(tmp_path / "\x1b[31m\n", {"a": line(1.0)}, steps=[0])
+    report(tmp_path, tmp_path)
+    printed = capsys.readouterr().out
+    assert "\x1b" not in printed
+    assert r"\x1b[31m\n was evaluated only once so far: it has no learning curve" in printed
+
+
 def test_json_in_a_script_cannot_end_it():
     value = {"</script>": ["<!--", "\u2028\u2029&amp;", float("nan"), float("inf")]}
     text = script_json(value)

@@ -209,7 +209,7 @@ def test_a_summary_has_medians_and_their_spread():
         steps = "900000" if run.config.seed == 1 and to_95 else to_95
         rows.append({**run.identity, **numbers, "success_rate": success, "steps_to_95": steps, "digest": run.digest})
     summary = summarise(runs, pd.DataFrame(rows[:-1]))
-    assert "single" not in summary.caption()
+    assert "single" not in summary.caption
     assert summary.markdown().splitlines() == [
         "| method | runs | steps to 50% | steps to 95% | success | length | / shortest | greedy |",
         "|---|---:|---:|---:|---:|---:|---:|---:|",
@@ -234,9 +234,7 @@ def test_a_single_run_has_the_interval_of_its_evaluations():
     numbers |= {"success_high": "0.7", "length": "40", "length_over_shortest": "", "greedy_success_rate": "0.2"}
     row = {**run.identity, **numbers, "digest": run.digest}
     summary = summarise([run], pd.DataFrame([row]))
-    assert summary.caption().endswith(
-        "; of a single run, in square brackets the 95% interval that its evaluations leave"
-    )
+    assert summary.caption.endswith("; of a single run, in square brackets the 95% interval that its evaluations leave")
     line = summary.lines[0]
     assert line[-6:] == ("10k [9,000, 12k]", "200k [190k, -]", "60.0% [50.0%, 70.0%]", "40", "-", "20.0%")
 

@@ -16,6 +16,7 @@ from stopped_run import stop_at_update
 import hierroom
 from hierroom.agents.features import Features
 from hierroom.commands import compare, evaluate, report, watch
+from hierroom.lab.sweep.plan import read_plan
 from hierroom.learners.fused.backend import FusedBackend
 from hierroom.learners.torch_backend import TorchBackend
 from hierroom.runs.config.config import TrainConfig
@@ -25,6 +26,7 @@ from hierroom.runs.folder.trust import named_code
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
+from hierroom.train import parse
 from hierroom.worlds.make import world_spec
 
 TESTS = Path(__file__).parents[1]
@@ -103,6 +105,8 @@ def test_evaluate_watch_and_report_take_task_runs(name, runs, tmp_path, capsys, 
     assert {*of_rooms} <= {*getattr(chest_task, name).goals}
     with pytest.raises(InputError, match=r"^the oracle needs a world that knows its shortest ways"):
         evaluate.main([*run, "--meta", "oracle"])
+    with pytest.raises(InputError, match=f"^graph is for EscapeRooms; chest_task:{name} has no such entry$"):
+        evaluate.main([*run, "--graph", "c"])
     assert page.count("data:image/gif;base64,R0lG") == 1
     assert f"task chest_task:{name}, seed 0" in page
     assert (f'<th scope="row">chest_task:{name}</th>' in page) == (getattr(chest_task, name).rules is not None)
@@ -193,6 +197,22 @@ def test_invalid_task_entries_raise_input_error(entries, said):
     with pytest.raises(InputError) as refused:
         Trainer(find_preset("default").changed(num_envs=4, **entries)).turns.meta_masks()
     assert said in str(refused.value)
+
+
+@pytest.mark.parametrize(("name", "value"), [("graph", "c"), ("size", "19"), ("curriculum_stages", "1")])
+def test_escape_room_entry_for_a_task_is_refused_even_with_its_default(name, value, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    quoted = value if value.isdecimal() else f'"{value}"'
+    (tmp_path / "own.toml").write_text(f'task = "workshop:4"\n{name} = {quoted}')
+    for ask in (
+        lambda: parse(["--task", "workshop:4", f"--{name}", value]),
+        lambda: parse(["--task", "workshop:4", f"--{name.replace('_', '-')}", value]),
+        lambda: parse(["--config", "own.toml"]),
+        lambda: read_plan(None, ["task=workshop:4", f"{name}={value}"]).runs(),
+    ):
+        with pytest.raises(InputError, match=f"{name} is for EscapeRooms; workshop:4 has no such entry$"):
+            ask()
+    assert parse(["--task", "None", f"--{name}", value]).config == TrainConfig()
 
 
 def test_config_of_task_stores_name_and_no_features():

@@ -43,10 +43,16 @@ def stepped(world, actions):
 
 def test_thread_pool_works_in_a_forked_process():
     pool, both = ThreadPool(2), threading.Barrier(2)
-    for future in [pool.submit(both.wait) for _ in range(2)]:  # only now do both threads run
-        future.result()
-    assert in_a_fork(lambda: [pool.submit(pow, n, 2).result() for n in range(9)]) == [n * n for n in range(9)]
-    assert pool.submit(pow, 3, 2).result() == 9
+    pool.each(lambda _: both.wait(), range(2))  # only now do both threads run
+    assert in_a_fork(lambda: pool.each(pow, range(9), [2] * 9)) == [n * n for n in range(9)]
+    assert pool.each(pow, [3, 4], [2, 2]) == [9, 16]
+
+
+def test_a_pool_calls_a_single_function_or_all_of_a_single_thread_itself():
+    here = threading.get_ident()
+    assert ThreadPool(2).each(lambda _: threading.get_ident(), [0]) == [here]
+    assert ThreadPool(1).each(lambda _: threading.get_ident(), [0, 1]) == [here, here]
+    assert here not in ThreadPool(2).each(lambda _: threading.get_ident(), [0, 1])
 
 
 @pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")  # Python 3.12 warns of forks with threads

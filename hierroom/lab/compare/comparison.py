@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
 from statistics import median
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from hierroom.lab.compare.grouping import Group
 from hierroom.lab.compare.tasks import Tasks
 
 SUCCESS_LEVELS = (0.5, 0.9, 0.95)
+SCORES = ("final", "auc")  # of a run: the metric at the last steps, and the area under its curve
 ALL = "all"  # the name for all graphs together
 
 
@@ -49,12 +50,11 @@ class GroupSummary:
 
 @dataclass(frozen=True)
 class Improvement:
-    """The probability that a run of one group beats one of another, over all graphs, by final score or area."""
+    """The probability that a run of one group beats one of another, over all graphs."""
 
     better: Group
     worse: Group
-    score: Literal["final", "auc"]
-    probability: Estimate
+    probability: Estimate  # [2] by the `SCORES`
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Comparison:
     groups: tuple[Group, ...]
     tasks: Tasks
     summaries: tuple[GroupSummary, ...]  # for each group one over all graphs, then one for each graph
-    improvements: tuple[Improvement, ...]  # for each pair of groups, for the final score and the area
+    improvements: tuple[Improvement, ...]  # for each pair of groups
 
     def of_graph(self, graph: str) -> list[GroupSummary]:
         """Return the summaries for a graph, or for `ALL`, of the groups that have runs there."""
@@ -82,12 +82,12 @@ def compare(
     track: Callable[[Sequence[Any]], Iterable[Any]] = lambda work: work,
 ) -> Comparison:
     """Estimate everything, with intervals from ``resamples`` resamples; ``track`` may show the progress."""
-    steps = shared_steps([curve for group in groups for curve in tasks.curves(group, metric)])
+    steps = shared_steps([curve for group in groups for curve in tasks.curves(group, metric, tasks.graphs)])
     estimator = _Estimator(tasks, metric, steps, partial(estimate, resamples=resamples, seed=seed))
     places = [(ALL, tasks.graphs), *((graph, (graph,)) for graph in tasks.graphs)]
     parts = [(group, *place) for group in groups for place in places if tasks.curves(group, metric, place[1])]
     summaries = tuple(estimator.summary(*part) for part in track(parts))
-    improvements = tuple(one for pair in track([*combinations(groups, 2)]) for one in estimator.improvements(*pair))
+    improvements = tuple(estimator.improvement(*pair) for pair in track([*combinations(groups, 2)]))
     return Comparison(metric, tuple(groups[0].choices), tuple(groups), tasks, summaries, improvements)
 
 
@@ -122,14 +122,14 @@ class _Estimator:
             reached={level: float(np.isfinite(times).mean()) for level, times in reaching.items()},
         )
 
-    def improvements(self, ours: Group, theirs: Group) -> list[Improvement]:
+    def improvement(self, ours: Group, theirs: Group) -> Improvement:
         sign = 1 if METRICS[self.metric].is_higher_better else -1
 
         def scores(curve: Curve) -> Sequence[float]:
             part = self.part(curve)
             return [sign * part.values[-1], sign * part.area]
 
-        own, other = (self.tasks.strata(group, self.metric, scores) for group in (ours, theirs))
+        own, other = (self.tasks.strata(group, self.metric, scores, self.tasks.graphs) for group in (ours, theirs))
 
         def statistic(strata: Strata) -> Scores:
             return probability_of_improvement(
@@ -137,9 +137,7 @@ class _Estimator:
                 _by_graph(strata[len(own) :], [*other], self.tasks.graphs),
             )
 
-        found = self.estimate([*own.values(), *other.values()], statistic)
-        final, auc = (Estimate(found.values[[n]], found.lows[[n]], found.highs[[n]]) for n in range(2))
-        return [Improvement(ours, theirs, "final", final), Improvement(ours, theirs, "auc", auc)]
+        return Improvement(ours, theirs, self.estimate([*own.values(), *other.values()], statistic))
 
 
 def _by_graph(strata: Strata, strata_graphs: Sequence[tuple[str, ...]], graphs: Sequence[str]) -> list[Scores]:

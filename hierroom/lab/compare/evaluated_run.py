@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,7 +14,7 @@ import pandas as pd
 from hierroom.goals import GoalGraph, graph_specs, spec_names
 from hierroom.lab.compare.curve import METRICS, Curve
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.config.config_file import OF_ENVIRONMENTS, listed_entries
+from hierroom.runs.config.config_file import OF_ENVIRONMENTS, hint_of
 from hierroom.runs.folder.provenance import code_of, variant_of
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError, one_line
@@ -58,9 +57,8 @@ class EvaluatedRun:
     def choice(self, name: str) -> str:
         """Return an entry of the config as a line of text; ``warm_start`` becomes that run's name without its seed."""
         if name not in self.entries:
-            near = get_close_matches(name, self.entries, n=1)
-            known = f"is it {near[0]}?" if near else f"they are {listed_entries(self.entries)}"
-            raise InputError(f"--by takes entries of a run's config, joined by commas, not {name!r}; {known}")
+            hint = hint_of(name, self.entries)
+            raise InputError(f"--by takes entries of a run's config, joined by commas, not {name!r}; {hint}")
         return one_line(self._text(name))  # it is shown, and the folder is untrusted
 
     def _text(self, name: str) -> str:
@@ -180,10 +178,10 @@ def refuse_without_overlap(runs: Sequence[EvaluatedRun]) -> None:
 
 def entries_of(path: Path, config: TrainConfig) -> dict[str, Any]:
     """Return the entries of a run's config by flat names, and ``variant``, its name in a sweep's plan."""
-    return flat_entries(config) | {"variant": variant_of(path)}
+    return plain_entries(config) | {"variant": variant_of(path)}
 
 
-def flat_entries(config: TrainConfig) -> dict[str, Any]:
+def plain_entries(config: TrainConfig) -> dict[str, Any]:
     """Return the entries of a config by their flat names, with names instead of goal graphs and layouts."""
     graphs = {"graph": [*config.env.names], "exclude": [*spec_names(config.env.exclude)]}
     graphs["layout"] = [one.name for one in config.env.layout]

@@ -8,7 +8,7 @@ from functools import partial
 from rich.markup import escape
 from rich.table import Table
 
-from hierroom.lab.compare.comparison import ALL, SUCCESS_LEVELS, Comparison, GroupSummary
+from hierroom.lab.compare.comparison import ALL, SCORES, SUCCESS_LEVELS, Comparison, GroupSummary
 from hierroom.lab.compare.curve import METRICS
 from hierroom.lab.compare.estimates import Estimate
 from hierroom.lab.compare.tasks import OWN
@@ -61,8 +61,9 @@ def summary_rows(comparison: Comparison) -> list[Row]:
 def improvement_rows(comparison: Comparison) -> list[Row]:
     """Return a row for each pair of groups and score: how likely a run of the first group is better."""
     return [
-        {"group": i.better.label, "other": i.worse.label, "score": i.score, **_columns("probability", i.probability)}
+        {"group": i.better.label, "other": i.worse.label, "score": score, **_columns("probability", i.probability, n)}
         for i in comparison.improvements
+        for n, score in enumerate(SCORES)
     ]
 
 
@@ -96,10 +97,9 @@ def summary_table(comparison: Comparison) -> Table:
 
 def improvement_table(comparison: Comparison) -> Table:
     """Return a table of the first `MAX_PAIRS` pairs of groups: how likely a run of one is better than of the other."""
-    finals, areas = ([i for i in comparison.improvements if i.score == score] for score in ("final", "auc"))
     rows = [
-        [final.better.label, final.worse.label, *(_with_interval(i.probability, 0, 2, " ") for i in (final, area))]
-        for final, area in [*zip(finals, areas, strict=True)][:MAX_PAIRS]
+        [i.better.label, i.worse.label, *(_with_interval(i.probability, n, 2, " ") for n in range(len(SCORES)))]
+        for i in comparison.improvements[:MAX_PAIRS]
     ]
     title = "probability that a run of the first group is better"
     headings = ["first", "second", "at the end", "area under the curve"]

@@ -50,23 +50,17 @@ class Tasks:
             return mean_curve([metrics[metric] for metrics in run.curves.values()])
         return run.curves[graph][metric]
 
-    def curves(self, group: Group, metric: MetricName, graphs: Sequence[str] | None = None) -> list[Curve]:
-        """Return the curves of a group's runs on some graphs, by default all."""
-        wanted = self.graphs if graphs is None else graphs
-        return [self.curve(run, graph, metric) for run in group.runs for graph in self.on(run) if graph in wanted]
+    def curves(self, group: Group, metric: MetricName, graphs: Sequence[str]) -> list[Curve]:
+        """Return the curves of a group's runs on some graphs."""
+        return [self.curve(run, graph, metric) for run in group.runs for graph in self.on(run) if graph in graphs]
 
     def strata(
-        self,
-        group: Group,
-        metric: MetricName,
-        scores: Callable[[Curve], ArrayLike],
-        graphs: Sequence[str] | None = None,
+        self, group: Group, metric: MetricName, scores: Callable[[Curve], ArrayLike], graphs: Sequence[str]
     ) -> dict[tuple[str, ...], NDArray[np.float64]]:
         """Return the scores [R, K, Q] of R runs for each set of K graphs; ``scores`` returns a curve's scores [Q]."""
-        wanted = self.graphs if graphs is None else graphs
         strata: dict[tuple[str, ...], list[list[ArrayLike]]] = {}
         for run in group.runs:
-            if own := tuple(graph for graph in self.on(run) if graph in wanted):
+            if own := tuple(graph for graph in self.on(run) if graph in graphs):
                 strata.setdefault(own, []).append([scores(self.curve(run, graph, metric)) for graph in own])
         return {own: np.array(runs, float) for own, runs in strata.items()}
 

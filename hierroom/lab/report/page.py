@@ -10,7 +10,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from hierroom.lab.compare.evaluated_run import flat_entries
+from hierroom.lab.compare.evaluated_run import plain_entries
 from hierroom.lab.compare.grouping import shortened
 from hierroom.lab.compare.style import line_style
 from hierroom.lab.report.curves import Curves
@@ -64,7 +64,7 @@ def page_texts(
     measures = known_measures(complexity)
     differing = [name for name in names if len({_text(run.entries.get(name)) for run in runs}) > 1]
     shown = [*(name for name in curves.by if name in differing and name != "graph"), "seed"]
-    default = flat_entries(TrainConfig())
+    default = plain_entries(TrainConfig())
     steps_of: dict[tuple[str, int], Any] = {(p["label"], p["group"]): p["steps_to"].get("95") for p in points}
     groups = sorted({point["group"] for point in points})
     return {

@@ -110,11 +110,9 @@ class Job:
         steps = trainer.steps * SHARE_OF_STEPS / len(kinds)
         evaluations = {prefix: self._evaluate(trainer, steps, kind) for prefix, kind in kinds.items()}
         for prefix, evaluation in evaluations.items():
-            numbers |= _columns(prefix, evaluation)
-        for goal, (share, step) in evaluations[""].steps_to_goals.items():
-            name = goal.replace(" ", "_")
-            numbers |= {f"achieved_{name}": share, f"steps_to_{name}": step}
-        return numbers | {"version": version_of_code(), "command": self.command}
+            columns = {**evaluation.columns, "evaluated_episodes": evaluation.episodes}
+            numbers |= {f"{prefix}{name}": value for name, value in columns.items()}
+        return numbers | evaluations[""].goal_columns | {"version": version_of_code(), "command": self.command}
 
     def _evaluate(self, trainer: Trainer, steps: float, kind: dict[str, Any]) -> Evaluation:
         if self.episodes is not None:
@@ -122,13 +120,6 @@ class Job:
         few = trainer.evaluate(FEWEST_EPISODES, **kind)  # a second evaluation starts with the same episodes
         rounds = int(steps / few.length / FEWEST_EPISODES)
         return few if rounds <= 1 else trainer.evaluate(min(rounds * FEWEST_EPISODES, MOST_EPISODES), **kind)
-
-
-def _columns(prefix: str, result: Evaluation) -> dict[str, object]:
-    low, high = result.success_interval
-    columns = {"success_rate": result.success_rate, "success_low": low, "success_high": high, "length": result.length}
-    columns |= {"length_over_shortest": result.length_over_shortest, "evaluated_episodes": result.episodes}
-    return {f"{prefix}{name}": value for name, value in columns.items()}
 
 
 class Event(NamedTuple):

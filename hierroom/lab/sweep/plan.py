@@ -7,20 +7,20 @@ import json
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from itertools import product
 from pathlib import Path
 from typing import Any
 
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs
 from hierroom.runs.config.config import CHANGED_WHEN_RESUMED, TrainConfig
-from hierroom.runs.config.config_file import flat_entries, flat_entry_types, listed_entries
+from hierroom.runs.config.config_file import flat_entries, flat_entry_types, hint_of
 from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.runs.config.run_name import run_name
 from hierroom.runs.config.typed_value import typed_value
 from hierroom.support.errors import InputError, require_number, shown
 from hierroom.support.files import to_json
 from hierroom.support.reading import read_toml
+from hierroom.worlds.env_config import refuse_for_task
 from hierroom.worlds.make import find_task, ships
 
 RESULTS_VERSION = 1
@@ -111,6 +111,7 @@ class Plan:
     def _run(self, variant: str, entries: dict[str, Any], varied: Sequence[str]) -> PlannedRun:
         start = find_preset(entries.pop("preset", None) or implied_preset(entries))
         config = start.changed(**{"threads": 1, **entries})  # processes run in parallel instead
+        refuse_for_task(entries, config.env.task)
         if ships(config.env.task):
             find_task(config.env.task)  # refuses a name without a task
         own = config.entries | {
@@ -191,9 +192,7 @@ def _typed(table: Mapping[str, Any], where: str) -> dict[str, list[Any]]:
             place = "in a file, under [[variants]]" if name == "variants" else f"as --{name}, or at the head of a file"
             raise InputError(f"{where}{name} is no entry of a run; it is given {place}")
         if name not in types:
-            near = get_close_matches(name, [*types, *_OWN_KEYS], n=1)
-            hint = f"is it {near[0]}?" if near else f"there are {listed_entries(types)}"
-            raise InputError(f"{where}there is no entry {name!r}; {hint}")
+            raise InputError(f"{where}there is no entry {name!r}; {hint_of(name, [*types, *_OWN_KEYS])}")
         several = values if isinstance(values, list) else [values]
         if not several:
             raise InputError(f"{where}{name} needs at least one value")

@@ -25,15 +25,11 @@ class Summary:
     headings: tuple[str, ...]  # headings of the columns
     n_names: int  # number of columns that name the runs; the others are numbers
     lines: tuple[tuple[str, ...], ...]  # the cells of each line
-    has_single_runs: bool  # whether a line has only one run
-
-    def caption(self) -> str:
-        """Return an explanation of the numbers."""
-        return f"{_CAPTION}{_SINGLE_RUNS if self.has_single_runs else ''}"
+    caption: str  # an explanation of the numbers
 
     def table(self) -> Table:
         """Return a table for a terminal."""
-        return named_table(self.headings, self.lines, self.n_names, caption=self.caption())
+        return named_table(self.headings, self.lines, self.n_names, caption=self.caption)
 
     def markdown(self) -> str:
         """Return a table in Markdown."""
@@ -69,12 +65,12 @@ def summarise(runs: Sequence[PlannedRun], rows: pd.DataFrame, metas: Sequence[st
             lines.append((*values, *"-" * (1 + len(columns))))
         else:
             lines.append((*values, str(len(group)), *(_spread(group, *column) for column in columns.values())))
-    has_single_runs = any(len(group) == 1 for group in groups.values())
+    caption = _CAPTION + _SINGLE_RUNS * any(len(group) == 1 for group in groups.values())
     if are_tasks and "graph" in names:
         at = names.index("graph")
         names[at] = "task"
         lines = [(*line[:at], line[at].rpartition(".")[2], *line[at + 1 :]) for line in lines]  # without its package
-    return Summary((*names, "runs", *columns), len(names), tuple(lines), has_single_runs)
+    return Summary((*names, "runs", *columns), len(names), tuple(lines), caption)
 
 
 def _spread(group: pd.DataFrame, name: str, text: Callable[[float], str]) -> str:

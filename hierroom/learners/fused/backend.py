@@ -6,7 +6,7 @@ on the number of threads.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 import numpy as np
 import torch
@@ -33,7 +33,6 @@ class FusedBackend:
     def __init__(self, network: RecurrentActorCritic, config: PPOConfig, threads: int) -> None:
         self._network = network
         self._config = config
-        self._threads = threads
         self._pool = ThreadPool(threads)
         self._parameters = np.concatenate([p.detach().numpy().ravel() for p in network.parameters()])
         self._weights = Parameters.views(self._parameters, network)
@@ -51,7 +50,7 @@ class FusedBackend:
 
     def __getstate__(self) -> dict:
         """Return arguments and state to build a copy, because its weights must be views of its own vector."""
-        return {"arguments": (self._network, self._config, self._threads), "state": self.state_dict()}
+        return {"arguments": (self._network, self._config, self._pool.threads), "state": self.state_dict()}
 
     def __setstate__(self, copied: dict) -> None:
         self.__init__(*copied["arguments"])
@@ -69,7 +68,7 @@ class FusedBackend:
 
     def stepper(self) -> FusedStepper:
         """Return a stepper for the turns of one policy with the current weights."""
-        return FusedStepper(self._network, self._weights, self._numbers, self._threads, self._pool)
+        return FusedStepper(self._network, self._weights, self._numbers, self._pool)
 
     def train(
         self,
@@ -119,7 +118,7 @@ class FusedBackend:
             return worker.finish(minibatch)
 
         hands = [shards[first :: len(workers)] for first in range(len(workers))]
-        statistics = np.sum(self._each(work, workers, hands), axis=0)
+        statistics = np.sum(self._pool.each(work, workers, hands), axis=0)
         return statistics, sum_gradients(self._shares[: len(workers)], minibatch.blocks)
 
     def _blocks(self) -> NDArray[np.int64]:
@@ -131,12 +130,6 @@ class FusedBackend:
         starts = first_rows[np.logical_or.reduceat(self._used, first_rows)] * self._config.hidden_size
         stops = np.minimum(starts + _BLOCK * self._config.hidden_size, table_size)
         return np.stack([np.append(starts, table_size), np.append(stops, len(self._parameters))], axis=1)
-
-    def _each(self, work: Callable, workers: list[ShardWorker], tasks: list) -> list:
-        if min(self._threads, len(workers)) == 1:
-            return list(map(work, workers, tasks))
-        futures = [self._pool.submit(work, *pair) for pair in zip(workers, tasks, strict=True)]
-        return [future.result() for future in futures]
 
     def state_dict(self) -> dict:
         """Return copies of the weights and of Adam's moments."""

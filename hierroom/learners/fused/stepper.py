@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Future
 from itertools import pairwise
 
 import numpy as np
@@ -27,7 +26,7 @@ class FusedStepper:
         network: gives the shapes and the initial states.
         weights: the network's parameters, shared.
         numbers: fixed numbers of its encoder, from `shard_worker.fixed_numbers`.
-        threads: most threads of ``pool`` to compute with.
+        pool: computes with at most `MAX_PARTS` of its threads.
     """
 
     def __init__(
@@ -35,14 +34,12 @@ class FusedStepper:
         network: RecurrentActorCritic,
         weights: Parameters,
         numbers: tuple[NDArray, NDArray, NDArray] | None,
-        threads: int,
         pool: ThreadPool,
     ) -> None:
-        self._network, self._weights, self._numbers = network, weights, numbers
-        self._threads, self._pool = threads, pool
+        self._network, self._weights, self._numbers, self._pool = network, weights, numbers, pool
         self._offsets = network.encoder.offsets.numpy()
         self._n_table_rows = len(network.encoder.table())
-        self._memories = [TapeMemory(weights) for _ in range(min(threads, MAX_PARTS))]
+        self._memories = [TapeMemory(weights) for _ in range(min(pool.threads, MAX_PARTS))]
 
     def initial_states(self, n: int) -> NDArray[np.float32]:
         """Return the recurrent states [n, S] at the start of an episode."""
@@ -67,13 +64,7 @@ class FusedStepper:
         # An environment's result does not depend on the others in its part (up to rounding by BLAS).
         n_parts = max(1, min(len(self._memories), num_envs // _MIN_ENVS_PER_THREAD))
         bounds = [num_envs * i // n_parts for i in range(n_parts + 1)]
-        parts = zip(self._memories[:n_parts], (slice(*bound) for bound in pairwise(bounds)), strict=True)
-        if n_parts == 1:
-            work(*next(parts))
-        else:
-            futures: list[Future] = [self._pool.submit(work, *part) for part in parts]
-            for future in futures:
-                future.result()
+        self._pool.each(work, self._memories[:n_parts], (slice(*bound) for bound in pairwise(bounds)))
         return logits, values, new_states
 
     evaluate = step  # the default network has no evaluation mode

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Mapping
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ from hierroom.runs.config.typed_value import entry_types, typed_value
 from hierroom.support.errors import InputError, shown
 from hierroom.support.files import usable_path
 from hierroom.support.reading import read_toml
+from hierroom.worlds.env_config import refuse_for_task
 
 OF_ENVIRONMENTS = ("env_index", "levels")
 """Entries of an environment that a run sets itself, as training and evaluation have different levels."""
@@ -44,6 +45,7 @@ def read_config(path: str | Path, *, trust: bool = False, **entries: Any) -> Tra
     try:
         start = find_preset(preset or implied_preset({**table, **entries}))
         config = start.changed(**table)
+        refuse_for_task(table, config.env.task)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     return config.changed(**entries)
@@ -60,9 +62,7 @@ def _read_entries(path: Path) -> dict[str, Any]:
     entries = flat_entries(table, f"{path}: ")
     for name in entries:
         if name not in types:
-            near = get_close_matches(name.replace("-", "_"), types, n=1)
-            known = f"is it {near[0]}?" if near else f"there are {listed_entries(types)}"
-            raise InputError(f"{path}: there is no entry {name!r}; {known}")
+            raise InputError(f"{path}: there is no entry {name!r}; {hint_of(name.replace('-', '_'), types)}")
     return {name: typed_value(f"{path}: {name}", types[name], value) for name, value in entries.items()}
 
 
@@ -81,7 +81,12 @@ def flat_entries(table: Mapping[str, Any], where: str) -> dict[str, Any]:
     return plain | {f"{OF_META}{name}": value for name, value in learner.items()}
 
 
-def listed_entries(names: Iterable[str]) -> str:
-    """Return names of entries for a message, with one example for ``meta_ppo``, which repeats the names of ``ppo``."""
-    plain = sorted(name for name in names if not name.startswith(OF_META))
-    return f"{', '.join(plain)}, and the learner's of {META_PART} too, such as {OF_META}gamma"
+def hint_of(name: str, names: Collection[str]) -> str:
+    """Return the known name that an unknown one is most like, as a question; if it is like none, all of them.
+
+    Of ``meta_ppo`` there is one example, as it repeats the names of ``ppo``.
+    """
+    if near := get_close_matches(name, names, n=1):
+        return f"is it {near[0]}?"
+    plain = sorted(one for one in names if not one.startswith(OF_META))
+    return f"there are {', '.join(plain)}, and the learner's of {META_PART} too, such as {OF_META}gamma"

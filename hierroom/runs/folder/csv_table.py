@@ -70,7 +70,7 @@ class CSVTable:
         if self._names and added:
             self._widen(added)
         self._names = names = [*self._names, *added]
-        lines = b"".join(_line([_cell(row.get(name, "nan")) for name in names]) for row in rows)
+        lines = b"".join(_line([plain_cell(row.get(name, "nan")) for name in names]) for row in rows)
         if not self.path.exists() or self.path.stat().st_size == 0:
             n_rows, lines = 0, _line(names) + lines
         append_whole(self.path, lines)
@@ -162,10 +162,6 @@ def _line(entries: Sequence[object]) -> bytes:
 
 def _short_line(text: str) -> str:
     return " ".join(text.splitlines()).encode(errors="backslashreplace").decode()[:_LONGEST_CELL]
-
-
-def _cell(value: object) -> object:
-    return plain_cell(value) if isinstance(value, str) else value
 
 
 def _entries(line: bytes, *, is_first: bool) -> list[str] | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hierroom.runs.evaluation import Evaluation, Score
+from hierroom.runs.evaluation import Evaluation
 
 MILESTONES = (50, 90, 95, 99)
 """Success rates in percent; a run's summary has the steps until each is reached."""
@@ -25,25 +25,12 @@ def evaluation_points(steps: int, evaluations: int) -> list[int]:
 
 def evaluation_rows(steps: int, seconds: float, evaluation: Evaluation) -> list[dict[str, object]]:
     """Return rows of ``evaluations.csv``, one per goal graph, with how often and when each goal was first achieved."""
-    return [
-        {"steps": steps, "seconds": round(seconds, 3), "graph": graph, **_columns(score)}
-        for graph, score in evaluation.graphs.items()
-    ]
-
-
-def _columns(score: Score) -> dict[str, object]:
-    numbers = {
-        "success_rate": score.success_rate,
-        "success_low": score.success_interval[0],
-        "success_high": score.success_interval[1],
-        "length": score.length,
-        "length_over_shortest": score.length_over_shortest,
-        "return": score.mean_return,
-    }
-    for goal, (share, step) in score.steps_to_goals.items():
-        name = goal.replace(" ", "_")
-        numbers |= {f"achieved_{name}": share, f"steps_to_{name}": step}
-    return {"episodes": score.episodes, **{name: round(value, 6) for name, value in numbers.items()}}
+    rows = []
+    for graph, score in evaluation.graphs.items():
+        numbers = {**score.columns, "return": score.mean_return, **score.goal_columns}
+        row = {"steps": steps, "seconds": round(seconds, 3), "graph": graph, "episodes": score.episodes}
+        rows.append(row | {name: round(value, 6) for name, value in numbers.items()})
+    return rows
 
 
 @dataclass(frozen=True)
