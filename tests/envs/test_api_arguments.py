@@ -28,13 +28,13 @@ ROW = GoalGraph((0, 1, 2, 3), 4)
 
 
 @pytest.mark.parametrize("api", NATIVE)
-def test_a_reward_that_is_not_given_is_that_of_the_api(api):
+def test_each_api_has_its_default_reward(api):
     expected = "extrinsic" if api.startswith("Escape") else "intrinsic"
     assert turns_of(NATIVE[api]()).config == EnvConfig(reward=expected)
 
 
 @pytest.mark.parametrize("api", MADE)
-def test_an_unknown_keyword_raises_input_error_that_names_the_known_ones(api):
+def test_unknown_keyword_raises_input_error(api):
     native = {"make": "EscapeRoom", "make_vec": "EscapeRooms", "make_vec sync": "EscapeRoom"}.get(api, api)
     besides = inspect.signature(NATIVE["raw_env" if native == "env" else native]).parameters
     known = ", ".join([*CONFIG, *(name for name in besides if name not in ("num_envs", "graph", "entries"))])
@@ -44,13 +44,13 @@ def test_an_unknown_keyword_raises_input_error_that_names_the_known_ones(api):
         assert str(caught.value) == f"an environment takes {known}; not {', '.join(wrong)}"
 
 
-def test_two_tasks_are_refused():
+def test_graph_and_task_together_raise_input_error():
     with pytest.raises(InputError, match="graph and task are two tasks; for a task of your own use hierroom/Task-v0"):
         gymnasium.make("hierroom/Workshop-v0", graph=chest_task.chest)
 
 
 def first(env):
-    """Return the environment without wrappers; the first one where Gymnasium made several."""
+    """Return the environment without wrappers; if Gymnasium made several, return the first."""
     return (env.envs[0] if isinstance(env, gymnasium.vector.SyncVectorEnv) else env).unwrapped
 
 
@@ -75,7 +75,7 @@ def row_file(tmp_path):
 
 
 @pytest.mark.parametrize("api", MADE)
-def test_one_graph_can_be_given_in_every_way(api, row_file):
+def test_each_api_takes_a_graph_in_every_form(api, row_file):
     ways = [("f", GoalGraph.named("f")), (ROW, ROW), (str(row_file), ROW), (Path(row_file), ROW)]
     for graph, expected in ways:
         env = MADE[api](graph=graph, size=15)
@@ -85,7 +85,7 @@ def test_one_graph_can_be_given_in_every_way(api, row_file):
 
 
 @pytest.mark.parametrize("api", MADE)
-def test_several_graphs_can_be_given_as_a_list_or_a_tuple_less_those_excluded(api, row_file):
+def test_each_api_takes_several_graphs_and_exclusions(api, row_file):
     expected = graphs_of(hierroom.parallel_env(["a", "c", row_file, "f"], exclude="f"))
     assert set(expected) == {GoalGraph.named("a"), GoalGraph.named("c"), ROW}
     for graph, exclude in ((["a", "c", ROW], ()), (("c", "a", str(row_file), "rooms:3"), ["b", GoalGraph((0, 1), 1)])):
@@ -100,7 +100,7 @@ def test_several_graphs_can_be_given_as_a_list_or_a_tuple_less_those_excluded(ap
     scope="module", params=[("hitting_time:8..16", 1), ("expected_steps:20..70", 1), ("hitting_time:8..16", 2)]
 )
 def interval(request):
-    """An interval, its stages, its graphs, and those that the parallel environment draws."""
+    """Return an interval, its number of stages, its graphs, and the graphs that the parallel environment draws."""
     spec, n_stages = request.param
     whole = GraphSet(spec)
     first = whole.stages(n_stages)[0]
@@ -111,7 +111,7 @@ def interval(request):
 
 
 @pytest.mark.parametrize("api", MADE)
-def test_an_interval_of_graphs_gives_the_same_levels_everywhere(api, interval):
+def test_each_api_draws_the_same_graphs_from_an_interval(api, interval):
     spec, n_stages, whole, drawn = interval
     env = MADE[api](graph=spec, curriculum_stages=n_stages)
     assert graphs_of(env) == drawn

@@ -1,7 +1,7 @@
 """The checkers of PettingZoo and Gymnasium, over every graph, with and without dropping.
 
-Left out are PettingZoo's ``max_cycles_test``, which wants every agent to act exactly ``max_cycles`` times, and
-``bombardment_test``, which wants an observation of ``step``: no AEC environment with uneven turns can pass them.
+We leave out PettingZoo's ``max_cycles_test``, which requires every agent to act exactly ``max_cycles`` times, and
+``bombardment_test``, which requires an observation of ``step``: no AEC environment with uneven turns can pass them.
 """
 
 import warnings
@@ -43,27 +43,27 @@ def no_other_warning():
 
 
 @pytest.mark.parametrize("make", [hierroom.env, hierroom.raw_env], ids=["env", "raw_env"])
-def test_api(make, graph, drop_key, capsys):
+def test_aec_env_passes_api_checker(make, graph, drop_key, capsys):
     api_test(make(graph=graph, drop_key=drop_key, max_steps=100), num_cycles=300)
 
 
-def test_seed(graph, drop_key):
+def test_aec_env_passes_seed_checker(graph, drop_key):
     seed_test(partial(hierroom.env, graph=graph, drop_key=drop_key, max_steps=100), num_cycles=200)
 
 
-def test_render(graph, drop_key, monkeypatch):
-    monkeypatch.setattr("pygame.time.Clock", lambda: SimpleNamespace(tick=lambda fps: None))  # as fast as can be
+def test_aec_env_passes_render_checker(graph, drop_key, monkeypatch):
+    monkeypatch.setattr("pygame.time.Clock", lambda: SimpleNamespace(tick=lambda fps: None))  # as fast as possible
     render_test(partial(hierroom.env, graph=graph, drop_key=drop_key, size=11))
 
 
-def test_parallel_api(graph, drop_key, capsys):
+def test_parallel_env_passes_parallel_api_checker(graph, drop_key, capsys):
     parallel_api_test(hierroom.parallel_env(graph=graph, drop_key=drop_key, max_steps=100), num_cycles=300)
 
 
-def test_parallel_seed(graph, drop_key):
+def test_parallel_env_passes_parallel_seed_checker(graph, drop_key):
     parallel_seed_test(partial(hierroom.parallel_env, graph=graph, drop_key=drop_key, max_steps=100), num_cycles=200)
 
 
 @pytest.mark.parametrize("meta", ["none", "fixed-dfs"])
-def test_gymnasium(graph, drop_key, meta):
+def test_gymnasium_env_passes_env_checker(graph, drop_key, meta):
     check_env(gymnasium.make(f"hierroom/EscapeRoom-{graph}-v0", drop_key=drop_key, meta=meta).unwrapped)

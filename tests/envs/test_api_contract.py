@@ -18,7 +18,7 @@ AGENTS = ["meta_0", "controller_0"]
 
 
 def play(env, rng, episodes):
-    """Random legal play of an AEC environment: everything that ``last`` said, and what was done."""
+    """Play an AEC environment with random legal actions; return each result of ``last`` with the action taken."""
     observed = []
     for _ in range(episodes):
         for agent in env.agent_iter():
@@ -50,7 +50,7 @@ def make(seed, **settings):
     return env
 
 
-def test_fifty_episodes_are_the_same_again_and_other_seeds_are_others():
+def test_fifty_episodes_repeat_only_with_the_same_seed():
     observed, again, other = (play(make(seed), np.random.default_rng(0), 50) for seed in (3, 3, 4))
     assert len(observed) > 50 * 60
     assert equal(observed, again)
@@ -72,8 +72,8 @@ def test_an_episode_of_five_options_has_two_agents():
 INFO = dict.fromkeys(("goal_event", "elapsed", "illegal_actions", "length", "shortest_length"), int) | {"success": bool}
 
 
-def test_flags_rewards_and_infos_are_plain_python_with_the_same_keys_at_every_moment():
-    """Libraries make room for infos at reset, and for these only."""
+def test_results_are_plain_python_with_fixed_info_keys():
+    """Libraries allocate memory for the infos of the first reset, and for no other keys."""
     parallel, single = hierroom.parallel_env(size=11, max_steps=6), EscapeRoom(max_steps=6)
     observed = play(make(0, max_steps=6, reward="bonus"), np.random.default_rng(0), 3)
     results, infos = [entry[2:5] for entry in observed], [entry[5] for entry in observed]
@@ -154,21 +154,21 @@ def test_returned_arrays_belong_to_the_caller(api):
 
 
 @pytest.mark.parametrize("copies", [True, False])
-def test_an_array_that_is_kept_without_the_others_stays_as_it_was(copies):
+def test_kept_array_is_not_overwritten_by_later_steps(copies):
     env, rng, kept = EscapeRooms(3, "a", size=11, max_steps=25, copy=copies), np.random.default_rng(0), []
     env.reset(seed=0)
     for step in range(120):
         arrays = [*arrays_of(env.step(rng.integers(5, size=3))[0 if copies else 1 :])]
         one = arrays[step % len(arrays)]
-        one = one[1:] if step // len(arrays) % 2 else one  # in turn the array and a view of a part
+        one = one[1:] if step // len(arrays) % 2 else one  # alternate between the array and a view of a part
         kept.append((one, one.copy()))
         del arrays
     assert all(np.array_equal(one, expected) for one, expected in kept)
 
 
 @pytest.mark.parametrize("make_one", [hierroom.env, hierroom.parallel_env, EscapeRoom, lambda: EscapeRooms(2)])
-def test_reset_warns_once_of_options_that_it_ignores(make_one):
-    ignored = {f"graph {id(make_one)}": "b"}  # nobody has warned of it in this process
+def test_reset_warns_once_of_ignored_options(make_one):
+    ignored = {f"graph {id(make_one)}": "b"}  # a name without a warning so far in this process
     with pytest.warns(UserWarning, match=r"^a reset takes the options complexity.*; it ignores 'graph "):
         make_one().reset(seed=1, options=ignored)
     with warnings.catch_warnings():
@@ -176,7 +176,7 @@ def test_reset_warns_once_of_options_that_it_ignores(make_one):
         make_one().reset(seed=1, options=ignored)
 
 
-def test_reset_takes_any_options_and_tells_complexity_if_asked():
+def test_reset_returns_complexity_only_if_asked():
     env = make(0)
     env.reset(seed=1, options={"colour": "mauve"})
     assert "complexity" not in env.last()[-1]
@@ -190,8 +190,8 @@ def test_reset_takes_any_options_and_tells_complexity_if_asked():
         assert made.complexity.to_dict() in (info.get("complexity"), info.get("meta_0", {}).get("complexity"))
 
 
-def test_unseeded_environments_differ_and_go_on_to_the_next_episode():
-    """Five episodes each, as two can begin with the same view."""
+def test_unseeded_environments_and_their_episodes_differ():
+    """Compare five episodes of each environment, as two episodes can begin with the same view."""
     for make_one in (hierroom.parallel_env, EscapeRoom, lambda: EscapeRooms(4)):
         several = []
         for _ in range(6):
@@ -201,14 +201,14 @@ def test_unseeded_environments_differ_and_go_on_to_the_next_episode():
         assert all(len(set(episodes)) > 2 for episodes in several)
 
 
-def test_an_entry_of_an_observation_can_name_a_torch_module():
+def test_observation_entries_are_valid_torch_module_names():
     """Libraries make a module for each entry; one named as a method of `ModuleDict`, such as keys, breaks them."""
     for space in (hierroom.env().observation_space("meta_0"), EscapeRoom().observation_space):
         assert isinstance(space, gymnasium.spaces.Dict)
         torch.nn.ModuleDict({name: torch.nn.Identity() for name in space})
 
 
-def test_nobody_observes_but_the_two_agents():
+def test_observe_accepts_only_the_two_agents():
     env = hierroom.raw_env(graph="a", size=11)
     env.reset(seed=0)
     with pytest.raises(InputError, match=r"^the agents are meta_0 and controller_0; there is no 'player_7'$"):

@@ -1,4 +1,4 @@
-"""Environments can be pickled, copied and spawned at any moment, and the copy goes on as the original does."""
+"""Environments can be pickled, copied and sent to other processes; each copy continues like the original."""
 
 import copy
 import multiprocessing
@@ -99,8 +99,8 @@ def actions(n, seed=0):
 @pytest.mark.parametrize("how", COPIES)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("n_before", [None, 0, 31])
-def test_a_copy_goes_on_as_the_original(kind, how, n_before):
-    """Before the first reset, and after it; 31 steps are the first of an episode, or right after its end."""
+def test_copy_continues_like_the_original(kind, how, n_before):
+    """Copy before the first reset, after it, and after 31 steps, which is about one episode."""
     make, play = KINDS[kind]
     env = make()
     if n_before is None:
@@ -114,12 +114,12 @@ def test_a_copy_goes_on_as_the_original(kind, how, n_before):
         twin = COPIES[how](env)
     after = actions(40, seed=1)
     ours = [plain(results) for results in play(env, after)]
-    assert plain(list(play(twin, after))) == ours  # only now: it shares nothing with the original
+    assert plain(list(play(twin, after))) == ours  # only now, to show that it shares nothing with the original
     assert len({str(results) for results in ours}) > 1
 
 
 @pytest.mark.parametrize("kind", ["gymnasium", "aec", "parallel"])
-def test_a_window_stays_with_the_original(kind, monkeypatch):
+def test_copies_do_not_share_the_window(kind, monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     make, play = KINDS[kind]
     env = make(render_mode="human")
@@ -136,7 +136,7 @@ def in_another_process(kind, env, seed, results):
     results.put([plain(one) for one in KINDS[kind][1](env, actions(20, seed))])
 
 
-def test_a_spawned_process_goes_on_with_it():
+def test_spawned_process_continues_the_episode():
     context = multiprocessing.get_context("spawn")
     results = context.Queue()
     env = KINDS["parallel"][0]()
@@ -149,8 +149,8 @@ def test_a_spawned_process_goes_on_with_it():
     assert there == [plain(one) for one in KINDS["parallel"][1](env, actions(20, 5))]
 
 
-def test_functions_that_use_the_package_reach_other_processes():
-    """Cloudpickle sends them, in Gymnasium's async vector, Stable-Baselines3's and ray."""
+def test_cloudpickle_sends_functions_that_use_the_package():
+    """Gymnasium's async vector, Stable-Baselines3 and Ray use cloudpickle."""
     make = KINDS["gymnasium"][0]
     envs = gymnasium.vector.AsyncVectorEnv([lambda: ImgObsWrapper(hierroom.minigrid_view(make()))] * 2, context="spawn")
     observations, _ = envs.reset(seed=[3, 3])

@@ -1,4 +1,4 @@
-"""The batch of turns and all APIs give the same: same seed, same actions, same everything, step for step."""
+"""With the same seed and actions, all APIs give the same as the batch of turns, step for step."""
 
 import itertools
 
@@ -42,7 +42,7 @@ def keywords(config, **changes):
     return {**vars(config), **changes}
 
 
-def test_plays_hold_choices_ends_rewards_and_illegal_actions(case):
+def test_recorded_plays_cover_choices_ends_rewards_and_illegal_actions(case):
     _, plays = case
     moments = [moment for play in plays for moment in play]
     assert sum(moment.meta is not None for moment in moments) > 8
@@ -130,7 +130,7 @@ def test_the_gymnasium_environment_equals_the_batch_of_turns(case):
 
 @pytest.mark.parametrize("flat", [False, True], ids=["", "flat"])
 @pytest.mark.parametrize("mode", AutoresetMode)
-def test_vector_as_gymnasium_makes_one_of_single_environments(case, mode, flat):
+def test_vector_env_equals_gymnasiums_sync_vector_env(case, mode, flat):
     """Replay the recorded episodes in same-step mode; in other modes use the choices of Gymnasium's environment."""
     config, plays = case
     n = len(plays)

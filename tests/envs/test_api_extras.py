@@ -1,4 +1,4 @@
-"""Other things that libraries ask environments for: masks, keys, state, specs, render modes."""
+"""Other attributes that libraries use: masks, keys, state, specs, render modes."""
 
 import gymnasium
 import numpy as np
@@ -16,7 +16,7 @@ ID = "hierroom/EscapeRoom-b-v0"
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_action_masks_are_those_of_the_observations(drop_key):
+def test_action_masks_method_equals_the_observed_mask(drop_key):
     env = gymnasium.make(ID, size=11, drop_key=drop_key)
     observation, _ = env.reset(seed=0)
     masks = env.get_wrapper_attr("action_masks")()
@@ -25,7 +25,7 @@ def test_action_masks_are_those_of_the_observations(drop_key):
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_each_action_has_a_key(drop_key):
+def test_each_action_has_a_keyboard_key(drop_key):
     keys = gymnasium.make(ID, drop_key=drop_key).get_wrapper_attr("get_keys_to_action")()
     assert list(keys.values()) == list(range(5 + drop_key))
     assert keys[(pygame.K_UP,)] == 0
@@ -33,7 +33,7 @@ def test_each_action_has_a_key(drop_key):
 
 
 @pytest.mark.parametrize("make", [hierroom.parallel_env, hierroom.env], ids=["parallel", "aec"])
-def test_the_state_is_the_whole_grid_as_minigrid_shows_it(make):
+def test_state_equals_minigrids_full_grid(make):
     env = make(graph="b", size=13)
     env.reset(seed=4)
     state = env.state()
@@ -56,7 +56,7 @@ def test_the_state_is_the_whole_grid_as_minigrid_shows_it(make):
     assert goal < len(COLOURS)
 
 
-def test_the_spec_tells_the_step_limit():
+def test_spec_has_the_step_limit():
     env = gymnasium.make(ID, max_steps=77)
     assert env.spec.max_episode_steps == 77
     assert env.unwrapped.spec.max_episode_steps == 77
@@ -70,7 +70,7 @@ def test_the_spec_tells_the_step_limit():
     assert ends == [(False, False)] * 76 + [(False, True)]
 
 
-def test_a_single_environment_s_spec_makes_a_vector_and_the_smaller_limit_counts():
+def test_make_vec_takes_specs_and_the_smaller_limit():
     single = gymnasium.make(ID, max_steps=7)
     many = gymnasium.make_vec(ID, 2, max_steps=7)
     shorter = gymnasium.make_vec(ID, 2, max_episode_steps=7)
@@ -85,7 +85,7 @@ def test_a_single_environment_s_spec_makes_a_vector_and_the_smaller_limit_counts
 
 
 @pytest.mark.parametrize("make", [hierroom.parallel_env, hierroom.env], ids=["parallel", "aec"])
-def test_at_the_end_of_an_episode_the_state_shows_the_goal_that_was_pursued(make):
+def test_final_state_shows_the_pursued_goal(make):
     env = make(graph="b", size=13, max_steps=2)
     env.reset(seed=4)
     goal = int(env.unwrapped.single.turns.world.state.levels[0].colours[0])
@@ -100,7 +100,7 @@ def test_at_the_end_of_an_episode_the_state_shows_the_goal_that_was_pursued(make
     assert all(env.truncations.values()) if make is hierroom.env else not env.agents
 
 
-def test_render_modes_are_lists_that_are_not_shared():
+def test_render_modes_are_separate_lists():
     classes = EscapeRoom, hierroom.raw_env, hierroom.parallel_env
     modes = [one.metadata["render_modes"] for one in classes]
     assert all(type(one) is list for one in modes)

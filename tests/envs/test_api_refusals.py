@@ -53,11 +53,11 @@ def test_invalid_arguments_raise_input_error(api, arguments, said, tmp_path, mon
         (lambda: hierroom.raw_env().reset(seed=-1), "a seed must be a whole number from 0 to 2**63 - 1, not -1"),
         (lambda: EscapeRooms(2).reset(seed=[1, -2]), "a seed must be a whole number from 0 to 2**63 - 1, not -2"),
         (lambda: EscapeRooms(2).reset(seed=[1]), "seeds are one for all environments or 2 of them, not 1"),
-        (lambda: stepped(13, 1.5), "an action must be a whole number, not 1.5"),
-        (lambda: stepped(None), "meta_0 must act; None is for agents with an ended episode"),
-        (lambda: envs_after_reset().step([0, 0, 0]), "actions must be 2 whole numbers"),
-        (lambda: envs_after_reset().step([[0], [1, 2]]), "actions must be 2 whole numbers"),
-        (lambda: stepped_together({"meta_0": 13, "controller_0": None}), "an action must be a whole number, not None"),
+        (lambda: step_aec_env(13, 1.5), "an action must be a whole number, not 1.5"),
+        (lambda: step_aec_env(None), "meta_0 must act; None is for agents with an ended episode"),
+        (lambda: vector_env_after_reset().step([0, 0, 0]), "actions must be 2 whole numbers"),
+        (lambda: vector_env_after_reset().step([[0], [1, 2]]), "actions must be 2 whole numbers"),
+        (lambda: step_parallel_env({"meta_0": 13, "controller_0": None}), "an action must be a whole number, not None"),
         (lambda: EscapeRoom(reward=[]), "a reward is a function of a step or has a method rewards(step); the reward l"),
         (lambda: EscapeRooms(2).reset(seed=0, options=[1]), "options of a reset are a dict or None, not a list"),
         (lambda: hierroom.parallel_env().reset(0, 5), "options of a reset are a dict or None, not 5"),
@@ -66,13 +66,13 @@ def test_invalid_arguments_raise_input_error(api, arguments, said, tmp_path, mon
         (lambda: hierroom.raw_env().last(), "reset the environment before its first step"),
         (lambda: hierroom.raw_env().state(), "reset the environment before its state is asked for"),
         (lambda: EscapeRoom().render(), "reset the environment before"),
-        (lambda: stepped_together([0, 1]), "actions are a dict by agent, not a list"),
+        (lambda: step_parallel_env([0, 1]), "actions are a dict by agent, not a list"),
         (lambda: EscapeRooms(2, flat="no"), "flat must be True or False, not 'no'"),
         (
-            lambda: stepped_together({"meta_0": 13, "controller_0": 0, "x": 0}),
+            lambda: step_parallel_env({"meta_0": 13, "controller_0": 0, "x": 0}),
             "the agents are meta_0 and controller_0; t",
         ),
-        (lambda: stepped_together({"meta_0": 13}), "a step needs an action of each agent, and has none of control"),
+        (lambda: step_parallel_env({"meta_0": 13}), "a step needs an action of each agent, and has none of control"),
     ],
 )
 def test_invalid_calls_raise_input_error(attempt, said):
@@ -82,7 +82,7 @@ def test_invalid_calls_raise_input_error(attempt, said):
 
 
 @pytest.mark.parametrize("action", [2**63, 2**64, 10**30, -(2**63) - 1, np.uint64(2**64 - 1), np.array(2**63)])
-def test_a_number_that_is_too_large_is_an_illegal_action_of_either_agent(action):
+def test_huge_number_is_an_illegal_action(action):
     env = hierroom.parallel_env()
     env.reset(seed=0)
     *_, infos = env.step({"meta_0": action, "controller_0": action})
@@ -91,7 +91,7 @@ def test_a_number_that_is_too_large_is_an_illegal_action_of_either_agent(action)
     assert turns.world.state.levels["steps"][0] == turns.ledger.option_steps[0] == 1
 
 
-def test_a_step_with_one_wrong_action_takes_neither():
+def test_parallel_step_with_one_invalid_action_changes_nothing():
     env = hierroom.parallel_env()
     env.reset(seed=0)
     before = env.single.turns.get_state()
@@ -101,19 +101,19 @@ def test_a_step_with_one_wrong_action_takes_neither():
         np.testing.assert_array_equal(array, before[name], err_msg=name)
 
 
-def stepped_together(actions):
+def step_parallel_env(actions):
     env = hierroom.parallel_env()
     env.reset(seed=0)
     env.step(actions)
 
 
-def envs_after_reset():
+def vector_env_after_reset():
     envs = EscapeRooms(2)
     envs.reset(seed=0)
     return envs
 
 
-def stepped(*actions):
+def step_aec_env(*actions):
     env = hierroom.raw_env()
     env.reset(seed=0)
     for action in actions:

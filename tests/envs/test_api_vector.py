@@ -1,4 +1,4 @@
-"""The Gymnasium vector environment, except for the parts that `test_api_equal` compares with Gymnasium's."""
+"""The Gymnasium vector environment; `test_api_equal` compares other parts of it with Gymnasium's own."""
 
 import gymnasium
 import numpy as np
@@ -15,8 +15,8 @@ from hierroom.worlds.escape_room.oracle import shortest_actions
 SMALL = {"graph": "a", "size": 11, "max_steps": 9}
 
 
-def test_one_seed_for_each_environment():
-    """The episode of an environment depends on its own seed and index alone; without a seed its next one begins."""
+def test_reset_takes_a_seed_for_each_environment():
+    """An episode depends only on the seed and index of its environment; without a seed, the next episode begins."""
     lists, sevens, nines = EscapeRooms(3, **SMALL), EscapeRooms(3, **SMALL), EscapeRooms(3, **SMALL)
     of_list, of_sevens, of_nines = (
         env.reset(seed=seed)[0] for env, seed in ((lists, [7, 9, 7]), (sevens, 7), (nines, 9))
@@ -31,13 +31,13 @@ def test_one_seed_for_each_environment():
     np.testing.assert_array_equal(mixed["observation"][0], of_list["observation"][0])
 
 
-def test_an_environment_without_a_seed_draws_one():
+def test_reset_without_seed_draws_a_seed():
     firsts = {EscapeRooms(1, **SMALL).reset(seed=[None])[0]["observation"].tobytes() for _ in range(8)}
     assert len(firsts) > 4
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_the_flat_space_is_that_of_gymnasium(drop_key):
+def test_flat_space_equals_gymnasiums_flatten_space(drop_key):
     flat, whole = (EscapeRooms(2, flat=flat, drop_key=drop_key).single_observation_space for flat in (True, False))
     expected = gymnasium.spaces.flatten_space(whole)
     assert (flat.low == expected.low).all()
@@ -45,7 +45,7 @@ def test_the_flat_space_is_that_of_gymnasium(drop_key):
 
 
 @pytest.mark.parametrize("flat", [False, True])
-def test_without_copies_the_same_arrays_hold_the_same(flat):
+def test_copy_false_reuses_arrays_with_equal_values(flat):
     fresh, kept = EscapeRooms(4, flat=flat, **SMALL), EscapeRooms(4, flat=flat, copy=False, **SMALL)
     rng = np.random.default_rng(0)
     (observations, _), (views, _) = fresh.reset(seed=1), kept.reset(seed=1)
@@ -62,7 +62,7 @@ def test_without_copies_the_same_arrays_hold_the_same(flat):
         assert fresh.observation_space.contains(observations)
 
 
-def test_the_last_infos_of_an_episode_tell_whether_it_escaped():
+def test_final_infos_report_success_and_length():
     env, ends = EscapeRooms(4, graph="a", size=11, max_steps=60, autoreset_mode="SameStep"), []
     env.reset(seed=1)
     for _ in range(120):
@@ -78,7 +78,7 @@ def test_the_last_infos_of_an_episode_tell_whether_it_escaped():
     assert 0 < sum(ends) < len(ends)
 
 
-def test_each_mode_is_in_the_metadata_and_an_invalid_one_raises_input_error():
+def test_autoreset_mode_is_validated_and_in_the_metadata():
     for mode in AutoresetMode:
         for given in (mode, mode.value):
             env = EscapeRooms(2, autoreset_mode=given, **SMALL)
@@ -95,7 +95,7 @@ def test_each_mode_is_in_the_metadata_and_an_invalid_one_raises_input_error():
 @pytest.mark.parametrize(
     "wrap", [wrappers.NormalizeObservation, wrappers.NormalizeReward, wrappers.RecordEpisodeStatistics]
 )
-def test_the_wrappers_of_gymnasium_take_the_usual_environments(wrap):
+def test_gymnasium_vector_wrappers_take_the_environments(wrap):
     envs = wrap(gymnasium.make_vec("hierroom/EscapeRoom-a-v0", 4, flat=True, size=11, max_steps=9))
     observations, _ = envs.reset(seed=0)
     ended = 0
@@ -123,7 +123,7 @@ def test_without_autoreset_ended_environments_must_be_reset():
     env.step(np.ones(3, int))
 
 
-def test_a_reset_that_is_refused_leaves_everything_as_it_was():
+def test_refused_reset_changes_nothing():
     envs = [EscapeRooms(2, autoreset_mode="Disabled", meta="fixed-dfs", **SMALL) for _ in range(2)]
     observed = []
     for n, env in enumerate(envs):
@@ -138,7 +138,7 @@ def test_a_reset_that_is_refused_leaves_everything_as_it_was():
     assert observed[0][0]["goal"][1].any()
 
 
-def test_complexity_is_laid_out_as_gymnasium_lays_it_out():
+def test_complexity_info_has_gymnasiums_layout():
     ours = EscapeRooms(2, graph="b", size=11)
     theirs = SyncVectorEnv([lambda: EscapeRoom("b", size=11)] * 2)
     (_, observed), (_, expected) = (envs.reset(seed=[1, 2], options={"complexity": True}) for envs in (ours, theirs))
@@ -147,7 +147,7 @@ def test_complexity_is_laid_out_as_gymnasium_lays_it_out():
     assert repr(observed["complexity"]) == repr(expected["complexity"])
 
 
-def test_in_next_step_mode_the_action_of_the_reset_is_ignored():
+def test_next_step_mode_ignores_the_action_at_reset():
     env = EscapeRooms(2, autoreset_mode="NextStep", **SMALL)
     env.reset(seed=0)
     for _ in range(9):
@@ -168,7 +168,7 @@ def test_in_next_step_mode_the_action_of_the_reset_is_ignored():
         (np.ones(3, bool), r"bool and shape \(3,\)"),
     ],
 )
-def test_an_invalid_mask_raises_input_error(mask, given):
+def test_invalid_reset_mask_raises_input_error(mask, given):
     env = EscapeRooms(2, autoreset_mode="Disabled", **SMALL)
     env.reset(seed=0)
     with pytest.raises(InputError, match=rf"^reset_mask must be 2 bool, at least one of them True, not {given}$"):

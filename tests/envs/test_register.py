@@ -1,4 +1,4 @@
-"""Gymnasium ids for custom goal graphs, found in every process."""
+"""Gymnasium ids for custom goal graphs, in this process and in others."""
 
 import sys
 import warnings
@@ -33,14 +33,14 @@ def unregistered():
 
 @pytest.mark.skipif(not hasattr(pettingzoo, "make"), reason="PettingZoo has make from 1.27 on")
 @pytest.mark.parametrize("kind", ["aec", "parallel"])
-def test_petting_zoo_makes_the_same_ids(kind):
+def test_pettingzoo_make_knows_the_same_ids(kind):
     env_id = hierroom.register("fork", FORK)
     assert pettingzoo.make(kind, env_id, max_steps=7).unwrapped.complexity.graph == FORK
     ours = {name for name in gymnasium.registry if name.startswith("hierroom/")}
     assert ours == {name for name in vars(pettingzoo)[f"{kind}_registry"] if name.startswith("hierroom/")}
 
 
-def test_a_graph_of_a_file_has_an_id(tmp_path):
+def test_register_takes_a_graph_file(tmp_path):
     path = tmp_path / "fork.toml"
     FORK.to_toml(path)
     assert hierroom.register("abc", path) == "hierroom/EscapeRoom-abc-v0"
@@ -55,7 +55,7 @@ def test_a_graph_of_a_file_has_an_id(tmp_path):
     assert '"name": "fork"' in env.spec.to_json()
 
 
-def test_a_set_with_excluded_graphs_has_an_id():
+def test_register_takes_a_set_with_exclusions():
     env = gymnasium.make(hierroom.register("four-rooms", ["a", "rooms:4"], exclude=["g", FORK]))
     names = {graph.name for graph in env.unwrapped.single.turns.world.sampler.everything}
     assert len(names) == 8
@@ -77,7 +77,7 @@ def test_an_id_refuses_other_graphs_and_exclusions(make):
 
 
 @pytest.mark.parametrize("graph", [FORK, GoalGraph((0, 1, 1), 3), ["a", FORK]])
-def test_a_spec_that_was_written_as_json_makes_the_same_again(graph):
+def test_spec_from_json_makes_the_same_environment(graph):
     env = gymnasium.make("hierroom/EscapeRoom-v0", graph=graph)
     again = gymnasium.make(EnvSpec.from_json(env.spec.to_json()))
     everything = [one.unwrapped.single.turns.world.sampler.everything for one in (env, again)]
@@ -85,7 +85,7 @@ def test_a_spec_that_was_written_as_json_makes_the_same_again(graph):
     assert [one.name for one in everything[0]] == [one.name for one in everything[1]]
 
 
-def test_a_module_that_registers_is_found_in_other_processes(tmp_path, monkeypatch):
+def test_registering_module_is_imported_in_other_processes(tmp_path, monkeypatch):
     (tmp_path / "rooms_of_mine.py").write_text(MODULE)
     monkeypatch.syspath_prepend(tmp_path)  # a spawned process has the same path
     env_id = "rooms_of_mine:hierroom/EscapeRoom-fork-v0"
@@ -103,7 +103,7 @@ def test_a_module_that_registers_is_found_in_other_processes(tmp_path, monkeypat
     sys.modules.pop("rooms_of_mine")
 
 
-def test_registering_the_same_again_is_silent_and_another_graph_warns():
+def test_register_warns_only_if_the_graph_changes():
     hierroom.register("fork", FORK)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -123,6 +123,6 @@ def test_an_invalid_name_raises_input_error(name):
     )
 
 
-def test_a_bad_graph_is_refused_at_once():
+def test_register_refuses_an_invalid_graph():
     with pytest.raises(InputError, match="a graph must be a letter"):
         hierroom.register("fork", ["a", "z"])

@@ -38,7 +38,7 @@ def task(request):
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_checkers_find_nothing_wrong(task):
+def test_task_environments_pass_the_api_checkers(task):
     api_test(hierroom.env(task), num_cycles=40)
     parallel_api_test(hierroom.parallel_env(task), num_cycles=40)
     seed_test(lambda: hierroom.env(task), num_cycles=20)
@@ -47,7 +47,7 @@ def test_checkers_find_nothing_wrong(task):
 
 @pytest.mark.parametrize("flat", [False, True])
 @pytest.mark.parametrize("mode", ["SameStep", "NextStep"])
-def test_many_environments_show_what_their_space_says_and_what_each_alone_shows(mode, flat, task):
+def test_vector_of_a_task_equals_single_environment(mode, flat, task):
     envs = EscapeRooms(3, task, meta="fixed-dfs", flat=flat, max_steps=20, autoreset_mode=mode)
     alone = EscapeRoom(task, meta="fixed-dfs", max_steps=20, env_index=1)
     observations, _ = envs.reset(seed=1)
@@ -70,7 +70,7 @@ def nth(observations, env):
     return {name: values[env] for name, values in observations.items()}
 
 
-def test_gymnasium_makes_a_task_by_its_name():
+def test_gymnasium_make_takes_a_task_name():
     env = gymnasium.make("hierroom/Task-v0", task="chest_task:chest", meta="fixed-dfs")
     observation, info = env.reset(seed=0)
     assert observation["goal"].tolist() in ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
@@ -80,8 +80,8 @@ def test_gymnasium_makes_a_task_by_its_name():
     assert envs.reset(seed=0)[0]["picture"].shape == (2, 5, 7, 3)
 
 
-@pytest.mark.parametrize("task", [chest_task.chest, chest_task.split], ids=["here", "in processes"])
-def test_pictures_and_text_show_what_the_environment_draws_and_the_goals(task):
+@pytest.mark.parametrize("task", [chest_task.chest, chest_task.split], ids=["same process", "other processes"])
+def test_render_shows_the_environment_and_the_goals(task):
     env = hierroom.env(task, render_mode="rgb_array")
     env.reset(seed=0)
     env.step(1)
@@ -111,7 +111,7 @@ class Counted(chest_task.Chest):
 
 
 @pytest.mark.parametrize("make", [hierroom.env, hierroom.parallel_env, EscapeRoom, lambda task: EscapeRooms(3, task)])
-def test_closing_closes_the_environments_of_a_task(make):
+def test_close_closes_the_environments_of_a_task(make):
     task = hierroom.Task(Counted, chest_task.GOALS, target="chest")
     task.trial  # noqa: B018 - it makes two, and closes one or both
     Counted.n_open = 0
@@ -121,12 +121,12 @@ def test_closing_closes_the_environments_of_a_task(make):
     assert Counted.n_open == 0
 
 
-def test_a_limit_of_steps_counts_if_it_is_below_the_task_s_own():
+def test_max_episode_steps_cannot_exceed_the_tasks_limit():
     envs = gymnasium.make_vec("hierroom/Task-v0", 1, task="chest_task:chest", max_episode_steps=50)
     assert envs.spec.max_episode_steps == chest_task.chest.max_steps == 30
 
 
-def test_the_state_and_the_complexity_of_a_task_are_those_of_its_rules():
+def test_task_state_and_complexity_follow_its_rules():
     env = hierroom.env(chest_task.chest).unwrapped
     env.reset(seed=0)
     assert env.state_space.contains(env.state())
@@ -134,12 +134,12 @@ def test_the_state_and_the_complexity_of_a_task_are_those_of_its_rules():
     assert hierroom.env(chest_task.free).unwrapped.complexity is None
 
 
-def test_episodes_of_a_task_can_be_played_at_random_from_a_config():
+def test_rollout_plays_a_task_config_at_random():
     episodes = list(hierroom.rollout("random", EnvConfig(task=unlock), 2, num_envs=2))
     assert [len(episode) for episode in episodes] == [60, 60]
 
 
-def test_views_for_other_libraries_take_a_task_or_say_that_they_cannot():
+def test_library_views_take_or_refuse_a_task():
     parallel, aec = (hierroom.box_view(make(chest_task.taxi)) for make in (hierroom.parallel_env, hierroom.env))
     parallel_api_test(parallel, num_cycles=30)
     api_test(aec, num_cycles=30)
@@ -156,7 +156,7 @@ def test_views_for_other_libraries_take_a_task_or_say_that_they_cannot():
         hierroom.minigrid_view(EscapeRoom(chest_task.chest))
 
 
-def test_a_reset_says_that_a_task_without_rules_has_no_complexity():
+def test_complexity_of_task_without_rules_raises_input_error():
     for make in (hierroom.env, hierroom.parallel_env, EscapeRoom, lambda task: EscapeRooms(2, graph=task)):
         env = make(chest_task.free)
         with pytest.raises(InputError, match="a task without rules has no complexity"):

@@ -23,7 +23,7 @@ DIGGING = ["wood", "wood", "table", "wood", "pickaxe", "stone", "stone", "tunnel
 
 
 def walk(rules, seed):
-    """The goals of a whole way, or of the beginning of an endless one; its random numbers stay the same."""
+    """Return the goals of one way, at most 50; the random numbers stay the same throughout."""
     search, marking, goals = DepthFirst(rules), rules.start_marking, []
     random = np.random.default_rng(seed).random(search.n_random)
     while len(goals) < 50 and (rule := search.next_rule(marking, random)) is not None:
@@ -32,12 +32,12 @@ def walk(rules, seed):
     return goals
 
 
-def test_a_way_follows_one_alternative_to_the_target_and_nothing_else():
+def test_depth_first_follows_one_alternative_to_the_target():
     ways = {tuple(walk(TOOLS, seed)) for seed in range(40)}
     assert ways == {tuple(DIGGING), ("flower", "bomb", "tunnel")}
 
 
-def test_independent_requirements_come_in_any_order_but_each_with_its_own_first():
+def test_independent_requirements_come_in_random_order():
     rules = Rules(
         {
             **{f"key {n}": {"gives": f"key {n}"} for n in (1, 2)},
@@ -51,7 +51,7 @@ def test_independent_requirements_come_in_any_order_but_each_with_its_own_first(
     assert {tuple(walk(rules, seed)) for seed in range(40)} == {tuple(first), tuple(second)}
 
 
-def test_a_circle_of_rules_is_not_followed():
+def test_cyclic_rules_are_not_followed():
     rules = Rules(
         {
             "melt": {"needs": "ice", "gives": "water"},
@@ -90,12 +90,12 @@ PHOTO = Rules(
     ("rules", "way"),
     [(HANDS, ("pick key", "unlock", "drop key", "pick box")), (PHOTO, ("on", "photo", "off", "leave"))],
 )
-def test_what_takes_away_something_that_is_still_asked_for_comes_later(rules, way):
-    """In any other order these ways go in circles."""
+def test_rule_that_removes_a_needed_fact_comes_later(rules, way):
+    """In any other order the way would never end."""
     assert {tuple(walk(rules, seed)) for seed in range(20)} == {way}
 
 
-def test_a_way_that_asks_for_more_than_a_capacity_is_never_taken():
+def test_alternative_beyond_the_capacity_is_never_taken():
     rules = Rules(
         {
             "a": {"gives": "a"},
@@ -107,7 +107,7 @@ def test_a_way_that_asks_for_more_than_a_capacity_is_never_taken():
     assert {tuple(walk(rules, seed)) for seed in range(20)} == {("b", "t")}
 
 
-def test_there_is_no_next_goal_where_the_target_is_there_or_out_of_reach():
+def test_next_rule_is_none_for_reached_or_unreachable_target():
     search, marking = DepthFirst(TOOLS), TOOLS.start_marking
     marking[TOOLS.facts.index("way")] = 1
     assert search.next_rule(marking, np.zeros(search.n_random)) is None

@@ -1,4 +1,4 @@
-"""Goal graphs: the paper's table, what is rejected and how it is said, files, and which goals are open."""
+"""Goal graphs: the paper's table, errors for invalid graphs, files, and open goals."""
 
 import json
 from pathlib import Path
@@ -36,7 +36,7 @@ from hierroom.support.errors import InputError
         ("g", (0, 1, 2), 3, 6, 1),
     ],
 )
-def test_the_named_graphs_are_those_of_the_paper(letter, key_rooms, exit_room, exit_depth, width):
+def test_named_graphs_match_the_paper(letter, key_rooms, exit_room, exit_depth, width):
     graph = GoalGraph.named(letter)
     assert (graph.key_rooms, graph.exit_room) == (key_rooms, exit_room)
     assert (graph.exit_depth, graph.width) == (exit_depth, width)
@@ -52,7 +52,7 @@ def test_depths_of_a_branching_graph():
     assert graph.name == "keys-0-1-1-2-0-exit-4"
 
 
-def test_renamed_rooms_make_the_same_graph():
+def test_renumbered_rooms_have_the_same_canonical_graph():
     renamed = GoalGraph((3, 0, 0), 2)
     assert renamed != NAMED_GRAPHS["d"]
     assert renamed.canonical() == NAMED_GRAPHS["d"].canonical()
@@ -60,7 +60,7 @@ def test_renamed_rooms_make_the_same_graph():
     assert GoalGraph((3, 0, 0), 3).name != "d"
 
 
-def test_graphs_are_values():
+def test_goal_graph_is_hashable_and_immutable():
     graph = GoalGraph([0, np.int64(1)], np.int64(2))  # type: ignore[arg-type]
     assert graph == NAMED_GRAPHS["c"]
     assert hash(graph) == hash(NAMED_GRAPHS["c"])
@@ -90,13 +90,13 @@ def test_graphs_are_values():
         ((0,), np.array("a"), "exit_room takes whole numbers"),
     ],
 )
-def test_what_is_no_goal_graph(key_rooms, exit_room, message):
+def test_invalid_goal_graph_raises_input_error(key_rooms, exit_room, message):
     with pytest.raises(InputError, match=message) as caught:
         GoalGraph(key_rooms, exit_room)
     assert "\n" not in str(caught.value)
 
 
-def test_a_room_of_thousands_of_digits_is_refused_as_any_other():
+def test_room_with_thousands_of_digits_raises_input_error():
     with pytest.raises(InputError, match=r"key_rooms takes a list of whole numbers \(rooms\), not a huge int"):
         GoalGraph(10**5000, 2)
     with pytest.raises(InputError, match="the exit must be in a room from 1 to 1, behind a door, not in a huge int"):
@@ -128,7 +128,7 @@ def test_toml_round_trip(graph, tmp_path):
         ("key_rooms = [0]\nexit_room = 0", "graph.toml: the exit must be in a room from 1 to 1, behind a door"),
     ],
 )
-def test_bad_files(text, message, tmp_path):
+def test_invalid_toml_raises_input_error_with_the_file(text, message, tmp_path):
     path = tmp_path / "graph.toml"
     path.write_text(text)
     with pytest.raises(InputError, match=message) as caught:
@@ -136,7 +136,7 @@ def test_bad_files(text, message, tmp_path):
     assert "graph.toml" in str(caught.value)
 
 
-def test_a_graph_of_a_file_has_its_name(tmp_path):
+def test_graph_from_file_has_the_file_name(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text("key_rooms = [0, 1]\nexit_room = 2\n")
     assert GoalGraph.from_toml(path).name == "mine"
@@ -146,7 +146,7 @@ def test_a_graph_of_a_file_has_its_name(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["c", "keys-0-1-exit-2"])
-def test_a_file_called_as_another_graph_is_not_taken_for_it(name, tmp_path):
+def test_file_named_like_another_graph_keeps_its_suffix(name, tmp_path):
     path = tmp_path / f"{name}.toml"
     GoalGraph((0,), 1).to_toml(path)
     assert GoalGraph.from_toml(path).name == f"{name}.toml"
@@ -165,7 +165,7 @@ def test_a_label_survives_files_and_json(label):
     assert as_goal_graph(json.loads(json.dumps(graph.to_dict()))).name == label
 
 
-def test_a_label_makes_no_other_graph():
+def test_label_is_validated_and_ignored_by_equality():
     assert GoalGraph((0,), 1, "x") == GoalGraph((0,), 1)
     assert hash(GoalGraph((0,), 1, "x")) == hash(GoalGraph((0,), 1))
     for wrong in ("", " ", "two\nlines", 3, "\x1b[31m"):
@@ -173,13 +173,13 @@ def test_a_label_makes_no_other_graph():
             GoalGraph((0,), 1, wrong)
 
 
-def test_a_graph_as_a_table_is_a_graph():
+def test_as_goal_graph_takes_a_dict():
     assert as_goal_graph({"key_rooms": [0, 1], "exit_room": 2}) == GoalGraph.named("c")
     with pytest.raises(InputError, match="a goal graph has key_rooms"):
         as_goal_graph({"key_rooms": [0, 1]})
 
 
-def test_files_that_cannot_be_read(tmp_path):
+def test_unreadable_file_raises_input_error(tmp_path):
     with pytest.raises(InputError, match=r"cannot read the goal graph .*missing.toml: No such file"):
         as_goal_graph(tmp_path / "missing.toml")
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
@@ -188,22 +188,22 @@ def test_files_that_cannot_be_read(tmp_path):
 
 
 @pytest.mark.parametrize("graph", ["h", "ab", "", 3, None, (0, 1)])
-def test_what_means_no_graph(graph):
+def test_unknown_graph_raises_input_error(graph):
     with pytest.raises(InputError, match="a graph must be a letter from a to g, a name such as keys-0-1-exit-2"):
         as_goal_graph(graph)
 
 
-def test_an_unknown_letter():
+def test_unknown_letter_raises_input_error():
     with pytest.raises(InputError, match=r"by a letter from a to g, or like .*, not 'h'"):
         GoalGraph.named("h")
 
 
-def test_every_graph_is_found_by_the_name_it_is_called_by():
+def test_every_graph_is_found_by_its_name():
     for graph in enumerate_graphs(5):
         assert (as_goal_graph(graph.name), as_goal_graph(graph.name).name) == (graph, graph.name)
 
 
-def test_a_graph_named_by_its_rooms_keeps_its_name_and_its_numbers():
+def test_graph_name_with_rooms_keeps_their_numbers():
     graph = as_goal_graph("keys-2-0-exit-1")
     assert (graph.key_rooms, graph.exit_room, graph.name) == ((2, 0), 1, "keys-2-0-exit-1")
     assert graph.canonical() == GoalGraph.named("c").canonical()
@@ -221,7 +221,7 @@ def test_a_graph_named_by_its_rooms_keeps_its_name_and_its_numbers():
         ("keys-0-1.toml", "cannot read the goal graph keys-0-1.toml"),
     ],
 )
-def test_a_name_whose_rooms_are_no_graph(name, error):
+def test_invalid_graph_name_raises_input_error(name, error):
     with pytest.raises(InputError, match=error):
         as_goal_graph(name)
 
@@ -229,7 +229,7 @@ def test_a_name_whose_rooms_are_no_graph(name, error):
 @pytest.mark.parametrize(
     ("keys", "doors", "expected"),
     [
-        ("000", "000", "110" "000" "0"),  # the keys of rooms 1 and 2 lie in the centre
+        ("000", "000", "110" "000" "0"),  # the keys of rooms 1 and 2 are in the centre
         ("100", "000", "010" "100" "0"),
         ("000", "100", "011" "000" "0"),  # room 1 is open: the key of room 3 is in reach
         ("100", "100", "011" "000" "0"),  # the key of an open door is no goal, held or not
@@ -245,7 +245,7 @@ def test_open_goals_of_graph_f(keys, doors, expected):
     assert "".join("01"[bit] for bit in goals.astype(int)) == expected
 
 
-def test_open_goals_of_many_graphs_at_once():
+def test_open_goals_of_many_graphs_equal_each_alone():
     rng = np.random.default_rng(0)
     graphs = [graph for graph in enumerate_graphs(5) for _ in range(4)]
     keys, doors = rng.random((2, len(graphs), 4)) < 0.5
@@ -255,7 +255,7 @@ def test_open_goals_of_many_graphs_at_once():
         np.testing.assert_array_equal(together[n], graph.open_goals(keys[n], doors[n]))
 
 
-def test_goal_vectors():
+def test_goal_vectors_encode_kind_and_colour():
     assert GOAL_VECTORS.shape == (14, 9)
     assert GOAL_NAMES[3] == "purple key"
     assert GOAL_VECTORS[3].tolist() == [1, 0, 0, 0, 0, 0, 1, 0, 0]
@@ -269,7 +269,7 @@ def test_goal_vectors():
         GOAL_VECTORS[0, 0] = 5
 
 
-def test_the_dependency_graph_as_the_paper_draws_it():
+def test_to_networkx_gives_the_papers_dependency_graph():
     graph = NAMED_GRAPHS["d"].to_networkx()
     assert set(graph.edges) == {
         ("start", "key 1"), ("key 1", "door 1"), ("start", "key 2"), ("key 2", "door 2"),
@@ -279,6 +279,6 @@ def test_the_dependency_graph_as_the_paper_draws_it():
     assert (rooms["start"], rooms["exit"]) == (0, 2)
 
 
-def test_a_toml_file_that_cannot_be_written_is_one_clear_line(tmp_path):
+def test_unwritable_toml_file_raises_input_error(tmp_path):
     with pytest.raises(InputError, match=r"cannot write .*c\.toml: No such file or directory"):
         GoalGraph.named("c").to_toml(tmp_path / "nowhere" / "c.toml")

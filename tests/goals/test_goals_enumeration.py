@@ -1,4 +1,4 @@
-"""Every goal graph of a number of rooms, once; and the numbers that its rooms are given."""
+"""Enumeration of the goal graphs with a number of rooms, and the numbering of their rooms."""
 
 from itertools import product
 
@@ -30,14 +30,14 @@ def counts_by_generating_function(n_max):
     return counts
 
 
-def test_enumeration_counts():
+def test_enumeration_counts_match_the_generating_function():
     counts = counts_by_generating_function(9)
     assert counts[2:] == [1, 3, 9, 26, 75, 214, 612, 1747]
     assert [len(enumerate_graphs(n)) for n in range(2, 10)] == counts[2:]
 
 
 @pytest.mark.parametrize("n_rooms", [2, 3, 4, 5])
-def test_enumeration_against_brute_force(n_rooms):
+def test_enumeration_equals_brute_force(n_rooms):
     def as_tree(graph):
         tree = nx.DiGraph()
         tree.add_nodes_from((room, {"kind": (room == 0, room == graph.exit_room)}) for room in range(graph.n_rooms))

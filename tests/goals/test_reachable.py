@@ -1,4 +1,4 @@
-"""The states of a level, against play in the level itself."""
+"""The reachable states of a level, compared with play in the level."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from hierroom.worlds.escape_room.reachable import reachable_states
 
 @pytest.mark.parametrize("drop_key", [False, True])
 @pytest.mark.parametrize("letter", "ac")
-def test_play_follows_the_table(letter, drop_key):
+def test_play_follows_the_reachable_states(letter, drop_key):
     world = Engine([NAMED_GRAPHS[letter]], size=11, drop_key=drop_key, seed=3, max_steps=2**30)
     table = reachable_states(world.state)
     rng, seen, state = np.random.default_rng(0), {}, 0
@@ -30,35 +30,35 @@ def test_play_follows_the_table(letter, drop_key):
             state = 0
         level = world.state.levels[0]
         pose = (level.row, level.col, level.direction, level.keys, level.doors)
-        assert seen.setdefault(state, pose) == pose  # a number stands for one state
+        assert seen.setdefault(state, pose) == pose  # each number means one state
     assert (table.transitions[-1] == len(table.transitions) - 1).all()
     assert not table.rewards[-1].any()
 
 
 @pytest.mark.parametrize("letter", "abcdefg")
-def test_shortest_solutions_are_the_oracle_s(letter):
+def test_shortest_solutions_equal_the_oracle(letter):
     world = Engine([NAMED_GRAPHS[letter]], seed=5)
     assert level_mdp(NAMED_GRAPHS[letter], 5).shortest_solution() == shortest_lengths(world.state)[0]
 
 
-def test_a_level_without_drop_has_as_many_states_as_cells_keys_and_doors_allow():
-    """Graph a: the centre with the key lying, held, or the door open; the room and doorway behind the open door."""
+def test_state_count_without_drop_equals_the_formula():
+    """Graph a: the centre with the key on the floor, held, or the door open; the doorway and room once it is open."""
     world = Engine([GoalGraph((0,), 1)], size=11, seed=0)
     level = world.state.levels[0]
     (top, left, bottom, right), (up, west, down, east) = level.rectangles[:2]
     centre, room = (bottom - top + 1) * (right - left + 1), (down - up + 1) * (east - west + 1)
-    expected = 4 * ((centre - 1) + centre + (centre + 1 + room - 1)) + 1  # a lying key and the exit cannot be stood on
+    expected = 4 * ((centre - 1) + centre + (centre + 1 + room - 1)) + 1  # nobody stands on a key or the exit
     assert len(reachable_states(world.state).transitions) == expected
 
 
-def test_levels_are_measured():
+def test_measure_levels_measures_a_level():
     (measured,) = measure_levels([NAMED_GRAPHS["a"]], 1, horizon=60, seed=2)
     assert measured.name == "a 2"
     assert measured.mdp.shortest == level_mdp(NAMED_GRAPHS["a"], 2).shortest_solution()
     assert 0 < measured.mdp.random_success < 0.1
 
 
-def test_bad_input_is_one_line():
+def test_invalid_input_raises_input_error():
     world = Engine([NAMED_GRAPHS["a"]], 2, seed=0)
     ended = Engine([NAMED_GRAPHS["a"]], seed=0, max_steps=1)
     ended.step_within_episode([0])

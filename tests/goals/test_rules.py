@@ -1,4 +1,4 @@
-"""Rules: what is rejected and how it is said, files, and how a rule changes a marking."""
+"""Rules: errors for invalid rules, files, and how a rule changes a marking."""
 
 import pickle
 
@@ -12,7 +12,7 @@ from hierroom import InputError, Rules
 A = {"a": {"gives": "x"}}
 
 
-def test_rules_know_their_goals_facts_and_arrays():
+def test_rules_have_names_facts_and_arrays():
     assert TUNNEL.names == ("wood", "table", "pickaxe", "stone", "tunnel")
     assert TUNNEL.facts == ("wood", "table", "pickaxe", "stone", "way", "dynamite")
     assert TUNNEL.capacity == {"wood": 3, "table": 1, "pickaxe": 1, "stone": 3, "way": 1, "dynamite": 1}
@@ -24,11 +24,11 @@ def test_rules_know_their_goals_facts_and_arrays():
     )
 
 
-def test_a_rule_takes_what_it_uses_then_gives_up_to_the_capacity():
+def test_apply_uses_facts_and_gives_up_to_capacity():
     rules = Rules(
         {
-            "swap": {"needs": {"a": 2}, "uses": {"a": 1}, "gives": {"a": 3, "b": 1}},  # two a must be there: the larger
-            "either": [{"uses": "b", "gives": "c"}, {"uses": "a", "gives": {"c": 2}}],  # by b where there is one
+            "swap": {"needs": {"a": 2}, "uses": {"a": 1}, "gives": {"a": 3, "b": 1}},  # asks for max(2, 1) of a
+            "either": [{"uses": "b", "gives": "c"}, {"uses": "a", "gives": {"c": 2}}],  # uses b if there is one
         },
         target="c",
         capacity={"a": 3, "c": 2},
@@ -56,7 +56,7 @@ def test_a_rule_takes_what_it_uses_then_gives_up_to_the_capacity():
     "rules",
     [TUNNEL, Rules({"eine Tür": {"needs": {'"k"': 2}, "gives": "*"}}, "*", {'"k"': 2}, {'"k"': 1}, label="Grün")],
 )
-def test_rules_are_values_and_survive_files(rules, tmp_path):
+def test_rules_are_hashable_and_survive_files(rules, tmp_path):
     path = tmp_path / "mine.toml"
     assert rules.to_toml(path) == path.read_text("utf-8")
     again = Rules.from_toml(path)
@@ -98,7 +98,7 @@ def test_rules_are_values_and_survive_files(rules, tmp_path):
         ((A, "x", {}, {}, "\n"), "the name of rules must be a text of one line"),
     ],
 )
-def test_what_is_no_rules(arguments, message):
+def test_invalid_rules_raise_input_error(arguments, message):
     with pytest.raises(InputError, match=message) as caught:
         Rules(*arguments)
     assert "\n" not in str(caught.value)
@@ -113,7 +113,7 @@ def test_what_is_no_rules(arguments, message):
         ("target = 'x'\n[rules.a]\ngive = 'x'", "mine.toml: rule 'a' takes needs, uses, gives and nothing else"),
     ],
 )
-def test_what_is_no_file_of_rules(text, message, tmp_path):
+def test_invalid_rules_file_raises_input_error(text, message, tmp_path):
     (tmp_path / "mine.toml").write_text(text)
     with pytest.raises(InputError, match=message):
         Rules.from_toml(tmp_path / "mine.toml")

@@ -1,4 +1,4 @@
-"""The episodic first-visit bonus: which states are novel, against a set kept by hand, and their reward."""
+"""The episodic first-visit bonus: novel states, compared with a set kept by the test, and their reward."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def state_of(level):
 
 @pytest.mark.parametrize("drop_key", [False, True])
 @pytest.mark.parametrize("size", [11, 63])
-def test_a_state_is_novel_at_its_first_visit_in_an_episode(size, drop_key):
+def test_state_is_novel_at_its_first_visit(size, drop_key):
     world = Engine([NAMED_GRAPHS["f"]], size=size, max_steps=400, drop_key=drop_key, memories=["visited"])
     rng = np.random.default_rng(0)
     n_novel = 0
@@ -38,17 +38,17 @@ def test_a_state_is_novel_at_its_first_visit_in_an_episode(size, drop_key):
     assert n_novel > 100
 
 
-def test_the_exit_and_each_new_state_are_rewarded():
+def test_novelty_reward_pays_exit_and_new_states():
     turns = make("a", reward="novelty", novelty_bonus=0.25)
     achieve(turns, "k1")
-    assert turns.step([LEFT]).rewards.tolist() == [0.0]  # another direction is not another state
+    assert turns.step([LEFT]).rewards.tolist() == [0.0]  # a state has no direction
     achieve(turns, "d1")
     rewards = [turns.step([action]).rewards[0] for action in shortest_actions(turns.world.get_state())]
     assert set(rewards[:-1]) <= {0.0, 0.25}
     assert rewards[-1] == 1.25
 
 
-def test_a_key_that_is_dropped_and_taken_again_makes_nothing_new():
+def test_dropping_and_retaking_a_key_is_not_novel():
     turns = make("c", reward="novelty", drop_key=True)
     achieve(turns, "k1")
     for action in (DROP, PICKUP) * 3:
@@ -58,7 +58,7 @@ def test_a_key_that_is_dropped_and_taken_again_makes_nothing_new():
 
 
 @pytest.mark.parametrize(("settings", "bonus"), [({}, NOVELTY_BONUS), ({"novelty_bonus": 0.25}, 0.25)])
-def test_the_parallel_environment_can_reward_it(settings, bonus):
+def test_parallel_env_pays_the_novelty_bonus(settings, bonus):
     env = hierroom.parallel_env(graph="a", size=11, reward="novelty", **settings)
     env.reset(seed=0)
     rewards = [env.step({"meta_0": 13, "controller_0": action})[1]["controller_0"] for action in [FORWARD, LEFT] * 10]

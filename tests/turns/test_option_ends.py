@@ -26,8 +26,8 @@ RETURNS = [
 
 
 @pytest.mark.parametrize("reward_name", REWARDS)
-def test_the_return_of_the_controller_ends_with_the_episode_or_its_option(reward_name):
-    """All pursue goal 2; only a return of intrinsic rewards ends with the option."""
+def test_controllers_return_ends_with_episode_or_option(reward_name):
+    """All environments pursue goal 2; only a return of intrinsic rewards ends with the option."""
     n = len(RETURNS)
     ledger, outcomes = Ledger.at_reset(n, n_actions=5), np.zeros(n, OUTCOME)
     ledger.begin_options(np.arange(n), np.full(n, 2))
@@ -46,7 +46,7 @@ def test_the_return_of_the_controller_ends_with_the_episode_or_its_option(reward
     assert ends == list(intrinsic if reward_name == "intrinsic" else others)
 
 
-def test_an_option_that_begins_is_one_turn_of_the_meta_controller_and_ends_it():
+def test_beginning_an_option_uses_up_the_meta_turn():
     ledger = Ledger.at_reset(3, n_actions=5)
     assert ledger.is_meta_turn.all()
     ledger.begin_options(np.array([0, 2]), np.array([4, -1]))
@@ -55,7 +55,7 @@ def test_an_option_that_begins_is_one_turn_of_the_meta_controller_and_ends_it():
     assert ledger.goals.tolist() == [4, -1, -1]
 
 
-def test_the_goal_achieved_instead_is_the_first_event_of_an_option():
+def test_achieved_instead_is_the_first_event_of_an_option():
     ledger = Ledger.at_reset(1, n_actions=5)
     for goal, events, end, expected in [
         (2, [-1, 8, 3, -1], "", 8),  # its horizon of 4 steps runs out
@@ -64,7 +64,7 @@ def test_the_goal_achieved_instead_is_the_first_event_of_an_option():
         (-1, [4], "", -1),
         (5, [12], "terminated", 12),
         (5, [-1, 6, -1], "truncated", 6),
-        (5, [-1], "truncated", -1),  # nothing of the option before
+        (5, [-1], "truncated", -1),  # the event of the previous option does not count
     ]:
         ledger.begin_options(np.array([0]), np.array([goal]))
         for t, event in enumerate(events, start=1):

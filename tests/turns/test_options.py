@@ -28,7 +28,7 @@ STORY = [
     (None, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 3),
     (None, -1, 0.00, "", 0.00, 0, 0, False, True, True, 0.00, 4),  # the horizon of 4 steps runs out
     (-1, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 1),
-    (None, 3, 0.00, "", 0.00, 1, 1, True, False, True, 0.00, 2),  # something new is what 'no goal' asks for
+    (None, 3, 0.00, "", 0.00, 1, 1, True, False, True, 0.00, 2),  # something new reaches 'no goal'
     (4, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 1),
     (None, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 2),
     (None, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 3),
@@ -53,8 +53,8 @@ ENDINGS = [
 @pytest.mark.parametrize("place", [0, 1, 2])
 @pytest.mark.parametrize("story", [STORY, TRUNCATED_AS_ITS_HORIZON_RUNS_OUT, *[[ending] for ending in ENDINGS]])
 @pytest.mark.parametrize("reward_name", REWARDS)
-def test_rewards_and_ends_of_options_equal_numbers_worked_by_hand(story, reward_name, place):
-    """In one of three environments; the others pursue nothing and nothing happens in them."""
+def test_options_pay_and_end_as_worked_by_hand(story, reward_name, place):
+    """Play in one of three environments; the others pursue no goal and nothing happens in them."""
     ledger = Ledger.at_reset(3, n_actions=5)
     others = np.setdiff1d(np.arange(3), place)
     ledger.begin_options(others, np.full(2, -1))
@@ -95,7 +95,7 @@ def test_rewards_and_ends_of_options_equal_numbers_worked_by_hand(story, reward_
     assert meta_rewards == sum(line[4] for line in story)
 
 
-def test_there_is_one_bonus_for_each_key():
+def test_bonus_is_paid_once_for_each_key():
     turns = make(drop_key=True, reward="bonus")
     key = int(turns.world.state.levels[0].colours[0])
     fetch = shortest_actions(turns.world.get_state(), key)
@@ -109,7 +109,7 @@ def test_there_is_one_bonus_for_each_key():
 @pytest.mark.parametrize("reward_name", REWARDS)
 @pytest.mark.parametrize("horizon", [None, 9])
 def test_rewards_are_conserved(reward_name, horizon):
-    """Over an episode ``last`` gives each agent the rewards of the parallel environment and of a count by hand."""
+    """Over an episode, ``last``, the parallel environment and a count by the test give each agent the same rewards."""
     settings = {"graph": "b", "size": 11, "max_steps": 150, "subgoal_horizon": horizon, "drop_key": True}
     settings["reward"] = reward_name
     aec, parallel = hierroom.env(**settings), hierroom.parallel_env(**settings)
@@ -151,7 +151,7 @@ def test_rewards_are_conserved(reward_name, horizon):
     assert successes > 0
 
 
-def test_the_rewards_of_options_add_up_to_those_of_steps():
+def test_option_rewards_add_up_to_step_rewards():
     turns, meta = make(n=32, seed=2, max_steps=60, subgoal_horizon=5, reward="extrinsic"), make_meta("fixed-dfs")
     rng = np.random.default_rng(0)
     of_options, of_steps, elapsed = np.zeros(32), np.zeros(32), np.zeros(32, np.int64)
@@ -167,7 +167,7 @@ def test_the_rewards_of_options_add_up_to_those_of_steps():
     assert of_steps.sum() > 0
 
 
-def test_an_option_whose_episode_is_terminated_is_not_truncated_too():
+def test_terminated_option_is_not_also_truncated():
     steps = np.zeros(3, STEP)
     steps["option_ended"], steps["terminated"], steps["truncated"] = True, [True, False, True], [False, True, True]
     envs, _, _, terminated, truncated = Step(steps, N_GOALS).ended_turns(META)

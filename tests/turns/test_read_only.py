@@ -1,4 +1,4 @@
-"""User code cannot write to the arrays it gets: not silently, and not so that compiled code reads elsewhere."""
+"""User code cannot write to the arrays it gets: compiled code could then read out of bounds."""
 
 import copy
 import pickle
@@ -116,7 +116,7 @@ class Observing:
 
 
 class Rewarding:
-    """The same, as a reward."""
+    """Writes to something of the step that it rewards."""
 
     def __init__(self, of):
         self.of = of
@@ -126,13 +126,13 @@ class Rewarding:
         return np.zeros(len(step.rewards))
 
 
-def nothing_else(step):
-    """A reward of a user's own, for which steps have the states before and after."""
+def zero_reward(step):
+    """A user-defined reward, for which steps keep the states before and after."""
     return np.zeros(len(step.rewards))
 
 
 @pytest.mark.parametrize("name", OF_SITUATION)
-def test_a_situation_cannot_be_written_to(name):
+def test_situation_is_read_only(name):
     turns = make("c", 3)
     expected = turns.get_state()
     said = r"^the meta-controller Choosing fails: ValueError: .*read-only \(line \d+ of .*test_read_only\.py\)$"
@@ -143,8 +143,8 @@ def test_a_situation_cannot_be_written_to(name):
 
 
 @pytest.mark.parametrize("name", OF_STEP | OF_TURNS)
-def test_what_is_observed_cannot_be_written_to(name):
-    turns = make("c", 3, reward=nothing_else)
+def test_observe_gets_a_read_only_step_and_turns(name):
+    turns = make("c", 3, reward=zero_reward)
     step = turns.step(np.zeros(3, int))
     expected = turns.get_state(), step.records.copy()
     of = OF_STEP[name] if name in OF_STEP else OF_TURNS[name]
@@ -159,7 +159,7 @@ def test_what_is_observed_cannot_be_written_to(name):
 
 @pytest.mark.parametrize("again", [lambda turns: turns, copy.deepcopy])
 @pytest.mark.parametrize(("task", "of"), [("workshop:3", OF_WORKSHOPS), (chest, OF_TASKS)], ids=["workshop", "task"])
-def test_other_worlds_and_their_copies_cannot_be_written_to(task, of, again):
+def test_other_worlds_and_their_copies_are_read_only(task, of, again):
     turns, use = Turns(EnvConfig(task=task, max_steps=2), 3, seed=0), np.full(3, 2)
     turns.step(use)
     turns = again(turns)
@@ -175,14 +175,14 @@ def test_other_worlds_and_their_copies_cannot_be_written_to(task, of, again):
 
 
 @pytest.mark.parametrize("name", OF_STEP)
-def test_a_step_that_is_rewarded_cannot_be_written_to(name):
+def test_reward_gets_a_read_only_step(name):
     turns = make("c", 3, reward=Rewarding(OF_STEP[name]))
     with pytest.raises(InputError, match=r"^the reward Rewarding fails: ValueError: .*read-only \(line \d+ of"):
         turns.step(np.zeros(3, int))
 
 
 @pytest.mark.parametrize("name", OF_TURNS)
-def test_a_player_that_writes_ends_in_one_line(name):
+def test_writing_player_raises_input_error(name):
     class Writing:
         def step(self, turns):
             step = turns.step(np.zeros(len(turns), int))
@@ -194,7 +194,7 @@ def test_a_player_that_writes_ends_in_one_line(name):
         next(episodes)
 
 
-def test_a_player_that_returns_the_step_of_other_environments_ends_in_one_line():
+def test_player_returning_a_foreign_step_raises_input_error():
     others = make("c", 5)
 
     class Elsewhere:
@@ -217,7 +217,7 @@ def test_a_player_that_returns_the_step_of_other_environments_ends_in_one_line()
         lambda turns: turns.ledger.write_fields({"goals": 120}),
     ],
 )
-def test_a_meta_controller_that_observes_cannot_act(act):
+def test_meta_controller_cannot_act_while_observing(act):
     turns = make("c", 3)
     turns.step(np.zeros(3, int))
     watcher = Observing(None)
@@ -229,7 +229,7 @@ def test_a_meta_controller_that_observes_cannot_act(act):
 
 
 @pytest.mark.parametrize("again", [copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])
-def test_copies_cannot_be_written_to_either_and_show_their_own_environments(again):
+def test_copied_turns_are_read_only_and_independent(again):
     turns = make("c", 3)
     copied = again(turns)
     for _ in range(3):
@@ -250,7 +250,7 @@ def test_a_meta_controller_in_an_environment_cannot_write(make_env):
         env.step(0 if isinstance(env, EscapeRoom) else np.zeros(3, int))
 
 
-def test_spaces_of_environments_and_agents_draw_from_generators_of_their_own():
+def test_each_space_has_its_own_generator():
     one, other = (hierroom.parallel_env("a") for _ in range(2))
     spaces = [env.observation_space(agent)["observation"] for env in (one, other) for agent in AGENTS]
     assert len({id(space) for space in spaces}) == 4

@@ -1,4 +1,4 @@
-"""Rewards of a user's own: what they are given, where they can be named, and what is said of those that are wrong."""
+"""User-defined rewards: the steps they get, how they are named, and errors for invalid ones."""
 
 import json
 import sys
@@ -43,7 +43,7 @@ def play(turns: Turns, n_steps: int, seed: int = 0) -> list[Step]:
     return steps
 
 
-def test_the_states_are_those_before_and_after_the_step_and_before_a_reset():
+def test_step_has_the_states_before_and_after_it():
     reward = Watching()
     turns = make(n=6, reward=reward, **SETTINGS)
     slow = Engine([hierroom.GoalGraph.named("c")], 6, size=11, max_steps=40, drop_key=True, seed=0, memories=MEMORIES)
@@ -58,7 +58,7 @@ def test_the_states_are_those_before_and_after_the_step_and_before_a_reset():
             np.testing.assert_array_equal(getattr(step.after, name), getattr(slow.state, name), err_msg=name)
         ended = np.flatnonzero(step.episode_ended)
         ends += len(ended)
-        if len(ended):  # as the world that resets by itself
+        if len(ended):  # repeat the step with its reset
             slow.set_state(before)
             slow.step(step.actions)
     assert ends >= 12
@@ -91,7 +91,7 @@ def test_shipped_rewards_equal_the_same_rewards_as_user_code(name):
     assert sum(step.rewards.sum() for step in own) > 0
 
 
-def test_a_reward_that_reads_is_novel_must_ask_for_the_memory():
+def test_reading_is_novel_requires_the_visited_memory():
     def curious(step):
         return 2.0 * step.is_novel
 
@@ -106,7 +106,7 @@ def test_a_reward_that_reads_is_novel_must_ask_for_the_memory():
         np.testing.assert_array_equal(step.rewards, 2.0 * step.is_novel)
 
 
-def test_states_are_kept_only_for_who_needs_them():
+def test_steps_keep_states_only_if_needed():
     class Cheap(Watching):
         needs_states = False
 
@@ -115,7 +115,7 @@ def test_states_are_kept_only_for_who_needs_them():
         assert (step.before is not None) == (step.after is not None) == needs
 
 
-def test_distances_are_those_of_the_goals_of_a_level():
+def test_state_distances_equal_level_distances():
     turns = make("f", n=8, size=13)
     for _ in range(30):
         turns.step(np.random.default_rng(0).integers(5, size=8))
@@ -133,7 +133,7 @@ def test_distances_are_those_of_the_goals_of_a_level():
     assert N_COLOURS == 6
 
 
-def test_a_function_and_a_class_of_a_users_module_are_found_by_name(tmp_path, monkeypatch):
+def test_reward_is_found_by_module_and_name(tmp_path, monkeypatch):
     (tmp_path / "my_rewards_of_test.py").write_text(
         "import numpy as np\n"
         "def hurry(step):\n    return step.extrinsic - 0.5\n"
@@ -173,7 +173,7 @@ def odd(**attributes):
         (type("Ends", (), {"__init__": lambda self: sys.exit(0)}), "the reward Ends cannot be made: SystemExit"),
     ],
 )
-def test_a_reward_that_cannot_be_used_is_refused(reward, said):
+def test_invalid_reward_raises_input_error(reward, said):
     with pytest.raises(InputError) as caught:
         make(reward=reward)
     assert said in str(caught.value)
@@ -192,14 +192,14 @@ def test_a_reward_that_cannot_be_used_is_refused(reward, said):
         (lambda step: step.price, "fails: AttributeError: a step has no 'price' (line "),
     ],
 )
-def test_an_invalid_result_of_a_reward_raises_input_error(value, said):
+def test_invalid_reward_result_raises_input_error(value, said):
     turns = make(n=4, reward=value, **SETTINGS)
     with pytest.raises(InputError) as caught:
         turns.step(np.zeros(4, np.int64))
     assert said in str(caught.value)
 
 
-def test_every_api_takes_one():
+def test_every_api_takes_a_reward_function():
     import gymnasium
 
     def cost(step):
@@ -220,7 +220,7 @@ def test_every_api_takes_one():
     assert (many.step(np.ones(3, int))[1] == -0.125).all()
 
 
-def test_a_run_names_its_reward_and_cannot_hold_an_object():
+def test_reward_object_trains_but_cannot_be_saved():
     with pytest.raises(InputError, match="a run names its reward, like"):
         TrainConfig().changed(reward=Watching()).to_dict()
     reward = Watching()

@@ -1,4 +1,4 @@
-"""The compiled turns against their slow twins."""
+"""The compiled turns, compared with their slow twins in plain Python."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def outcomes_of(rng, n):
     autoreset=st.booleans(),
 )
 @settings(max_examples=40)
-def test_the_ledger_is_its_twin(seed, n, horizon, ends_with_option, autoreset):
+def test_ledger_equals_its_plain_twin(seed, n, horizon, ends_with_option, autoreset):
     rng = np.random.default_rng(seed)
     ledger, twin = Ledger.at_reset(n, n_actions=5), LedgerTwin(n, n_actions=5)
     rules = {"return_ends_with_option": ends_with_option, "subgoal_horizon": horizon, "autoreset": autoreset}
@@ -61,7 +61,7 @@ def test_the_ledger_is_its_twin(seed, n, horizon, ends_with_option, autoreset):
 
 
 @pytest.mark.parametrize("mask", GOAL_MASKS)
-def test_goals_are_legal_and_chosen_as_the_twins_say(mask):
+def test_goals_are_legal_and_chosen_as_in_plain_python(mask):
     n, rng = 6, np.random.default_rng(3)
     for graph in "adg":
         turns = make(graph, n=n, goal_mask=mask, max_steps=60, subgoal_horizon=5)
@@ -99,8 +99,8 @@ def test_goals_are_legal_and_chosen_as_the_twins_say(mask):
 
 @pytest.mark.parametrize("mask", GOAL_MASKS)
 @pytest.mark.parametrize("graph", ["a", "c", "g"])
-def test_on_the_way_to_the_exit_goals_are_legal_as_the_twin_says(mask, graph):
-    """Follow the shortest way, as no random walk gets so deep: it opens inner doors and the exit's."""
+def test_legal_goals_near_the_exit_equal_the_twins(mask, graph):
+    """Follow the shortest path, as no random walk gets so far: it opens inner doors and the exit's door."""
     turns, seen = make(graph, n=1, goal_mask=mask), []
     for action in shortest_actions(turns.world.get_state([0])):
         turns.ledger.write_fields({"is_meta_turn": True})

@@ -10,7 +10,7 @@ from hierroom.meta import choose_goals, make_meta, take_turn
 from hierroom.turns.records import AGENTS, NO_OUTCOME, TIMED_OUT
 
 
-def test_an_illegal_choice_is_no_goal_and_is_counted():
+def test_illegal_goal_becomes_no_goal_and_is_counted():
     turns = make("a", n=5)
     (key,) = goal_ids(turns, "k1")
     everyone = np.arange(5)
@@ -21,13 +21,13 @@ def test_an_illegal_choice_is_no_goal_and_is_counted():
     assert turns.ledger.illegal_goals.tolist() == [0, 1, 1, 1, 1]
     waiting = turns.situation(everyone)
     assert waiting.masks.tolist() == [[False] * 13 + [True]] * 5
-    turns.choose(waiting, [EXIT_GOAL, 13, 13, -1, -1])  # it is not its turn
+    turns.choose(waiting, [EXIT_GOAL, 13, 13, -1, -1])  # no turn of the meta-controller
     assert turns.goals.tolist() == [key, -1, -1, -1, -1]
     assert turns.ledger.illegal_goals.tolist() == [1, 1, 1, 1, 1]
     assert turns.ledger.meta_turns.tolist() == [1] * 5
 
 
-def test_keys_held_and_doors_open_are_shown_by_colour():
+def test_observation_shows_held_keys_and_open_doors():
     turns = make("c", seed=3)
     held, is_open = set(), set()
     for name in ("k1", "d1", "k2", "d2"):
@@ -39,7 +39,7 @@ def test_keys_held_and_doors_open_are_shown_by_colour():
         assert seen["direction"].tolist() == turns.world.state.levels["direction"].tolist()
 
 
-def test_without_a_choice_there_is_no_goal():
+def test_turns_without_a_choice_have_no_goal():
     turns = make("a", reward="intrinsic")
     achieve(turns, "k1")
     assert turns.ledger.is_meta_turn[0]  # an event ends 'no goal'
@@ -68,7 +68,7 @@ def test_a_meta_controller_cannot_change_the_environments():
         np.testing.assert_array_equal(state[name], expected[name], err_msg=name)
 
 
-def test_the_goal_is_shown_to_the_controller_and_the_last_one_to_the_meta_controller():
+def test_agents_observe_the_current_and_the_last_goal():
     turns = make("a", subgoal_horizon=2)
     (key,) = goal_ids(turns, "k1")
     envs = np.array([0])
@@ -85,8 +85,8 @@ def test_the_goal_is_shown_to_the_controller_and_the_last_one_to_the_meta_contro
             turns.step([1])
 
 
-def test_advancing_is_a_step_that_knows_the_turns_it_ended():
-    """Compared with turns that are stepped; the last observations are those before the reset and the next goal."""
+def test_advance_equals_step_and_gives_ended_turns():
+    """Compare with `Turns.step`; the last observations are from before the reset and the next goal."""
     settings = {"n": 6, "seed": 3, "max_steps": 25, "subgoal_horizon": 4, "reward": "intrinsic"}
     turns, twin = make("c", **settings), make("c", **settings)
     meta, rng = make_meta("random"), np.random.default_rng(0)
@@ -121,7 +121,7 @@ def test_advancing_is_a_step_that_knows_the_turns_it_ended():
     assert min(ended.values()) > 20, ended
 
 
-def test_without_a_seed_nothing_begins_before_the_first_reset():
+def test_turns_without_seed_begin_at_the_first_reset():
     turns, expected = make("c", 3, seed=None), make("c", 3, seed=8)
     assert not turns.world.has_begun
     turns.reset(8)
@@ -132,7 +132,7 @@ def test_without_a_seed_nothing_begins_before_the_first_reset():
 
 
 @pytest.mark.parametrize("agent", AGENTS)
-def test_the_order_of_the_environments_is_that_asked_for(agent):
+def test_observe_and_reset_keep_the_given_order(agent):
     turns, twin = (make("rooms:3", n=4, seed=2, measure_shortest=True) for _ in range(2))
     order = np.array([3, 1, 0, 2])
     there, one_by_one = turns.observe(agent, order), [turns.observe(agent, np.array([env])) for env in order]
@@ -144,7 +144,7 @@ def test_the_order_of_the_environments_is_that_asked_for(agent):
     assert len(set(twin.ledger.shortest.tolist())) > 1
 
 
-def test_the_complexity_is_that_with_the_actions_there_are():
+def test_complexity_depends_on_drop_key():
     expected = {drop_key: make("d", drop_key=drop_key).world.complexity.expected_steps for drop_key in (False, True)}
     assert expected == {drop_key: analyze("d", drop_key=drop_key).expected_steps for drop_key in (False, True)}
     assert expected[False] < expected[True]

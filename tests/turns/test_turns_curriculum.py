@@ -1,4 +1,4 @@
-"""Curricula: turns in environments with harder graphs as the agent escapes, and easier ones as it does not."""
+"""Curricula: the graphs become harder if the agent escapes, and easier if it does not."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def play_to_the_next_stage(turns, step):
     before, drawn, ended, escaped = stage_of(turns), set(), 0, 0
     while stage_of(turns) == before:
         done = step(turns)
-        drawn |= graphs_of(turns, np.flatnonzero(done.episode_ended))  # also those that began in the last of the steps
+        drawn |= graphs_of(turns, np.flatnonzero(done.episode_ended))  # also of episodes that began in the last step
         ended, escaped = ended + done.episode_ended.sum(), escaped + done.terminated.sum()
     return drawn, ended, escaped
 
@@ -46,14 +46,14 @@ def turn_left(turns):
 
 
 def play_on(turns, step, until=2):
-    """Take steps until each environment has begun so many episodes; returns the goal graphs of the last of them."""
+    """Take steps until each environment has begun ``until`` episodes; return the goal graphs of the last of them."""
     first = turns.world.state.levels["episode"].copy()
     while (turns.world.state.levels["episode"] - first < until).any():
         step(turns)
     return graphs_of(turns, np.arange(len(turns)))
 
 
-def test_turns_go_through_the_stages(stages):
+def test_stage_rises_with_escapes_and_falls_without(stages):
     easy, hard = stages
     turns = make(INTERVAL, N_ENVS, seed=4, **SETTINGS)
     assert graphs_of(turns, np.arange(N_ENVS)) <= easy
@@ -61,7 +61,7 @@ def test_turns_go_through_the_stages(stages):
     assert drawn == easy
     assert ended == escaped >= EPISODES_PER_STAGE
     assert stage_of(turns) == 1
-    assert graphs_of(turns, np.arange(N_ENVS)) <= easy  # those under way go on, and say nothing of the next stage
+    assert graphs_of(turns, np.arange(N_ENVS)) <= easy  # running episodes continue, but do not count for the next stage
     drawn, ended, escaped = play_to_the_next_stage(turns, turn_left)
     assert drawn == hard
     assert ended >= EPISODES_PER_STAGE + N_ENVS
@@ -70,7 +70,7 @@ def test_turns_go_through_the_stages(stages):
     assert play_on(turns, turn_left) <= easy
 
 
-def test_there_is_no_stage_beyond_the_last(stages):
+def test_curriculum_stays_at_the_last_stage(stages):
     turns = make(INTERVAL, N_ENVS, seed=4, **SETTINGS)
     oracle = OraclePlayer()
     play_to_the_next_stage(turns, oracle.step)
@@ -86,7 +86,7 @@ def test_one_stage_draws_from_the_whole_interval(stages):
     assert graphs_of(turns, np.arange(1000)) == stages[0] | stages[1]
 
 
-def test_without_autoreset_the_next_reset_draws_from_the_next_stage(stages):
+def test_manual_reset_draws_from_the_next_stage(stages):
     turns, oracle = make(INTERVAL, seed=4, autoreset=False, **SETTINGS), OraclePlayer()
     only = np.array([0])
     for _ in range(EPISODES_PER_STAGE):
@@ -99,7 +99,7 @@ def test_without_autoreset_the_next_reset_draws_from_the_next_stage(stages):
     assert graphs_of(turns, only) <= stages[1]
 
 
-def test_going_back_restores_the_stage(stages):
+def test_set_state_restores_the_stage(stages):
     turns = make(INTERVAL, N_ENVS, seed=4, **SETTINGS)
     play_to_the_next_stage(turns, OraclePlayer().step)
     play_on(turns, turn_left, until=3)  # the middle of the second stage
@@ -107,7 +107,7 @@ def test_going_back_restores_the_stage(stages):
 
     def play_and_note(turns):
         observed = []
-        for _ in range(9 * SETTINGS["max_steps"]):  # until some time after the easy stage has come back
+        for _ in range(9 * SETTINGS["max_steps"]):  # until well after the return to the easy stage
             step = turn_left(turns)
             observed.append(
                 (stage_of(turns), step.lengths.tolist(), step.goals.tolist(), turns.world.state.levels.tobytes())
@@ -133,7 +133,7 @@ def test_an_unknown_stage_raises_input_error():
         turns.set_state(state)
 
 
-def test_an_episode_that_has_ended_counts_once():
+def test_ended_episode_counts_once():
     turns = make("hitting_time:8..16", curriculum_stages=2, autoreset=False, max_steps=100)
     oracle = OraclePlayer()
     while not oracle.step(turns).terminated[0]:
@@ -144,8 +144,8 @@ def test_an_episode_that_has_ended_counts_once():
     assert turns.get_state()["n_ended"].tolist() == [1]
 
 
-def test_an_episode_that_was_left_is_older_no_more():
-    """After a reset in the middle of an episode, the episode began in the stage of now."""
+def test_reset_episode_belongs_to_the_current_stage():
+    """After a reset in the middle of an episode, the new episode belongs to the current stage."""
     turns = make("hitting_time:8..16", 25, curriculum_stages=2, max_steps=100)
     oracle = OraclePlayer()
     while not turns.get_state()["curriculum"][0]:

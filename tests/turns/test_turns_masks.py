@@ -1,4 +1,4 @@
-"""Legal goals in situations one can see through, and in none at all."""
+"""Legal goals under each goal mask, and rewards for pursuing no goal."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def legal(turns, mask):
     return {int(goal) for goal in np.flatnonzero(situation.goals_by(mask)[0])}
 
 
-def test_masks_on_the_way_through_graph_d():
+def test_goal_masks_along_a_solution_of_graph_d():
     """Keys of rooms 1 and 2 in the centre, that of room 3 in room 1; the exit in room 2."""
     turns = make("d", seed=3, size=19)
     everything = {"k1", "k2", "k3", "d1", "d2", "d3", "x"}
@@ -37,7 +37,7 @@ def test_masks_on_the_way_through_graph_d():
         assert legal(turns, "none") == set(range(13))
 
 
-def test_a_dropped_key_is_a_goal_again():
+def test_dropped_key_is_a_legal_goal_again():
     turns = make("a", drop_key=True)
     achieve(turns, "k1")
     assert legal(turns, "reachable") == goal_ids(turns, "d1")
@@ -47,7 +47,7 @@ def test_a_dropped_key_is_a_goal_again():
     assert legal(turns, "existing") == goal_ids(turns, "k1", "d1", "x")
 
 
-def test_seen_goals_are_those_that_came_into_view():
+def test_seen_mask_has_goals_that_came_into_view():
     turns = make("c", seed=1, max_steps=120)
     rng = np.random.default_rng(0)
     came_into_view, most = set(), 0
@@ -69,7 +69,7 @@ def test_seen_goals_are_those_that_came_into_view():
     "graph", [*enumerate_graphs(4), GoalGraph((0, 0, 1, 0, 2, 4), 5)], ids=lambda graph: graph.name
 )
 def test_reachable_goals_are_the_open_goals_of_the_graph(graph):
-    """Whatever keys are held and doors are open, in levels of other colours."""
+    """With random keys held and random doors open, in levels with different colours."""
     n = 200
     turns, rng = make(graph, n, seed=1, size=19), np.random.default_rng(0)
     levels, branches = turns.world._state.levels, graph.n_rooms - 1
@@ -84,7 +84,7 @@ def test_reachable_goals_are_the_open_goals_of_the_graph(graph):
     np.testing.assert_array_equal(turns.situation(np.arange(n)).reachable, expected)
 
 
-def test_no_goal_asks_for_something_new():
+def test_no_goal_is_reached_by_something_new():
     """The controller is rewarded, once, for a goal event or for a key, door or exit that comes into view."""
     turns = make("d", n=8, seed=2, goal_mask="seen", reward="intrinsic")
     rng = np.random.default_rng(0)
@@ -92,7 +92,7 @@ def test_no_goal_asks_for_something_new():
     for _ in range(600):
         everyone = np.arange(8)
         situation = turns.situation(everyone)
-        assert situation.masks[turns.ledger.is_meta_turn, NO_GOAL_ACTION].all()  # beside the goals that were seen
+        assert situation.masks[turns.ledger.is_meta_turn, NO_GOAL_ACTION].all()  # in addition to seen goals
         turns.choose(situation, np.full(8, NO_GOAL_ACTION))
         seen, found = turns.world.state.levels["seen"].copy(), turns.world.state.levels["found"].copy()
         step = turns.step([well_or_wildly(rng, turns.world, n) for n in everyone])

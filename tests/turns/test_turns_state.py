@@ -1,4 +1,4 @@
-"""Going back to a state, what is left of an episode that has ended, and what a step leaves behind."""
+"""Restored states of turns, ended episodes, and final observations."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ def played(turns, meta, actions):
 
 
 @pytest.mark.parametrize("autoreset", [True, False])
-def test_going_back_and_playing_again_is_the_same(autoreset):
+def test_set_state_repeats_the_same_play(autoreset):
     settings = {"n": 6, "max_steps": 30, "subgoal_horizon": 8, "measure_shortest": True, "autoreset": autoreset}
     turns, meta = make(seed=9, **settings), make_meta("random")
     actions = np.random.default_rng(0).integers(5, size=(100, 6))
@@ -44,7 +44,7 @@ def test_going_back_and_playing_again_is_the_same(autoreset):
                 np.testing.assert_array_equal(a, b)
 
 
-def test_going_back_to_an_episode_that_has_ended_finds_it_ended():
+def test_set_state_keeps_ended_episodes_ended():
     turns = make("a", n=2, max_steps=40, autoreset=False)
     way = shortest_actions(turns.world.get_state([0])).tolist()
     for action in way + [1] * (40 - len(way)):
@@ -69,7 +69,7 @@ def test_a_state_of_another_shape_raises_input_error():
         turns.set_state(state)
 
 
-def test_the_shortest_length_is_that_of_the_episode_that_ends():
+def test_shortest_length_belongs_to_the_ended_episode():
     turns = make("c", n=4, seed=4, measure_shortest=True, max_steps=80)
     starts = turns.world.get_state()
     rng = np.random.default_rng(0)
@@ -85,7 +85,7 @@ def test_the_shortest_length_is_that_of_the_episode_that_ends():
             turns.world.state.grids[episode_ended],
         )
     assert ended > 10
-    assert (Turns(EnvConfig(graph="a"), seed=0).step([0]).shortest == -1).all()  # what takes time is asked for
+    assert (Turns(EnvConfig(graph="a"), seed=0).step([0]).shortest == -1).all()  # measured only on request
 
 
 def test_the_final_observation_is_from_before_the_reset():
@@ -119,7 +119,7 @@ def test_the_final_observation_is_from_before_the_reset():
     assert n_going_on > 10
 
 
-def test_episodes_begin_anew_by_themselves_where_nothing_else_is_said():
+def test_autoreset_is_the_default():
     turns = Turns(EnvConfig(graph="a", max_steps=1), seed=0)
     assert turns.n_ended == 0
     assert turns.step([0]).episode_ended.all()
@@ -127,8 +127,8 @@ def test_episodes_begin_anew_by_themselves_where_nothing_else_is_said():
     assert turns.n_ended == 1
 
 
-def test_an_episode_begins_instead_of_a_step():
-    """As `Autoreset.NEXT_STEP` of Gymnasium's vector environments wants it."""
+def test_reset_ended_begins_episodes_instead_of_steps():
+    """`AutoresetMode.NEXT_STEP` of Gymnasium's vector environments requires this."""
     turns, expected = make("a", n=4, seed=6, autoreset=False), make("a", n=4, seed=6, autoreset=False)
     moments, _ = (each.step([1, 2, 0, 1]) for each in (turns, expected))
     some = np.array([0, 2])
@@ -141,7 +141,7 @@ def test_an_episode_begins_instead_of_a_step():
     assert moments.goals.tolist() == [-1] * 4
 
 
-def test_parts_are_taken_only_where_no_environment_depends_on_others():
+def test_can_split_only_if_environments_are_independent():
     assert make("a", n=3).can_split
     assert not make("hitting_time:8..16", n=3, curriculum_stages=2).can_split
     assert not make("a", n=3, reward=lambda step: step.extrinsic).can_split

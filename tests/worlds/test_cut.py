@@ -1,4 +1,4 @@
-"""Code above the worlds does not import EscapeRoom and runs in another world."""
+"""Code above the worlds does not import the EscapeRoom and also runs in another world."""
 
 import ast
 
@@ -33,7 +33,7 @@ def knows_escape_room(path):
     return any(name.startswith("hierroom.worlds.escape_room") for name in names)
 
 
-def test_only_what_draws_plays_or_compiles_a_level_imports_the_escape_room():
+def test_only_listed_files_import_the_escape_room():
     folders = [path for folder in CUT_OFF for path in (architecture.PACKAGE / folder).rglob("*.py")]
     paths = [*folders, *(architecture.PACKAGE / f"{name}.py" for name in CUT_OFF_FILES)]
     assert {str(path.relative_to(architecture.PACKAGE)) for path in paths if knows_escape_room(path)} == KNOWS_LEVELS
@@ -53,7 +53,7 @@ def choose(turns, goals):
     turns.choose(turns.situation(np.arange(len(turns))), goals)
 
 
-def test_of_several_goals_in_a_step_each_is_achieved_and_the_event_is_the_one_pursued(make):
+def test_step_achieving_several_goals_reports_the_pursued_goal(make):
     turns = make(4, reward="bonus")
     choose(turns, [STONE, LAMP, END, NO_GOAL])
     assert not turns.step([AHEAD] * 4).achieved.any()
@@ -65,7 +65,7 @@ def test_of_several_goals_in_a_step_each_is_achieved_and_the_event_is_the_one_pu
     assert step.n_first.tolist() == step.rewards.tolist() == [2] * 4
 
 
-def test_a_goal_that_is_achieved_again_is_reached_but_no_first(make):
+def test_goal_achieved_again_is_reached_but_not_first(make):
     turns = make(2, reward="bonus")
     for action in (AHEAD, AHEAD, BACK):
         turns.step([action] * 2)
@@ -78,7 +78,7 @@ def test_a_goal_that_is_achieved_again_is_reached_but_no_first(make):
     assert not step.rewards.any()
 
 
-def test_an_option_without_its_goal_knows_the_goal_it_achieved_first(make):
+def test_achieved_instead_is_the_first_achieved_goal(make):
     turns = make(1, max_steps=3, reward="intrinsic")
     choose(turns, [END])
     for _ in range(3):
@@ -88,7 +88,7 @@ def test_an_option_without_its_goal_knows_the_goal_it_achieved_first(make):
     assert step.achieved_instead.tolist() == [STONE]
 
 
-def test_fixed_dfs_pursues_what_the_view_ranks_highest_among_the_reachable(make):
+def test_fixed_dfs_pursues_the_highest_ranked_reachable_goal(make):
     turns, meta, given = make(3), make_meta("fixed-dfs"), []
     for _ in range(8):
         take_turn(meta, turns)
@@ -98,7 +98,7 @@ def test_fixed_dfs_pursues_what_the_view_ranks_highest_among_the_reachable(make)
     assert step.meta_elapsed.tolist() == [3] * 3  # of the second episode
 
 
-def test_agents_observe_what_the_world_shows(make):
+def test_agents_observe_the_entries_of_the_world(make):
     turns = make(2)
     choose(turns, [LAMP, NO_GOAL])
     turns.step([AHEAD, BACK])
@@ -114,7 +114,7 @@ def test_agents_observe_what_the_world_shows(make):
     assert features.encode(turns.observe("controller_0", np.arange(2))).tolist() == [[1, LAMP, AHEAD], [0, 3, BACK]]
 
 
-def test_episodes_and_states_are_those_of_the_world(make):
+def test_episode_facts_and_states_come_from_the_world(make):
     turns, facts, ended = make(2, max_steps=9), EpisodeFacts(2), []
     actions = np.array([[AHEAD, BACK]] * 12)
     for row in actions[:4]:

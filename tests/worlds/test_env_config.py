@@ -12,12 +12,12 @@ from hierroom.vector_env import EscapeRooms
 from hierroom.worlds.env_config import EnvConfig
 
 
-def test_numbers_of_numpy_are_numbers():
+def test_env_config_takes_numpy_numbers():
     config = EnvConfig("c", env_index=np.int64(3), subgoal_horizon=np.int32(5), drop_key=np.bool_(True))
     assert Turns(config, seed=0).world.state.levels["index"].tolist() == [3]
 
 
-def test_the_checked_environment_explains_itself():
+def test_docstrings_name_every_env_config_entry():
     assert hierroom.env.__name__ == "env"
     assert "checks of order and bounds" in hierroom.env.__doc__
     for made in (hierroom.raw_env, hierroom.parallel_env, EscapeRoom, EscapeRooms):
@@ -26,7 +26,7 @@ def test_the_checked_environment_explains_itself():
         assert f"    {name}: " in inspect.cleandoc(EnvConfig.__doc__)
 
 
-def test_the_package_tells_its_public_names():
+def test_package_exports_its_public_names():
     assert set(hierroom.__all__) <= set(dir(hierroom))
     assert callable(hierroom.parallel_env)
     import hierroom.parallel_env as module_or_class

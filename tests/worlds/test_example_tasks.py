@@ -1,4 +1,4 @@
-"""The tasks in examples/tasks: their goals fire when they should, and their rules ask for no more than play shows."""
+"""The tasks in examples/tasks: their goals fire when they should, and their rules agree with play."""
 
 from pathlib import Path
 
@@ -31,7 +31,7 @@ def level_task(name):
 
 
 class Played:
-    """A level of a task in which the agent is put in front of things."""
+    """A level of a task, where a test can place the agent in front of things."""
 
     def __init__(self, name):
         self.task = level_task(name)
@@ -55,7 +55,7 @@ class Played:
         return self.achieved(), terminated
 
 
-def test_in_unlock_pickup_each_goal_fires_in_its_step():
+def test_unlock_pickup_goals_fire_in_their_steps():
     played = Played("unlock_pickup")
     key, door, box = played.where("key"), played.where("door"), played.where("box")
     assert played.achieved() == set()
@@ -70,7 +70,7 @@ def test_in_unlock_pickup_each_goal_fires_in_its_step():
     assert played.act(Actions.pickup, box) == ({"unlock", "box"}, True)
 
 
-def test_in_blocked_unlock_pickup_the_ball_is_moved_where_it_lies_elsewhere():
+def test_blocked_unlock_pickup_ball_goal_fires_when_moved():
     played = Played("blocked_unlock_pickup")
     ball, key = played.where("ball"), played.where("key")
     assert ball == (played.where("door")[0] - 1, played.where("door")[1])
@@ -84,7 +84,7 @@ def test_in_blocked_unlock_pickup_the_ball_is_moved_where_it_lies_elsewhere():
     assert played.act(Actions.pickup, key) == ({"ball", "key"}, False)
 
 
-def test_in_key_corridor_a_closed_door_opens_before_the_locked_one():
+def test_key_corridor_goals_fire_in_their_steps():
     played = Played("key_corridor")
     rooms = [room for row in played.level.room_grid for room in row]
     doors = {door.cur_pos: door for room in rooms for door in room.doors if hasattr(door, "is_locked")}
@@ -107,7 +107,7 @@ def crafting_task(target="get flag"):
     return task_of(Crafting, target, max_steps=60)
 
 
-def test_transformations_of_hierarchycraft_become_the_rules_that_the_target_can_need():
+def test_hierarchycraft_transformations_become_the_targets_rules():
     task = crafting_task()
     assert [*task.goals] == GOALS
     rules = task.rules.to_dict()
@@ -127,7 +127,7 @@ def test_transformations_of_hierarchycraft_become_the_rules_that_the_target_can_
         crafting_task("get gold")
 
 
-def test_in_play_of_hierarchycraft_the_rules_count_what_is_there():
+def test_hierarchycraft_markings_equal_the_environments_items():
     task = crafting_task()
     turns, meta, random = Turns(EnvConfig(task=task), 1, seed=0), make_meta("fixed-dfs"), np.random.default_rng(0)
     goal_of_action = [*GOALS, "sing"]

@@ -21,7 +21,7 @@ from hierroom.worlds.make import name_in_module
 
 COIN_GOAL, KEY_GOAL, CHEST_GOAL = range(3)
 TO_CHEST = [RIGHT] * 3 + [USE, RIGHT, USE]
-"""From cell 0; one step right more than from cell 2, which no step of this leaves behind."""
+"""From cell 0 to the key, then to the chest."""
 
 
 def make(task=chest, n=1, seed=0, **settings):
@@ -33,7 +33,7 @@ def cells(turns):
 
 
 def noise(turns):
-    """A number that is drawn anew for each episode."""
+    """Return the number that each episode draws anew."""
     return turns.world.shown(turns.world.everywhere)["observation_goal"].tolist()
 
 
@@ -43,11 +43,11 @@ def play(turns, actions):
 
 
 def from_cell(cell, task=chest, **settings):
-    """One environment that starts in a cell."""
+    """Return one environment that starts in the cell."""
     return next(turns for seed in range(99) if cells(turns := make(task, seed=seed, **settings)) == [cell])
 
 
-def test_a_goal_is_achieved_where_its_answer_becomes_true_or_grows():
+def test_goal_is_achieved_when_its_function_value_grows():
     steps = play(from_cell(0), [RIGHT, USE, USE, RIGHT, RIGHT, USE, USE, RIGHT, USE])
     achieved = [np.flatnonzero(step.achieved[0]).tolist() for step in steps]
     assert achieved == [[], [COIN_GOAL], [COIN_GOAL], [], [], [KEY_GOAL], [], [], [CHEST_GOAL]]
@@ -57,26 +57,26 @@ def test_a_goal_is_achieved_where_its_answer_becomes_true_or_grows():
     assert (last.success[0], last.terminated[0], last.extrinsic[0]) == (True, True, 1.0)
 
 
-def test_an_end_of_the_environments_own_is_no_success_and_the_limit_of_steps_cuts_an_episode_off():
+def test_termination_is_no_success_and_max_steps_truncates():
     fallen, cut = play(from_cell(0), [LEFT])[-1], play(from_cell(0, max_steps=2), [USE, USE])[-1]
     assert (fallen.terminated[0], fallen.truncated[0], fallen.success[0]) == (True, False, False)
     assert (cut.terminated[0], cut.truncated[0], cut.success[0]) == (False, True, False)
     assert make().world.max_steps == 30
 
 
-def test_an_action_that_is_none_only_costs_the_step():
+def test_illegal_action_only_costs_the_step():
     turns = from_cell(2)
     step = play(turns, [-1, 3])[-1]
     assert (cells(turns), int(step.lengths[0]), int(step.illegal_actions[0])) == ([2], 2, 2)
 
 
 def legal(turns):
-    """The goals that the meta-controller of the only environment could choose if it were its turn."""
+    """Return the goals that the meta-controller of the only environment could choose on its turn."""
     mask = turns.world.legal_goals("reachable", np.array([True]))
     return [["coin", "key", "chest"][goal] for goal in np.flatnonzero(mask[0, :-1])]
 
 
-def test_with_rules_the_goals_are_legal_whose_rule_applies_and_changes_something():
+def test_goals_are_legal_if_their_rule_changes_something():
     turns = from_cell(0)
     found = [legal(turns)]
     for action in [RIGHT, USE, USE, RIGHT, RIGHT, USE]:
@@ -93,15 +93,15 @@ def test_with_rules_the_goals_are_legal_whose_rule_applies_and_changes_something
         turns.world.legal_goals("seen", np.array([True]))
 
 
-def test_without_rules_what_is_true_once_is_achieved_for_good_and_a_count_never():
+def test_without_rules_achieved_boolean_goals_become_illegal():
     turns = from_cell(0, free)
     assert legal(turns) == ["coin", "key", "chest"]
     play(turns, TO_CHEST[:4])
     assert legal(turns) == ["coin", "chest"]
 
 
-def test_a_goal_that_is_true_at_a_reset_counts_as_there():
-    """Else HiPPO would be asked for what cannot become true, as the legal goals come from the rules."""
+def test_goal_true_at_reset_is_in_the_marking():
+    """Otherwise HiPPO could pursue a goal that cannot become true, as the rules decide which goals are legal."""
     held = {"key": lambda env, info: True, "chest": GOALS["chest"], "coin": lambda env, info: 5}
     task = replace(chest, goals=held)
     turns = make(task, 3)
@@ -116,7 +116,7 @@ def test_a_goal_that_is_true_at_a_reset_counts_as_there():
 
 
 @pytest.mark.parametrize("order", [("wood", "table"), ("table", "wood")])
-def test_of_goals_that_one_step_achieves_those_that_apply_come_first(order):
+def test_applicable_goals_of_one_step_apply_first(order):
     rules = {"wood": {"gives": "wood"}, "table": {"uses": "wood", "gives": "table"}}
     goals = GoalSet.one_hot(order, "table")
     dependencies = Dependencies(Rules({name: rules[name] for name in order}, "table", {"wood": 9}), goals)
@@ -125,7 +125,7 @@ def test_of_goals_that_one_step_achieves_those_that_apply_come_first(order):
     assert dependencies.in_words(markings[0].tolist()) == {"wood": 9 if order[0] == "table" else 8, "table": 1}
 
 
-def test_fixed_dfs_goes_for_the_target_by_what_it_needs():
+def test_fixed_dfs_pursues_needed_goals_before_the_target():
     turns, meta, given = from_cell(0), make_meta("fixed-dfs"), []
     for action in TO_CHEST:
         take_turn(meta, turns)
@@ -134,7 +134,7 @@ def test_fixed_dfs_goes_for_the_target_by_what_it_needs():
     assert given == [KEY_GOAL] * 4 + [CHEST_GOAL] * 2
 
 
-def test_episodes_of_an_environment_do_not_depend_on_how_many_there_are():
+def test_task_episodes_do_not_depend_on_num_envs():
     many, alone = make(n=5, seed=3), make(seed=3, env_index=2)
     for action in [RIGHT, USE, RIGHT, RIGHT, USE] * 15:
         step, one = play(many, [action])[0], play(alone, [action])[0]
@@ -146,7 +146,7 @@ def test_episodes_of_an_environment_do_not_depend_on_how_many_there_are():
     assert noise(make(seed=3, levels="evaluation")) != noise(make(seed=3))
 
 
-def test_a_state_is_gone_back_to_by_playing_it_again():
+def test_set_state_replays_the_episode():
     turns = make(n=3, seed=5)
     play(turns, [RIGHT, USE, RIGHT])
     state = turns.get_state()
@@ -158,7 +158,7 @@ def test_a_state_is_gone_back_to_by_playing_it_again():
         assert step.records.tolist() == then.tolist()
 
 
-def test_an_episode_that_does_not_repeat_itself_is_cut_off_and_said():
+def test_nondeterministic_episode_is_truncated_with_a_note():
     turns = make(dice, n=20)
     play(turns, [RIGHT, USE, RIGHT])
     state = turns.get_state()
@@ -171,7 +171,7 @@ def test_an_episode_that_does_not_repeat_itself_is_cut_off_and_said():
     assert (step.lengths == 4).all()
 
 
-def test_recorded_episodes_are_played_again_and_drawn():
+def test_recorded_episode_is_replayed_and_drawn():
     (episode,) = hierroom.rollout("random", EnvConfig(task=chest), 1, seed=4)
     states = list(episode.states())
     assert len(states) == len(episode) + 1
@@ -206,14 +206,14 @@ def test_recorded_episodes_are_played_again_and_drawn():
         ({"rules": None, "capacity": {"coin": 2}}, "there are no rules"),
     ],
 )
-def test_a_task_that_cannot_be_is_refused_where_it_is_made(changes, said):
+def test_invalid_task_raises_input_error(changes, said):
     arguments = {"make": Chest, "goals": GOALS, "rules": chest_task.RULES, "target": "chest"}
     with pytest.raises(InputError) as refused:
         hierroom.Task(**{**arguments, **changes})
     assert said in str(refused.value)
 
 
-def test_rules_of_a_task_may_be_rules_and_are_named_after_its_goals():
+def test_task_takes_a_rules_object():
     rules = Rules(
         {"coin": {"gives": "coin"}, "key": {"gives": "iron"}, "chest": {"needs": "iron", "gives": "gold"}}, "gold"
     )
@@ -224,7 +224,7 @@ def test_rules_of_a_task_may_be_rules_and_are_named_after_its_goals():
     assert legal(turns) == ["coin", "chest"]
 
 
-def test_a_task_is_found_again_by_the_name_that_its_module_gives_it():
+def test_name_in_module_finds_the_tasks_variable():
     assert name_in_module(chest) == "chest_task:chest"
     sys.modules["a_script"] = ModuleType("a_script")
     sys.modules["a_script"].chest = chest  # imported there, and earlier in the alphabet

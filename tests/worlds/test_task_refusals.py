@@ -1,4 +1,4 @@
-"""An error in a user's task, or in its use, is one line."""
+"""Errors in a user's task, or in its use, raise one-line errors."""
 
 import gymnasium
 import numpy as np
@@ -34,7 +34,7 @@ class Quitting(Chest):
 
 
 class Shown(Chest):
-    """A chest that shows a place of the user's choice."""
+    """A chest that shows any given place."""
 
     def __init__(self, place, **settings):
         super().__init__(**settings)
@@ -105,7 +105,7 @@ def stops(env, info):
         ({"goals": {"chest": lambda env: True}}, "goal 'chest' of task fails: TypeError: "),
     ],
 )
-def test_what_is_wrong_with_a_users_code_is_one_line_before_anything_is_trained(changes, said):
+def test_errors_in_user_code_raise_input_error(changes, said):
     task = hierroom.Task(**{"make": Chest, "goals": GOALS, "target": "chest", **changes})
     with pytest.raises(InputError) as refused:
         make(task)
@@ -119,7 +119,7 @@ class Generous(Chest):
         return observation, 10**400, *rest
 
 
-def test_a_reward_that_no_float_holds_ends_in_one_line():
+def test_reward_too_large_for_float_raises_input_error():
     turns = make(hierroom.Task(make=Generous, goals=GOALS, target="chest"))
     with pytest.raises(InputError, match="must return numbers and truths from a step: int too large"):
         turns.step(np.zeros(len(turns), int))
@@ -134,12 +134,12 @@ def test_a_reward_that_no_float_holds_ends_in_one_line():
         ({"max_steps": 0}, "max_steps must be a whole number of at least 1, not 0"),
     ],
 )
-def test_entries_of_escape_rooms_are_refused_for_a_task(entries, said):
+def test_task_refuses_entries_of_escape_rooms(entries, said):
     with pytest.raises(InputError) as refused:
         EnvConfig(**{"task": chest, **entries})
     assert said in str(refused.value)
 
 
-def test_memories_that_only_escape_rooms_have_are_refused():
+def test_task_refuses_memories_of_escape_rooms():
     with pytest.raises(InputError, match="task does not remember what a feature or a reward asks for: visited"):
         make(reward="novelty")

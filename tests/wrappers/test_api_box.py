@@ -1,4 +1,4 @@
-"""The box view: what its numbers say, and that SuperSuit and Stable-Baselines3 can work with it."""
+"""The box view: its numbers, and its use with PettingZoo's checkers and SuperSuit."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ def make(**settings):
     return hierroom.box_view(hierroom.parallel_env(**{"graph": "a", "size": 11, "max_steps": 60, **settings}))
 
 
-def test_spaces_are_equal_boxes():
+def test_both_agents_have_equal_box_spaces():
     env = make()
     for agent in BOTH:
         assert env.observation_space(agent) == Box(0, 1, (191,), np.float32)
@@ -23,7 +23,7 @@ def test_spaces_are_equal_boxes():
 
 
 def numbers(agent, observation):
-    """The table of the docstring of `box_view`, once more."""
+    """Repeat the table in the docstring of `box_view`."""
     one_hot = [0] * 4
     one_hot[observation["direction"]] = 1
     outcome = [0] * 4
@@ -36,7 +36,7 @@ def numbers(agent, observation):
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_boxes_hold_the_numbers_of_the_dicts(drop_key):
+def test_boxes_contain_the_numbers_of_the_dicts(drop_key):
     settings = {"drop_key": drop_key, "goal_mask": "none", "subgoal_horizon": 3, "reward": "bonus"}
     env, plain = make(**settings), hierroom.parallel_env(graph="a", size=11, max_steps=60, **settings)
     rng = np.random.default_rng(0)
@@ -62,7 +62,7 @@ def test_boxes_hold_the_numbers_of_the_dicts(drop_key):
 
 
 @pytest.mark.parametrize("where", [{"graph": "a"}, {"task": "workshop:4"}])
-def test_features_of_each_agent_and_choices_are_in_its_box(where):
+def test_box_has_the_features_of_its_agent(where):
     env = hierroom.add_features(hierroom.parallel_env(**where), ["goal-status"], "meta_0")
     env = hierroom.add_features(env, ["previous-action"])
     box, given = hierroom.box_view(env), env.observation_space("meta_0")
@@ -74,12 +74,12 @@ def test_features_of_each_agent_and_choices_are_in_its_box(where):
             box._boxes.vector(agent, {**observations[agent], "features": features})
             for features in (np.zeros_like(values), values)
         ]
-        assert (rows[agent][0] != rows[agent][1]).sum() == 2 * len(values)  # a one of each moves
+        assert (rows[agent][0] != rows[agent][1]).sum() == 2 * len(values)  # the 1 of each feature moves
     assert len(rows["meta_0"][0]) == len(rows["controller_0"][0])
     assert given["features"].nvec.sum() > env.observation_space("controller_0")["features"].nvec.sum()
 
 
-def test_the_goal_that_a_trained_agent_chooses_is_in_the_box():
+def test_box_has_the_choice_of_a_trained_agent():
     env = hierroom.add_features(hierroom.parallel_env("a"), hierroom.load("a"))
     box, (observations, _) = hierroom.box_view(env), env.reset(seed=0)
     row = box._boxes.vector("meta_0", observations["meta_0"])
@@ -95,7 +95,7 @@ def make_aec(**settings):
 
 @pytest.mark.filterwarnings("error", "ignore:Observation:UserWarning")  # a dict with a mask, as PettingZoo proposes
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_pettingzoo_checkers(drop_key, capsys):
+def test_box_views_pass_pettingzoo_checkers(drop_key, capsys):
     parallel_api_test(make(drop_key=drop_key), num_cycles=200)
     parallel_seed_test(lambda: make(drop_key=drop_key), num_cycles=200)
     api_test(make_aec(drop_key=drop_key), num_cycles=200)
@@ -103,8 +103,8 @@ def test_pettingzoo_checkers(drop_key, capsys):
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_turns_show_the_same_boxes_and_their_masks(drop_key):
-    """Played next to the dicts, with every action, legal or not."""
+def test_aec_boxes_and_masks_equal_the_dicts(drop_key):
+    """Play next to the dicts, with legal and illegal actions."""
     settings = {"drop_key": drop_key, "goal_mask": "existing", "subgoal_horizon": 5, "reward": "bonus"}
     env, plain = make_aec(**settings), hierroom.raw_env(graph="a", size=11, max_steps=60, **settings)
     assert env.observation_space("meta_0") == env.observation_space("controller_0")
@@ -134,22 +134,22 @@ def test_turns_show_the_same_boxes_and_their_masks(drop_key):
     [hierroom.box_view, lambda env: hierroom.add_features(env, ["view"]), lambda env: env],
     ids=["boxes", "features", "plain"],
 )
-def test_the_tables_of_spaces_are_those_of_the_view(make, view):
-    """Skrl reads the attributes; what a wrapper does not have itself it would take from the environment within."""
+def test_space_attributes_belong_to_the_view(make, view):
+    """Libraries such as skrl read these; without them, a wrapper would show those of the wrapped environment."""
     env = view(make(graph="a", size=11))
     for agent in BOTH:
         assert env.observation_spaces[agent] is env.observation_space(agent)
         assert env.action_spaces[agent] is env.action_space(agent)
 
 
-def test_an_action_that_nobody_has_is_still_refused():
+def test_aec_box_view_refuses_an_unknown_action():
     env = make_aec()
     env.reset(seed=0)
     with pytest.raises(AssertionError, match="action is not in action space"):
         env.step(14)
 
 
-def test_supersuit_for_two_thousand_steps():
+def test_supersuit_plays_two_thousand_steps():
     env = concat_vec_envs_v1(pettingzoo_env_to_vec_env_v1(make()), 2, base_class="gymnasium")
     observations, _ = env.reset(seed=0)
     assert len(np.unique(observations[::2], axis=0)) == 2  # two environments, no copies

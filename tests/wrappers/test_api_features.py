@@ -1,4 +1,4 @@
-"""The learner's features in every API: equal to what the learner reads, remembered only where they were asked for."""
+"""The learner's features in every API: they equal the learner's input, and levels keep only requested memories."""
 
 import gymnasium
 import numpy as np
@@ -31,7 +31,7 @@ def expected(seed, names=NAMES, agent=CONTROLLER):
     for action in ACTIONS:
         if agent == CONTROLLER:
             take_turn(meta, turns)
-        if agent == CONTROLLER or len(turns.due(META)):  # the meta-controller is shown them on its turns
+        if agent == CONTROLLER or len(turns.due(META)):  # the meta-controller sees them on its turns
             observed.append(features.encode(turns.observe(agent, np.arange(1)))[0].tolist())
         take_turn(meta, turns)
         turns.step([action])
@@ -45,7 +45,7 @@ def choice(env):
 
 
 @pytest.mark.parametrize("agent", AGENTS)
-def test_aec(agent):
+def test_aec_features_equal_the_learners(agent):
     env = add(hierroom.env(**SETTINGS), NAMES, agent)
     env.reset(seed=3)
     observed, left = [], list(ACTIONS)
@@ -65,7 +65,7 @@ def test_aec(agent):
     assert len(observed) > 15
 
 
-def test_parallel():
+def test_parallel_features_equal_the_learners():
     env = add(hierroom.parallel_env(**SETTINGS), NAMES)
     observations, _ = env.reset(seed=3)
     without_goal = Features(WORLD, NAMES[1:])
@@ -79,7 +79,7 @@ def test_parallel():
     assert observed == expected(3, without_goal.names)  # its goal is chosen in the step itself
 
 
-def test_gymnasium():
+def test_gymnasium_features_equal_the_learners():
     env = add(gymnasium.make("hierroom/EscapeRoom-d-v0", meta="fixed-dfs", **rest()), NAMES)
     observation, _ = env.reset(seed=3)
     observed = []
@@ -97,7 +97,7 @@ def rest():
 
 
 @pytest.mark.parametrize("mode", AutoresetMode)
-def test_gymnasium_vector(mode):
+def test_vector_features_equal_single_environments(mode):
     """The last observation of an episode has the goal pursued last, as in a single environment."""
     env = add(EscapeRooms(3, meta="fixed-dfs", autoreset_mode=mode, **SETTINGS), NAMES)
     alone = [gymnasium.make("hierroom/EscapeRoom-d-v0", meta="fixed-dfs", env_index=n, **rest()) for n in range(3)]
@@ -107,7 +107,7 @@ def test_gymnasium_vector(mode):
     for t, action in enumerate(ACTIONS):
         np.testing.assert_array_equal(observations["features"], expected["features"])
         if mode == AutoresetMode.DISABLED and t % 60 == 0 and t:
-            for mask in (np.array([True, True, False]), np.array([False, False, True])):  # one is seen as it ended
+            for mask in (np.array([True, True, False]), np.array([False, False, True])):  # one still shows its end
                 np.testing.assert_array_equal(observations["features"], expected["features"])
                 (observations, _), (expected, _) = (one.reset(options={"reset_mask": mask}) for one in (env, theirs))
             np.testing.assert_array_equal(observations["features"], expected["features"])
@@ -131,7 +131,7 @@ def test_gymnasium_vector(mode):
     "ignore:Observation is not a NumPy array:UserWarning",
     r"ignore:.*is different from the unwrapped version:UserWarning",  # it is wrapped on purpose
 )
-def test_the_checkers_are_content():
+def test_environments_with_features_pass_the_checkers():
     for trained in map(hierroom.load, ("d", "learned-g")):
         api_test(add(hierroom.env(**SETTINGS), trained), 100)
         parallel_api_test(add(hierroom.parallel_env(**SETTINGS), trained), 100)
@@ -143,7 +143,7 @@ def test_the_checkers_are_content():
 
 
 @pytest.mark.parametrize(("name", "memory"), [("doorway-places", "doorways"), ("frontier-places", "explored")])
-def test_levels_remember_only_the_memories_asked_for(name, memory):
+def test_levels_keep_only_the_requested_memories(name, memory):
     env = gymnasium.make("hierroom/EscapeRoom-d-v0", meta="oracle")
     levels = env.unwrapped.single.turns.world.state.levels
     env.reset(seed=0)
@@ -157,7 +157,7 @@ def test_levels_remember_only_the_memories_asked_for(name, memory):
 
 
 @pytest.mark.parametrize("make", [hierroom.env, hierroom.parallel_env])
-def test_both_agents_may_have_features_of_their_own(make):
+def test_each_agent_can_have_its_own_features(make):
     env = add(add(make(**SETTINGS), ["view"], META), ["goal-place"], CONTROLLER)
     result = env.reset(seed=1)
     for agent in AGENTS:
@@ -186,7 +186,7 @@ def test_invalid_uses_raise_input_error(make, said):
     assert "\n" not in str(caught.value)
 
 
-def test_a_box_view_has_them_as_one_hot():
+def test_box_view_has_features_as_one_hot():
     plain, env = hierroom.parallel_env(**SETTINGS), hierroom.parallel_env(**SETTINGS)
     env = hierroom.box_view(add(env, ["direction", "previous-action"]))
     before, _ = hierroom.box_view(plain).reset(seed=1)

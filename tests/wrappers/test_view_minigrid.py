@@ -1,4 +1,4 @@
-"""The MiniGrid view: MiniGrid's own code sees the level as it is, and each of its wrappers works."""
+"""The MiniGrid view: MiniGrid's own code sees the same level, and each of its wrappers works."""
 
 import re
 
@@ -24,14 +24,14 @@ def make(env_id="hierroom/EscapeRoom-b-v0", **settings):
 
 
 @pytest.mark.filterwarnings("ignore:.*For Box action spaces:UserWarning")
-def test_gymnasium_checker():
+def test_minigrid_view_passes_check_env():
     check_env(make(), skip_render_check=True)
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
 @pytest.mark.parametrize("meta", ["none", "fixed-dfs"])
-def test_the_view_equals_minigrid_s_observations_and_the_environment_s_steps(drop_key, meta):
-    """At random and on the way to the exit, next to the environment itself."""
+def test_view_equals_minigrid_and_the_plain_environment(drop_key, meta):
+    """Play at random and towards the exit, next to the plain environment."""
     settings = {"graph": "e", "size": 13, "max_steps": 200, "drop_key": drop_key, "meta": meta, "reward": "bonus"}
     plain = gymnasium.make("hierroom/EscapeRoom-v0", **settings)
     env = hierroom.minigrid_view(gymnasium.make("hierroom/EscapeRoom-v0", **settings))
@@ -70,7 +70,7 @@ def test_the_mission_stays_to_the_end_of_the_episode():
     assert missions <= {f"pick up the {colour} key" for colour in COLOURS}
 
 
-def test_pictures_are_the_same():
+def test_get_frame_equals_render():
     env = make(render_mode="rgb_array")
     env.reset(seed=0)
     for action in (2, 1, 2, 0, 2):
@@ -79,7 +79,7 @@ def test_pictures_are_the_same():
 
 
 @pytest.mark.parametrize("kind", [int, np.int64, np.array])
-def test_actions_are_taken_as_learners_give_them(kind):
+def test_step_takes_python_and_numpy_integers(kind):
     env = make()
     env.reset(seed=0)
     env.step(kind(1))
@@ -120,7 +120,7 @@ WRAPPERS = {
 
 @pytest.mark.filterwarnings("ignore:.*A seed has been passed:UserWarning")
 @pytest.mark.parametrize("wrapper", WRAPPERS)
-def test_each_wrapper_of_minigrid(wrapper):
+def test_each_minigrid_wrapper_works(wrapper):
     env = wrapper(make(graph="b", env_id="hierroom/EscapeRoom-v0", meta="fixed-dfs", max_steps=40))
     rng = np.random.default_rng(0)
     observation, _ = env.reset(seed=0)
@@ -133,7 +133,7 @@ def test_each_wrapper_of_minigrid(wrapper):
             observation, _ = env.reset()
 
 
-def test_the_whole_grid_holds_the_exit_the_keys_and_the_agent():
+def test_full_grid_has_exit_keys_doors_and_agent():
     env = wrappers.FullyObsWrapper(make())
     observation, _ = env.reset(seed=0)
     objects = observation["image"][..., 0].ravel().tolist()

@@ -27,7 +27,7 @@ def plain_envs():
 
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep", "Disabled"])
-def test_each_step_is_that_of_the_single_environments(mode):
+def test_each_step_equals_the_single_environments(mode):
     envs, singles, rng = make(autoreset_mode=mode), plain_envs(), np.random.default_rng(0)
     envs.seed(3)
     observations, expected = envs.reset(), [single.reset(seed=3) for single in singles]
@@ -60,7 +60,7 @@ def test_each_step_is_that_of_the_single_environments(mode):
     assert n_ended >= 3 * N
 
 
-def test_pictures_and_texts_are_those_of_the_environments():
+def test_render_equals_the_wrapped_environments():
     envs = make(render_mode="rgb_array")
     envs.reset()
     assert envs.render().shape[-1] == 3  # all in one
@@ -75,7 +75,7 @@ def test_pictures_and_texts_are_those_of_the_environments():
 
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
-def test_episode_statistics_of_wrappers_arrive_at_the_end_of_an_episode(mode):
+def test_infos_have_episode_statistics_at_the_end(mode):
     envs = gymnasium.make_vec("hierroom/EscapeRoom-b-v0", N, autoreset_mode=mode, **SETTINGS)
     envs = hierroom.sb3_view(RecordEpisodeStatistics(envs))
     envs.set_options({"complexity": True})
@@ -94,7 +94,7 @@ def test_episode_statistics_of_wrappers_arrive_at_the_end_of_an_episode(mode):
 
 
 @pytest.mark.usefixtures("one_thread")
-def test_ppo_learns_and_is_evaluated():
+def test_stable_baselines3_ppo_trains_and_evaluates():
     envs = VecMonitor(make())
     model = PPO("MultiInputPolicy", envs, n_steps=32, batch_size=64, n_epochs=1, device="cpu", seed=0)
     before = [parameter.clone() for parameter in model.policy.parameters()]
@@ -107,7 +107,7 @@ def test_ppo_learns_and_is_evaluated():
     assert 0 <= mean <= 5
 
 
-def test_without_the_library_it_raises_input_error(monkeypatch):
+def test_missing_stable_baselines3_raises_input_error(monkeypatch):
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     for name in [name for name in sys.modules if name.startswith("stable_baselines3.")]:
         monkeypatch.delitem(sys.modules, name)

@@ -1,4 +1,4 @@
-"""States that nobody can have been in: of turns, of a learner, of what is trained. Such a file has a valid digest."""
+"""Impossible states of turns, learners and trainers. A crafted file with such a state can have a valid digest."""
 
 import re
 from copy import deepcopy
@@ -32,7 +32,7 @@ PPO = PPOConfig(sequence_length=4, minibatches=2, hidden_size=4)
         ("shortest", -2, "turns.shortest must be at least -1, not -2"),
     ],
 )
-def test_the_ledger_of_turns_is_in_its_ranges(name, value, said):
+def test_ledger_value_out_of_range_raises_input_error(name, value, said):
     turns = make(n=2)
     state = turns.get_state()
     state[name][1] = value
@@ -43,7 +43,7 @@ def test_the_ledger_of_turns_is_in_its_ranges(name, value, said):
         turns.set_state(state)
 
 
-def test_levels_are_of_a_graph_that_is_played():
+def test_levels_of_another_graph_raise_input_error():
     with pytest.raises(InputError, match=r"^a level is of another goal graph than is sampled here"):
         make("a", n=2).set_state(make("b", n=2).get_state())
 
@@ -58,7 +58,7 @@ def test_levels_are_of_a_graph_that_is_played():
         (0, [-2, 3], "n_ended must hold -1 to 100 episodes"),
     ],
 )
-def test_the_counts_of_a_curriculum_are_such(n_successes, n_ended, message):
+def test_invalid_curriculum_counts_raise_input_error(n_successes, n_ended, message):
     turns = make("hitting_time:8..16", 2, curriculum_stages=2)
     state = turns.get_state()
     state["curriculum"][1], state["n_ended"][:] = n_successes, n_ended
@@ -122,7 +122,7 @@ def test_an_invalid_state_of_a_learner_raises_input_error(spoil, said):
     assert "\n" not in str(caught.value)
 
 
-def test_weights_that_are_not_finite_are_not_taken():
+def test_take_weights_refuses_non_finite_weights():
     learner = make_learner()
     state = learner.state_dict()
     state["backend"]["network"]["core.bias"][3] = torch.nan
@@ -169,7 +169,7 @@ def test_an_invalid_state_of_training_raises_input_error(path, value, said):
     assert "\n" not in str(caught.value)
 
 
-def test_turns_have_begun_only_where_no_agent_is_about_to_begin_one():
+def test_begun_turn_at_a_turn_start_raises_input_error():
     trainer = trainer_of(meta="learned", meta_start_success=0.0)
     trainer.advance()
     state = trainer.state_dict()
@@ -202,8 +202,8 @@ def test_an_invalid_state_of_curiosity_raises_input_error():
             trainer.controller.curiosity.load_state_dict(state)
 
 
-def test_numbers_that_share_a_place_in_memory_are_refused():
-    """Nobody could write one of them without the others; torch says so no sooner than it does."""
+def test_as_array_refuses_numbers_that_share_memory():
+    """Writing one such number changes the others, and torch raises its error only at the write."""
     for shared in (
         torch.zeros(1).expand(4),
         torch.zeros(2, 1).expand(2, 3),

@@ -1,4 +1,4 @@
-"""Each feature's numbers, by a plain reading of what it is, and how many values each can have."""
+"""The numbers of each feature, compared with a plain reading of the level, and their cardinalities."""
 
 from dataclasses import replace
 
@@ -29,7 +29,7 @@ def tile_of(goal):
 
 
 def object_and_colour(goal):
-    """0 for none, else 1 for a key, 2 for a door and 3 for the exit, which is green; the colours from 1 on."""
+    """Return 0 for no goal, 1 for a key, 2 for a door or 3 for the exit, which is green; and the colour from 1 on."""
     if goal == NO_GOAL:
         return [0, 0]
     if goal == EXIT_GOAL:
@@ -81,7 +81,7 @@ def test_features_equal_a_plain_reading_of_the_level():
     assert min(compared.values()) > 100, compared
 
 
-def test_the_outcome_is_that_of_the_last_goal():
+def test_goal_outcome_shows_the_last_goals_outcome():
     outcomes = set()
     for turns, *_ in played():
         observation = turns.observe("meta_0", np.arange(N_ENVS))
@@ -126,12 +126,12 @@ CARDINALITIES = {
 
 
 @pytest.mark.parametrize("name", FEATURES)
-def test_each_number_has_so_many_values(name):
+def test_each_feature_has_its_cardinalities(name):
     agent = "meta_0" if name == "goal-outcome" else "controller_0"
     assert Features(WORLD, [name], agent).cardinalities == CARDINALITIES[name]
 
 
-def test_several_stand_side_by_side():
+def test_several_features_are_concatenated():
     names = ["goal", "view-ids", "direction", "frontier-places", "doorway-places"]
     features = Features(WORLD, names)
     assert features.cardinalities == sum((CARDINALITIES[name] for name in names), ())
@@ -149,7 +149,7 @@ def test_several_stand_side_by_side():
 @pytest.mark.parametrize(
     ("names", "is_by_goal"), [(["goal-status"], True), (["goal-status", "goal-outcome"], True), (["keys"], False)]
 )
-def test_features_by_goal_are_known(names, is_by_goal):
+def test_are_by_goal_is_true_for_goal_features(names, is_by_goal):
     assert Features(WORLD, names, "meta_0").are_by_goal == is_by_goal
     assert not Features(WORLD, [*names, "view"], "meta_0").are_by_goal
 

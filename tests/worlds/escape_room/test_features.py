@@ -1,4 +1,4 @@
-"""Features give positions of goals and doorways only from views and walks of the current episode."""
+"""Features give positions of goals and doorways that the agent saw or used in the current episode only."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ OWN_CELL = VIEW // 2 * VIEW + VIEW - 1
 
 
 def class_of(cells):
-    """The class of a distance by the table of `features`, from 0, far behind, over 6, here, to 12, far ahead."""
+    """Return the class of a distance in the table of `features`: 0 is far behind, 6 is here, 12 is far ahead."""
     by_cells = [0, 1, 2, 3, 4, 4, 4, 4, *[5] * 8, *[6] * 50]
     return 6 + by_cells[cells] if cells >= 0 else 6 - by_cells[-cells]
 
@@ -32,7 +32,7 @@ def place_of(level, cell):
     return [class_of(down * rows + east * cols), class_of(down * cols - east * rows)]
 
 
-def test_the_goal_is_where_views_of_this_episode_showed_it_last():
+def test_goal_place_is_the_last_seen_position():
     settings = {"size": 15, "max_steps": 300, "drop_key": True, "goal_mask": "none", "subgoal_horizon": 7}
     turns = make([NAMED_GRAPHS["a"], NAMED_GRAPHS["f"]], N_ENVS, seed=3, **settings)
     meta = make_meta("random")
@@ -65,7 +65,7 @@ def test_the_goal_is_where_views_of_this_episode_showed_it_last():
     assert min(compared.values()) > 50, compared
 
 
-def test_the_doorways_are_the_two_opened_or_walked_through_last():
+def test_doorway_places_are_the_last_two_used():
     turns = make([NAMED_GRAPHS["c"], NAMED_GRAPHS["e"]], N_ENVS, size=13, max_steps=500, seed=4)
     rng, histories = np.random.default_rng(1), [[] for _ in range(N_ENVS)]  # a cell each time a door is used
     compared = {"none yet": 0, "one": 0, "two": 0, "opened": 0, "walked through": 0}
@@ -93,8 +93,8 @@ def test_the_doorways_are_the_two_opened_or_walked_through_last():
 
 
 @pytest.mark.parametrize("meta", ["learned", "fixed-dfs"])
-def test_levels_remember_the_features_of_a_learned_meta_controller(meta):
-    """It was shown constants where the controller had no such feature."""
+def test_levels_keep_memories_for_meta_features(meta):
+    """A learned meta-controller once saw constants if the controller had no such feature."""
     config = find_preset("paper").changed(meta=meta, meta_features=("goal-status", "frontier-places"), num_envs=4)
     turns, features = make_turns(config, 4, 0, levels="training"), Features(WORLD, config.agents.meta_features, META)
     shown = []
@@ -104,6 +104,6 @@ def test_levels_remember_the_features_of_a_learned_meta_controller(meta):
     assert (len(np.unique(np.concatenate(shown), axis=0)) > 10) == (meta == "learned")
 
 
-def test_the_help_names_each_feature_of_controllers():
+def test_agents_config_docstring_names_each_feature():
     help_text = " ".join((AgentsConfig.__doc__ or "").split())
     assert all(name in help_text for name in FEATURES)

@@ -1,4 +1,4 @@
-"""Explored cells and their frontier, against sets of cells kept by hand."""
+"""Explored cells and their frontier, compared with sets of cells kept by the test."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def is_inside(cell, rectangle):
 @pytest.mark.parametrize(
     ("size", "graphs"), [(13, [NAMED_GRAPHS[letter] for letter in "cef"]), (63, [GoalGraph((0, 0, 0, 0, 0, 0), 6)])]
 )
-def test_maps_and_frontiers_are_those_of_the_views_of_this_episode(size, graphs):
+def test_explored_maps_and_frontiers_follow_the_views(size, graphs):
     turns = make(graphs, N_ENVS, size=size, max_steps=400, drop_key=True, seed=5)
     rng, seen, floor = np.random.default_rng(2), [set() for _ in range(N_ENVS)], [set() for _ in range(N_ENVS)]
     compared = {"here": 0, "elsewhere": 0, "none here": 0, "none elsewhere": 0}
@@ -69,7 +69,7 @@ def test_maps_and_frontiers_are_those_of_the_views_of_this_episode(size, graphs)
                 compared["here" if here else "none here"] += 1
                 compared["elsewhere" if elsewhere else "none elsewhere"] += 1
                 in_doorway += not home
-        if size > 13 and step % 20 == 0:  # to somewhere else, or most of a large level is never seen
+        if size > 13 and step % 20 == 0:  # move the agent, or most of a large level is never seen
             for level in turns.world._state.levels:
                 top, left, bottom, right = level.rectangles[rng.integers(level.n_rooms)]
                 level.row, level.col = rng.choice([top, bottom, (top + bottom) // 2]), rng.choice([left, right])
@@ -81,7 +81,7 @@ def test_maps_and_frontiers_are_those_of_the_views_of_this_episode(size, graphs)
     assert size > 13 or in_doorway > 20
 
 
-def test_an_open_doorway_is_a_frontier_until_all_beside_it_was_seen():
+def test_open_doorway_is_frontier_until_neighbours_are_seen():
     levels = make(GoalGraph((0,) * 6, 1), N_ENVS, size=19, seed=6).world.state.levels
     for branch in range(6):
         doorways = levels["doors_at"][:, branch].astype(np.int64)
@@ -101,7 +101,7 @@ def test_an_open_doorway_is_a_frontier_until_all_beside_it_was_seen():
                 assert not found_locked.any()
 
 
-def test_of_two_that_are_as_near_the_upper_one_is_taken():
+def test_nearest_tie_takes_the_upper_cell():
     levels = make(GoalGraph((0,) * 6, 1), size=63).world.state.levels.copy()
     levels["rectangles"], levels["doors"], levels["explored"] = 6, 0b11, 0
     levels["row"], levels["col"] = 40, 40

@@ -1,4 +1,4 @@
-"""Levels of text maps: what is read off them, what is refused, and how they are played, trained on and kept."""
+"""Levels from text maps: reading, errors, play, training and resuming."""
 
 import os
 import signal
@@ -37,7 +37,7 @@ IN_A_ROW = """
 #      #  E#
 ############
 """
-"""Rooms one behind the other, the second one bent."""
+"""Rooms in a row; the second room is bent."""
 FORK = """
     ###########
     #   #     #
@@ -74,7 +74,7 @@ def world_of(*maps: str, n: int = 1, seed: int = 0, **settings) -> Engine:
     ("drawn", "door_rooms", "colours", "letter"),
     [(IN_A_ROW, (0, 1, 2), (0, 2, 1), "g"), (HUB, (0, 0), (0, 2), "b"), (LEAST, (0,), (0,), "a")],
 )
-def test_the_goal_graph_is_read_off_the_map(drawn, door_rooms, colours, letter):
+def test_goal_graph_is_read_from_the_map(drawn, door_rooms, colours, letter):
     one = LevelMap.of(drawn)
     assert (one.rooms.door_rooms, one.rooms.colours) == (door_rooms, colours)
     assert one.graph == NAMED_GRAPHS[letter].canonical()
@@ -114,18 +114,18 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("drawn", "said"), REFUSED)
-def test_a_map_that_cannot_be_played_is_refused_with_the_cell(drawn, said):
+def test_invalid_map_raises_input_error_with_the_cell(drawn, said):
     with pytest.raises(InputError, match=f"^layout maze: {said}"):
         LevelMap.of({"name": "maze", "map": drawn})
 
 
 @pytest.mark.parametrize("graph", ["c", "d"])
-def test_a_graph_and_a_layout_on_one_command_line_are_refused(graph, tmp_path):
+def test_graph_and_layout_options_together_raise_input_error(graph, tmp_path):
     with pytest.raises(InputError, match="--graph and --layout are both given"):
         parse(["--graph", graph, "--layout", str(tmp_path / "maze.txt")])
 
 
-def test_a_file_that_is_no_map_is_refused(tmp_path):
+def test_invalid_map_file_raises_input_error(tmp_path):
     (tmp_path / "latin.txt").write_bytes(b"#\xe9#")
     (tmp_path / "large.txt").write_bytes(b"#" * (2**20 + 1))
     (tmp_path / "empty.txt").write_bytes(b"")
@@ -144,7 +144,7 @@ def test_a_file_that_is_no_map_is_refused(tmp_path):
             EnvConfig(layout=wrong)
 
 
-def test_a_map_has_the_name_of_its_file_unless_that_means_a_graph(tmp_path):
+def test_map_name_is_its_file_name(tmp_path):
     for name in ("maze.txt", "a.txt"):
         (tmp_path / name).write_text(f"\ufeff{LEAST}\r\n", encoding="utf-8")
     config = EnvConfig(layout=[tmp_path / "maze.txt", str(tmp_path / "a.txt")])
@@ -153,7 +153,7 @@ def test_a_map_has_the_name_of_its_file_unless_that_means_a_graph(tmp_path):
 
 
 @pytest.mark.parametrize(("name", "drop_key"), [*((name, False) for name in MAPS), ("corridor", True), ("least", True)])
-def test_shortest_solutions_are_those_of_an_exhaustive_search(name, drop_key):
+def test_shortest_lengths_on_maps_equal_exhaustive_search(name, drop_key):
     """From states of a walk that picks up, opens and drops, in rooms and in doorways."""
     world, rng, doorways = world_of(MAPS[name], n=8, max_steps=10**6, drop_key=drop_key), np.random.default_rng(3), 0
     for _ in range(15):
@@ -168,7 +168,7 @@ def test_shortest_solutions_are_those_of_an_exhaustive_search(name, drop_key):
 
 
 @pytest.mark.parametrize("name", MAPS)
-def test_every_goal_of_a_map_is_achieved_by_each_scripted_meta_controller(name):
+def test_oracle_solves_each_map_in_the_shortest_length(name):
     config = EnvConfig(layout=MAPS[name], max_steps=200)
     for episode in hierroom.rollout("oracle", config, 4, num_envs=2):
         assert (episode.success, len(episode)) == (True, episode.shortest)
@@ -179,13 +179,13 @@ def test_every_goal_of_a_map_is_achieved_by_each_scripted_meta_controller(name):
     assert legal[0].sum() == graph.key_rooms.count(0)
 
 
-def test_frontiers_of_a_map_are_in_the_room_of_the_agent_or_elsewhere():
-    """In rooms that are no rectangles, with a tenth of all cells not seen."""
+def test_map_frontiers_are_split_by_the_agents_room():
+    """In rooms that are not rectangles, with a tenth of all cells not seen."""
     maps, rng = world_of(IN_A_ROW).state.maps, np.random.default_rng(5)
     cells = np.argwhere(maps.rooms[0] >= 0)
     levels = np.repeat(maps.levels, len(cells))
     levels["row"], levels["col"] = cells.T
-    seen = rng.random((len(cells), 63, 12)) < 0.9  # a state from a file may have seen lines that its grid has not
+    seen = rng.random((len(cells), 63, 12)) < 0.9  # a state from a file may have seen lines outside its grid
     levels["explored"] = (seen * 2 ** np.arange(12, dtype=np.uint64)).sum(axis=2, dtype=np.uint64)
     for at, lit, found in zip(cells, seen, nearest_frontiers(levels, maps), strict=True):
         beside = lit[:-2, 1:-1] & lit[2:, 1:-1] & lit[1:-1, :-2] & lit[1:-1, 2:]
@@ -196,7 +196,7 @@ def test_frontiers_of_a_map_are_in_the_room_of_the_agent_or_elsewhere():
             assert nearest.tolist() == [*expected[1:]]
 
 
-def test_what_is_printed_of_a_level_is_read_back():
+def test_text_of_a_level_is_read_back_as_map():
     for drawn in (Engine([NAMED_GRAPHS[letter]], size=13, seed=4) for letter in "cf"):
         again = world_of(text(drawn.state))
         assert (again.state.grids == drawn.state.grids).all()
@@ -206,7 +206,7 @@ def test_what_is_printed_of_a_level_is_read_back():
         assert shortest_lengths(again.state) == shortest_lengths(drawn.state)
 
 
-def test_the_map_of_an_episode_is_drawn_by_its_seed_alone_and_in_any_batch():
+def test_map_of_an_episode_depends_only_on_its_seed():
     together, names = world_of(HUB, IN_A_ROW, n=32, seed=5, max_steps=3), ("map", "direction", "key")
     for episode in range(2):
         levels = together.get_state().levels
@@ -222,7 +222,7 @@ def test_the_map_of_an_episode_is_drawn_by_its_seed_alone_and_in_any_batch():
     assert (world_of(FORK, n=9).state.levels["direction"] == 2).all()
 
 
-def test_a_state_of_other_layouts_is_refused():
+def test_state_of_other_layouts_raises_input_error():
     world, other = world_of(HUB, n=2), world_of(IN_A_ROW, n=2)
     with pytest.raises(InputError, match=r"of other layouts"):
         world.set_state(other.get_state())
@@ -256,7 +256,7 @@ def test_every_api_takes_a_layout(tmp_path):
         gymnasium.make("hierroom/EscapeRoom-c-v0", layout=IN_A_ROW)
 
 
-def test_a_layout_replaces_what_draws_levels_and_the_reverse():
+def test_layout_and_graph_options_replace_each_other():
     config = TrainConfig().changed(layout=[{"name": "hub", "map": HUB}, {"name": "row", "map": IN_A_ROW}])
     assert (config.env.size, config.env.names, "layout hub, row" in config.title) == (12, ("hub", "row"), True)
     assert "hub-row" in run_name(config)
@@ -274,8 +274,8 @@ def test_a_layout_replaces_what_draws_levels_and_the_reverse():
         TrainConfig.from_dict({**config.to_dict(), "env": {**config.to_dict()["env"], "layout": "/etc/hosts"}})
 
 
-def test_a_run_holds_its_layouts_and_goes_on_as_if_it_had_not_been_stopped(tmp_path, monkeypatch):
-    """Their files are gone by then."""
+def test_resume_works_without_the_layout_files(tmp_path, monkeypatch):
+    """The run keeps the maps, so it resumes although their files are gone."""
     options = [f"--{name.replace('_', '-')}={value}" for name, value in SMALL.items()]
     options += ["--evaluations=0", "--evaluation-episodes=8", "--threads=1", "--steps=512"]
     for name, drawn in (("hub", HUB), ("row", IN_A_ROW)):

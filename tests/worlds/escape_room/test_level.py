@@ -1,4 +1,4 @@
-"""Levels in words, against the raw state: tiles of the grid, views of the episode and the goal graph."""
+"""`Level`, compared with the raw state: tiles of the grid, views of the episode and the goal graph."""
 
 import math
 
@@ -18,14 +18,14 @@ N_ENVS = 8
 
 
 def cell_of(grid, *tiles):
-    """(row, col), from the grid's upper left corner, of the one cell that holds one of the tiles, or None."""
+    """Return (row, col), from the grid's upper left corner, of the only cell with one of the tiles, or None."""
     cells = np.argwhere(np.isin(grid, tiles)) - MARGIN
     assert len(cells) <= 1
     return tuple(cells[0].tolist()) if len(cells) else None
 
 
 def cells_of_goals(grid):
-    """(row, col) by goal id of the goals that the grid shows: a key in hand is not there."""
+    """Return (row, col) by goal id of the goals on the grid, which has no held keys."""
     cells = {colour: cell_of(grid, KEY + colour) for colour in range(6)}
     cells |= {FIRST_DOOR_GOAL + c: cell_of(grid, LOCKED_DOOR + c, OPEN_DOOR + c) for c in range(6)}
     cells[EXIT_GOAL] = cell_of(grid, EXIT)
@@ -40,7 +40,7 @@ def reachable_goals(record, graph, held, opened):
 
 
 def check(level, turns, n, lay, seen):
-    """One environment; ``lay`` says where each goal is or lay last, ``seen`` holds the goals that came into view."""
+    """Check one environment; ``lay`` has the last position of each goal, ``seen`` the goals that came into view."""
     state, mask = turns.world.get_state(n), turns.situation(np.array([n])).masks[0]
     record, grid = state.levels[0], state.grids[0]
     on_grid = cells_of_goals(grid)
@@ -82,7 +82,7 @@ def check(level, turns, n, lay, seen):
 
 
 @pytest.mark.parametrize("mask", GOAL_MASKS)
-def test_a_level_says_what_the_state_holds(mask):
+def test_level_equals_the_raw_state(mask):
     settings = {"size": 15, "max_steps": 90, "drop_key": True, "goal_mask": mask, "subgoal_horizon": 6}
     turns, rng = make(GRAPHS, N_ENVS, seed=7, **settings), np.random.default_rng(3)
     lay, seen = [{} for _ in range(N_ENVS)], [set() for _ in range(N_ENVS)]
@@ -114,14 +114,14 @@ def test_a_level_says_what_the_state_holds(mask):
     assert min(met.values()) > 10, met
 
 
-def test_the_level_is_that_of_the_environment_asked_for():
+def test_level_belongs_to_the_requested_environment():
     turns = make("d", 6, seed=2)
     everywhere, some = turns.situation(np.arange(6)), turns.situation(np.array([4, 1]))
     assert [some.level(0), some.level(1)] == [everywhere.level(4), everywhere.level(1)]
     assert len({everywhere.level(m) for m in range(6)}) == 6
 
 
-def test_a_level_stays_as_it_is_after_further_steps():
+def test_level_does_not_change_with_later_steps():
     turns = make("c", seed=5)
     situation = turns.situation(np.array([0]))
     level, again = situation.level(0), situation.level(0)
@@ -131,7 +131,7 @@ def test_a_level_stays_as_it_is_after_further_steps():
     assert level == again == situation.level(0) != turns.situation(np.array([0])).level(0)
 
 
-def test_a_level_in_a_line():
+def test_level_str_is_one_line():
     level = make("a", 1, size=11).situation(np.zeros(1, int)).level(0)
     (key,) = level.legal_goals
     row, col = level.agent.position

@@ -1,4 +1,4 @@
-"""Levels remember of their episode only the memories that were asked for, and nothing else changes."""
+"""Levels keep only the requested memories of their episode; the others stay zero, and nothing else changes."""
 
 from itertools import chain, combinations
 
@@ -39,7 +39,7 @@ def assert_same_world(one, other):
 
 @pytest.mark.parametrize("step", ["step", "step_within_episode"])
 @pytest.mark.parametrize("memories", SUBSETS, ids=lambda memories: "-".join(memories) or "nothing")
-def test_memories_not_asked_for_stay_zero_and_change_nothing_else(memories, step):
+def test_unrequested_memories_stay_zero(memories, step):
     world, plain, full = make_world(memories), make_world([]), make_world(MEMORIES)
     used, n_novel = set(), 0
     for actions in actions_of(200):
@@ -63,7 +63,7 @@ def test_memories_not_asked_for_stay_zero_and_change_nothing_else(memories, step
 
 
 @pytest.mark.parametrize("memory", MEMORIES)
-def test_a_memory_asked_for_later_holds_from_the_next_reset_on(memory):
+def test_memory_requested_later_starts_at_the_next_reset(memory):
     world, asked_at_once = make_world([], seed=1), make_world([memory], seed=8)
     for actions in actions_of(30):
         world.step(actions)
@@ -81,7 +81,7 @@ def test_a_memory_asked_for_later_holds_from_the_next_reset_on(memory):
     assert (world.state.levels["episode"] >= 2).all()
 
 
-def test_a_state_holds_the_memories_of_its_levels():
+def test_state_contains_the_memories_of_its_levels():
     remembering, other = make_world(MEMORIES), make_world([], seed=9)
     for actions in actions_of(50):
         remembering.step(actions)
@@ -96,7 +96,7 @@ def test_a_state_holds_the_memories_of_its_levels():
 
 
 @pytest.mark.parametrize("reward", REWARDS)
-def test_turns_remember_the_memories_of_the_reward_and_those_asked_for(reward):
+def test_turns_keep_requested_and_reward_memories(reward):
     def bits(names):
         return sum(MEMORIES[name] for name in names)
 

@@ -1,4 +1,4 @@
-"""Measures by rollouts from exact states: against exact numbers of levels that are small enough for both."""
+"""Measures by rollouts from exact states, compared with exact numbers for levels that are small enough."""
 
 import math
 
@@ -59,7 +59,7 @@ def test_the_random_policy_succeeds_as_often_as_computed():
     assert abs(share - chance) < 4 * math.sqrt(chance * (1 - chance) / n)
 
 
-def test_rollouts_are_those_of_plain_python():
+def test_random_rollouts_equal_plain_python():
     level, seed, m = sampled(300), 7, 20
     start = level.state[[0, 0, 0]]
     batch_kernels.step_levels(start.levels[1:2], start.grids[1:2], np.array([1]), np.zeros(1, OUTCOME))
@@ -81,7 +81,7 @@ def test_rollouts_are_those_of_plain_python():
     assert max(expected) > 0
 
 
-def test_rollouts_of_policies_are_those_of_plain_python():
+def test_policy_rollouts_equal_plain_python():
     level, seed, m, policies = sampled(300), 7, 6, np.array([1460, 1461], np.uint64)  # two that escape at times
     found = np.full((len(policies), m), 9.0)
     policy_rollouts(level.state.levels, level.state.grids, policies, m, 5, np.uint64(seed), np.zeros(1, OUTCOME), found)
@@ -98,13 +98,13 @@ def test_rollouts_of_policies_are_those_of_plain_python():
     assert 0 < expected.mean() < 1
 
 
-def test_numbers_are_normal():
+def test_normal_gives_standard_normal_numbers():
     values = [normal(np.uint64(mixed(i))) for i in range(20_000)]
     assert kstest(values, "norm").pvalue > 0.001
     assert [normal(np.uint64(bits)) for bits in range(100)] == pytest.approx([normal_of(bits) for bits in range(100)])
 
 
-def test_actions_have_the_probabilities_of_a_softmax():
+def test_drawn_actions_follow_a_softmax():
     level = sampled(60).state.levels[0]
     policy, n = np.uint64(5), 40_000
     bits = mixed(int(policy) ^ int(state_bits(level)))
@@ -118,7 +118,7 @@ def test_actions_have_the_probabilities_of_a_softmax():
 
 
 @pytest.mark.parametrize("can_drop", [False, True])
-def test_states_have_different_bits_exactly_where_they_differ(can_drop):
+def test_state_bits_differ_exactly_if_states_differ(can_drop):
     world, rng = Engine([GoalGraph((0, 0), 2)], 64, size=11, drop_key=can_drop, seed=3, max_steps=10**9), None
     state, rng = world.state[np.zeros(64, int)], np.random.default_rng(0)
     of_state: dict[bytes, int] = {}
@@ -136,7 +136,7 @@ def test_states_have_different_bits_exactly_where_they_differ(can_drop):
 
 
 @pytest.mark.slow
-def test_information_is_as_computed():
+def test_policy_information_is_as_computed():
     level, horizon = sampled(300), 300
     returns = level.policy_returns(150, 400)
     exact = mdp_policy_information(level_mdp(A, 0, size=11), horizon, 150)
@@ -166,7 +166,7 @@ def test_the_same_seed_gives_the_same_measures():
     assert one.shortest == level_mdp(A, 0, size=11).shortest_solution()
 
 
-def test_a_level_with_many_states_is_about_as_computed(monkeypatch):
+def test_sampled_measures_are_about_as_computed(monkeypatch):
     monkeypatch.setattr(measured_levels, "GORP_STEPS", 10**6)
     (exact,) = measure_levels([A], 1, 100)
     monkeypatch.setattr(measured_levels, "MAX_LEVEL_STATES", 10)
@@ -181,7 +181,7 @@ def test_a_level_with_many_states_is_about_as_computed(monkeypatch):
     assert measure_levels([A], 1, 100)[0].cells[0] == "over 1e6"
 
 
-def test_what_cannot_be_sampled_is_refused():
+def test_invalid_sampled_level_raises_input_error():
     with pytest.raises(InputError, match=r"needs at least \d+ steps, but the horizon is 3"):
         sampled(3)
     with pytest.raises(InputError, match="the state holds 2 environments"):

@@ -1,4 +1,4 @@
-"""Levels of training and levels of evaluation: never the same layout, whatever the seeds."""
+"""Levels of training and of evaluation never have the same layout, with any seeds."""
 
 import numpy as np
 import pytest
@@ -38,12 +38,12 @@ def test_training_and_evaluation_share_no_layout(graph, size):
     assert not any(map(is_held_out, training))
     assert all(map(is_held_out, evaluation))
     assert 0.09 < np.mean([is_held_out(grid) for grid in every]) < 0.16
-    kept = [grid for grid in every if not is_held_out(grid)]  # what may stay is not drawn anew
+    kept = [grid for grid in every if not is_held_out(grid)]  # levels that are not held out stay
     assert kept == [grid for grid, before in zip(training, every, strict=True) if grid == before]
 
 
 @pytest.mark.parametrize("graph", NAMED_GRAPHS)
-def test_a_run_trains_and_evaluates_on_its_own_levels(graph):
+def test_run_trains_and_evaluates_on_separate_levels(graph):
     config = TrainConfig(EnvConfig(graph, size=11, max_steps=20), num_envs=16, steps=1024)
     trainer = Trainer(config)
     grids = trainer.fresh_turns(16, config.seed).world.state.grids
@@ -51,7 +51,7 @@ def test_a_run_trains_and_evaluates_on_its_own_levels(graph):
     assert not any(is_held_out(grid.tobytes()) for grid in trainer.turns.world.state.grids)
 
 
-def test_every_api_takes_it():
+def test_every_api_takes_the_levels_argument():
     for levels in ("training", "evaluation"):
         envs = [make(graph="a", size=11, levels=levels) for make in (hierroom.env, hierroom.parallel_env)]
         for env in envs:

@@ -1,4 +1,4 @@
-"""A state that cannot be one of environments is refused before a kernel sees it."""
+"""Impossible states of environments raise InputError before a kernel sees them."""
 
 import numpy as np
 import pytest
@@ -20,26 +20,26 @@ def begun(n=2, size=13):
 
 @pytest.mark.parametrize("size", [11, 19, 63])
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_every_state_that_is_reached_is_accepted(size, drop_key):
+def test_every_reached_state_is_accepted(size, drop_key):
     graphs, rng = [*NAMED_GRAPHS.values(), SEVEN_ROOMS], np.random.default_rng(size)
     world = Engine(graphs, 32, size=size, drop_key=drop_key, max_steps=40, memories=MEMORIES)
     for _ in range(200):
-        if rng.random() < 0.5:  # else keys are picked up in too few environments
+        if rng.random() < 0.5:  # otherwise too few environments pick up keys
             for env in range(0, 32, 8):
                 world._state.levels["direction"][env] = rng.integers(4)
         world.step(rng.choice(5 + drop_key, 32, p=[0.4, 0.1, 0.1, 0.2, 0.2 - 0.05 * drop_key, 0.05][: 5 + drop_key]))
         check_state(world.get_state())
 
 
-def test_an_episode_has_ended_with_its_last_step():
+def test_ended_state_at_the_last_step_is_valid():
     state = begun().get_state()
     state.levels["steps"][1], state.levels["has_ended"][1] = state.levels["max_steps"][1], True
     check_state(state)
 
 
 @pytest.mark.parametrize("name", level_bounds(13))
-def test_every_field_has_bounds_that_are_kept(name):
-    """One beyond either bound, as far as the field can hold it, in all of its numbers or in the last alone."""
+def test_field_outside_its_bounds_raises_input_error(name):
+    """Try one beyond each bound and the limits of the dtype, in all numbers of a field and in the last alone."""
     world, (low, high) = begun(), level_bounds(13)[name]
     info = np.iinfo(LEVEL[name].base)
     for number in (low - 1, high + 1, info.min, info.max):
@@ -52,11 +52,11 @@ def test_every_field_has_bounds_that_are_kept(name):
                 world.set_state(state)
 
 
-def test_the_bounds_name_every_field_but_flags_and_random_numbers():
+def test_level_bounds_cover_all_but_flags_and_random_numbers():
     assert set(LEVEL.names) - level_bounds(13).keys() == {"key", "n_drawn", "can_drop", "has_ended"}
 
 
-def test_a_flag_is_one_bit():
+def test_invalid_flag_byte_raises_input_error():
     state = begun().get_state()
     state.levels.view(np.uint8).reshape(2, -1)[1, LEVEL.fields["has_ended"][1]] = 2
     with pytest.raises(InputError, match=r"^levels.has_ended must be True or False everywhere$"):
@@ -103,7 +103,7 @@ BREAK = {
 
 
 @pytest.mark.parametrize("rule", RULES)
-def test_every_rule_is_kept(rule):
+def test_broken_rule_raises_input_error(rule):
     state = begun().get_state()
     BREAK[rule](state.levels[1], state.grids[1])
     with pytest.raises(InputError, match=f"^invalid state in environment 1, which breaks the rule: {rule}$"):
@@ -117,8 +117,8 @@ CYCLES = [
 
 
 @pytest.mark.parametrize(("branch", "room", "and_back"), CYCLES)
-def test_a_key_that_cannot_be_come_by_is_noticed_in_any_room(branch, room, and_back):
-    """In the room that it opens, or each of two in the other's."""
+def test_unreachable_key_raises_input_error_in_any_room(branch, room, and_back):
+    """The key is in the room that it opens, or two keys are in each other's rooms."""
     state = Engine([SEVEN_ROOMS], size=19).get_state()
     check_state(state)
     state.levels["key_rooms"][0, branch] = room
@@ -129,7 +129,7 @@ def test_a_key_that_cannot_be_come_by_is_noticed_in_any_room(branch, room, and_b
 
 
 @pytest.mark.parametrize("things", ["keys_at", "doors_at"])
-def test_nobody_stands_on_a_key_or_in_a_locked_door(things):
+def test_agent_on_key_or_locked_door_raises_input_error(things):
     state, colours = begun(20).get_state(), set()
     for env, branch in np.ndindex(20, 2):
         wrong = state[env].copy()
@@ -141,7 +141,7 @@ def test_nobody_stands_on_a_key_or_in_a_locked_door(things):
 
 
 @pytest.mark.parametrize("name", ["keys", "doors", "found"])
-def test_keys_doors_and_found_bits_of_missing_rooms_are_refused(name):
+def test_bits_of_missing_rooms_raise_input_error(name):
     state = begun().get_state()
     state.levels[name][1] |= 1 << state.levels["n_rooms"][1] - 1
     with pytest.raises(InputError, match=RULES[4]):
@@ -149,7 +149,7 @@ def test_keys_doors_and_found_bits_of_missing_rooms_are_refused(name):
 
 
 @pytest.mark.parametrize("n_rooms", [2, 3, 6])
-def test_rooms_that_are_not_there_hold_no_key_and_no_exit(n_rooms):
+def test_key_or_exit_in_missing_room_raises_input_error(n_rooms):
     graph = GoalGraph((0,) * (n_rooms - 1), n_rooms - 1)
     for name, place in (("exit_room", ()), ("key_rooms", (n_rooms - 2,))):
         state = Engine([graph], size=19).get_state()
@@ -161,7 +161,7 @@ def test_rooms_that_are_not_there_hold_no_key_and_no_exit(n_rooms):
 @pytest.mark.parametrize("row", [0, 5, 12, 17, 22])
 @pytest.mark.parametrize("col", [0, 5, 17, 22])
 @pytest.mark.parametrize("is_turned", [False, True])
-def test_walls_surround_the_grid_on_all_sides(row, col, is_turned):
+def test_gap_in_the_outer_wall_raises_input_error(row, col, is_turned):
     row, col = (col, row) if is_turned else (row, col)
     state = begun().get_state()
     state.grids[1, row, col] = constants.EMPTY
@@ -170,7 +170,7 @@ def test_walls_surround_the_grid_on_all_sides(row, col, is_turned):
 
 
 @pytest.mark.parametrize(("side", "number"), [(0, 5), (1, 5), (2, 17), (3, 17), (0, 0), (1, 0), (2, 22), (3, 22)])
-def test_rooms_lie_inside_on_all_sides(side, number):
+def test_room_outside_the_walls_raises_input_error(side, number):
     for room in range(4):
         state = begun().get_state()
         state.levels["rectangles"][1, room, side] = number
@@ -179,7 +179,7 @@ def test_rooms_lie_inside_on_all_sides(side, number):
 
 
 @pytest.mark.parametrize(("first", "last"), [(0, 2), (1, 3)])
-def test_a_room_may_be_one_cell_wide_but_does_not_end_before_it_begins(first, last):
+def test_room_must_be_at_least_one_cell_wide(first, last):
     state = begun().get_state()
     rectangle = state.levels["rectangles"][1, 1]
     rectangle[last] = rectangle[first]
@@ -190,7 +190,7 @@ def test_a_room_may_be_one_cell_wide_but_does_not_end_before_it_begins(first, la
 
 
 @pytest.mark.parametrize("branch", range(3))
-def test_each_key_that_is_held_is_in_the_bag_once(branch):
+def test_bag_must_contain_each_held_key_once(branch):
     state = begun().get_state()
     level, grid = state.levels[1], state.grids[1]
     grid[tuple(level["keys_at"][branch])] = constants.EMPTY
@@ -216,14 +216,14 @@ def test_each_key_that_is_held_is_in_the_bag_once(branch):
         (None, np.zeros(2, LEVEL), "levels.max_steps must be at least 1, not 0"),
     ],
 )
-def test_arrays_of_another_kind_are_refused(grids, levels, said):
+def test_arrays_of_wrong_dtype_or_shape_raise_input_error(grids, levels, said):
     world, state = begun(), begun().get_state()
     wrong = State(state.grids if grids is None else grids, state.levels if levels is None else levels)
     with pytest.raises(InputError, match=f"^{said}"):
         world.set_state(wrong)
 
 
-def test_a_state_that_is_refused_changes_nothing():
+def test_refused_state_changes_nothing():
     world, before = begun(), begun().get_state()
     wrong = begun(2).get_state()
     wrong.levels["row"][1] = 10**6
@@ -234,14 +234,14 @@ def test_a_state_that_is_refused_changes_nothing():
 
 
 @pytest.mark.parametrize("name", ["seed", "index", "episode", "key", "n_drawn"])
-def test_the_highest_number_is_accepted(name):
+def test_largest_allowed_number_is_accepted(name):
     state = begun().get_state()
     state.levels[name] = level_bounds(13).get(name, (0, 2**64 - 1))[1]
     check_state(state)
 
 
-def test_the_bounds_are_those_of_a_grid_of_fifteen():
-    """A grid of 15 cells and margins of 5 on each side, in Python's own numbers."""
+def test_level_bounds_of_a_grid_of_fifteen():
+    """A grid of 15 cells and margins of 5 on each side, with the numbers written out."""
     large = 2**31 - 1
     of_cells = dict.fromkeys(("rectangles", "doors_at", "keys_at", "exit_at", "divider", "doorways"), (0, 24))
     expected = {"seed": (0, 2**63 - 1), "index": (0, 2**63 - 1), "episode": (0, 2**63 - 2), "max_steps": (1, large)}

@@ -1,4 +1,4 @@
-"""Batches: the same episodes in every company, states that can be taken and put back, and how episodes end."""
+"""Batches: the same episodes alone and in any batch, saved and restored states, and ends of episodes."""
 
 import threading
 
@@ -30,10 +30,10 @@ def same_state(one: State, other: State) -> bool:
     return bool((one.grids == other.grids).all() and (one.levels == other.levels).all())
 
 
-# The same episode in every company.
+# The same episode alone and in any batch.
 
 
-def test_an_environment_is_the_same_alone_and_in_a_batch():
+def test_environment_is_the_same_alone_and_in_a_batch():
     settings = {"seed": 3, "max_steps": 40, "drop_key": True}
     together = Engine(GRAPHS, 128, **settings)
     alone = [Engine(GRAPHS, first_index=n, **settings) for n in range(128)]
@@ -46,7 +46,7 @@ def test_an_environment_is_the_same_alone_and_in_a_batch():
         assert (env.finals == together.finals[n : n + 1]).all()
 
 
-def test_two_threads_do_what_one_does(monkeypatch):
+def test_two_threads_equal_one_thread(monkeypatch):
     num_envs = 2 * MIN_ENVS_PER_THREAD + 1
     one, two = (Engine(GRAPHS, num_envs, size=11, seed=4, max_steps=30, threads=threads) for threads in (1, 2))
     used, step = [], engine._compiled_step()
@@ -64,7 +64,7 @@ def test_two_threads_do_what_one_does(monkeypatch):
     assert sizes == {MIN_ENVS_PER_THREAD, MIN_ENVS_PER_THREAD + 1}
 
 
-def test_reset_with_a_seed_starts_over_and_without_goes_on():
+def test_reset_with_seed_restarts_and_without_continues():
     world = Engine(GRAPHS, 20, seed=5)
     first = world.get_state()
     world.reset()
@@ -78,7 +78,7 @@ def test_reset_with_a_seed_starts_over_and_without_goes_on():
     assert not world.outcomes["achieved"].any()
 
 
-def test_seeds_environments_and_episodes_differ():
+def test_levels_differ_by_seed_environment_and_episode():
     worlds = [Engine([NAMED_GRAPHS["c"]], 50, seed=seed) for seed in (0, 1, 2**63 - 1)]
     grids = [grid.tobytes() for world in worlds for grid in world.state.grids]
     worlds[0].reset()
@@ -86,7 +86,7 @@ def test_seeds_environments_and_episodes_differ():
     assert len(set(grids)) == len(grids)
 
 
-def test_clocks_can_be_staggered():
+def test_stagger_clocks_spreads_the_episode_ends():
     world = Engine(GRAPHS, 10, max_steps=100)
     world.stagger_clocks()
     assert world.state.levels["steps"].tolist() == list(range(0, 100, 10))
@@ -100,7 +100,7 @@ def test_clocks_can_be_staggered():
 # States.
 
 
-def test_branch_replay_compare():
+def test_replay_from_a_branch_gives_the_same_outcomes():
     world = Engine(GRAPHS, 30, seed=7, max_steps=60, drop_key=True)
     actions = actions_of(150, 30)
     for action in actions[:50]:
@@ -128,7 +128,7 @@ def assert_same_view(world: Engine, n: int):
     np.testing.assert_array_equal(probe.outcomes["tiles"][0], shown)
 
 
-def test_some_environments_can_be_put_back():
+def test_set_state_restores_some_environments():
     world = Engine(GRAPHS, 10, seed=8)
     start = world.get_state([2, 5])
     for action in actions_of(30, 10):
@@ -144,7 +144,7 @@ def test_some_environments_can_be_put_back():
         assert_same_view(world, n)
 
 
-def test_a_state_is_a_copy():
+def test_get_state_returns_a_copy():
     world = Engine(GRAPHS, 3, seed=9)
     taken = world.get_state()
     kept = taken.copy()
@@ -155,7 +155,7 @@ def test_a_state_is_a_copy():
     assert same_state(taken, kept)
 
 
-def test_actions_of_any_layout_and_kind_of_number():
+def test_step_takes_actions_as_arrays_or_lists():
     worlds = [Engine(GRAPHS, 5, seed=10) for _ in range(4)]
     for actions in actions_of(40, 5):
         strided = np.zeros((5, 3), np.int64)
@@ -171,7 +171,7 @@ def test_actions_of_any_layout_and_kind_of_number():
 # The ends of episodes.
 
 
-def test_truncation_keeps_the_final_view_and_begins_the_next_episode():
+def test_truncation_keeps_final_view_and_begins_next_episode():
     world = Engine([NAMED_GRAPHS["c"]], 20, seed=10, max_steps=5)
     twin = Engine([NAMED_GRAPHS["c"]], 20, seed=10, max_steps=5)
     for step, actions in enumerate(actions_of(5, 20), start=1):
@@ -187,7 +187,7 @@ def test_truncation_keeps_the_final_view_and_begins_the_next_episode():
     assert (world.state.levels["episode"] == 1).all()
 
 
-def test_the_exit_on_the_last_step_ends_both_ways():
+def test_exit_on_the_last_step_sets_both_flags():
     """As in MiniGrid, both flags are set."""
     length = len(shortest_actions(Engine([NAMED_GRAPHS["a"]], seed=11).state))
     world = Engine([NAMED_GRAPHS["a"]], seed=11, max_steps=length)
@@ -197,7 +197,7 @@ def test_the_exit_on_the_last_step_ends_both_ways():
     assert (outcome.achieved, outcome.n_first) == (1 << EXIT_GOAL, 1)
 
 
-def test_after_the_end_nothing_happens_and_nothing_is_rewarded():
+def test_step_after_the_end_changes_nothing():
     world = Engine([NAMED_GRAPHS["a"]], seed=12)
     for action in shortest_actions(world.state):
         world.step_within_episode([action])
@@ -222,20 +222,20 @@ def test_after_the_end_nothing_happens_and_nothing_is_rewarded():
         ({"graphs": []}, "levels need at least one goal graph"),
     ],
 )
-def test_wrong_settings(settings, message):
+def test_invalid_settings_raise_input_error(settings, message):
     with pytest.raises(InputError, match=message.replace("**", r"\*\*")):
         Engine(**{"graphs": [NAMED_GRAPHS["a"]], **settings})
 
 
 @pytest.mark.parametrize("actions", [[0], [0, 0, 0], [[0, 0]], [0.0, 1.0], 0, ["left", "right"]])
-def test_wrong_actions(actions):
+def test_invalid_actions_raise_input_error(actions):
     world = Engine([NAMED_GRAPHS["a"]], 2)
     for step in (world.step, world.step_within_episode):
         with pytest.raises(InputError, match="actions must be 2 whole numbers, one for each environment"):
             step(actions)
 
 
-def test_wrong_states():
+def test_invalid_states_raise_input_error():
     world = Engine([NAMED_GRAPHS["a"]], 2)
     with pytest.raises(InputError, match="must hold 2 environments of size 19; it holds 1 of size 19"):
         world.set_state(world.get_state(0))

@@ -1,4 +1,4 @@
-"""The rules of keys and doors, one by one, in levels where the agent is put before what matters."""
+"""The rules of keys and doors, one by one; the tests place the agent in front of a key or door."""
 
 import numpy as np
 
@@ -40,7 +40,7 @@ def fetch(world: Engine, colour: int) -> np.record:
     return act(world, PICKUP)
 
 
-def test_keys_collect_and_the_last_useful_one_is_shown():
+def test_keys_collect_and_the_last_useful_key_is_shown():
     world = Engine([NAMED_GRAPHS["e"]], seed=13, drop_key=True)
     first, second, third = world.state.levels[0].colours[:3]
     for count, colour in enumerate((second, first, third), start=1):
@@ -49,7 +49,7 @@ def test_keys_collect_and_the_last_useful_one_is_shown():
         assert world.state.levels[0].bag_size == count
         assert outcome.tiles[3, 6] == KEY + colour
         assert not (world.state.grids == KEY + colour).any()
-    # A key with an open door is of no more use: the one before it is shown.
+    # A key is useless once its door is open: the key before it is shown.
     face(world, LOCKED_DOOR + third)
     outcome = act(world, OPEN)
     assert (outcome.achieved, outcome.n_first) == (1 << 6 + third, 1)
@@ -63,7 +63,7 @@ def test_keys_collect_and_the_last_useful_one_is_shown():
     assert (world.state.grids == OPEN_DOOR + third).sum() == 1
 
 
-def test_drop_puts_down_the_last_key_whose_door_is_locked():
+def test_drop_puts_down_the_last_useful_key():
     world = Engine([NAMED_GRAPHS["e"]], seed=14, drop_key=True)
     first, second, third = world.state.levels[0].colours[:3]
     for colour in (first, second, third):
@@ -81,7 +81,7 @@ def test_drop_puts_down_the_last_key_whose_door_is_locked():
     act(world, DROP)  # the third key is in hand, but its door is open
     assert (world.state.grids == before).all()
     assert world.state.levels[0].bag_size == 1
-    # What was dropped can be picked up again, and that is no first time; its door can be opened.
+    # A dropped key can be picked up again, which does not count as a first; then its door can be opened.
     outcome = fetch(world, second)
     assert (outcome.achieved, outcome.n_first) == (1 << second, 0)
     face(world, LOCKED_DOOR + first)
@@ -105,7 +105,7 @@ def test_keys_are_dropped_on_free_cells_only():
         assert world.state.levels[0].bag_size == 2
 
 
-def test_without_drop_the_action_only_costs_a_step():
+def test_drop_without_drop_key_only_costs_a_step():
     world = Engine([NAMED_GRAPHS["a"]], seed=16)
     assert world.n_actions == 5
     fetch(world, world.state.levels[0].colours[0])
@@ -129,7 +129,7 @@ def test_a_door_needs_its_own_key():
     assert world.state.grids[0][world.state.levels[0].row, world.state.levels[0].col] == EMPTY
 
 
-def test_the_step_that_opened_a_door_is_remembered():
+def test_opened_at_is_the_step_of_opening():
     world = Engine([NAMED_GRAPHS["b"]], seed=17)
     level = world.state.levels[0]
     fetch(world, level.colours[1])

@@ -1,4 +1,4 @@
-"""Levels: every one is solvable and what its graph says, and chance is fair where it should be."""
+"""Levels: each one is solvable and follows its goal graph, and random choices are uniform."""
 
 import hashlib
 
@@ -45,8 +45,8 @@ def assert_uniform_ranks(ranks, counts):
     assert_uniform((10 * positions).astype(int), 10)
 
 
-def test_levels_are_those_of_v0():
-    """Others would need ids with another -v, and a line in CHANGELOG.md; other `GRAPHS` have another digest."""
+def test_levels_equal_the_digest_of_v0():
+    """Other levels would need new ids, with the next -v, and a line in CHANGELOG.md. The digest depends on `GRAPHS`."""
     digest, places = hashlib.sha256(), ("rectangles", "doors_at", "keys_at", "exit_at", "divider", "row", "col")
     for size in (11, 14, 19):
         state = Engine(GRAPHS, 33, size=size, seed=8, levels="training").state
@@ -56,7 +56,7 @@ def test_levels_are_those_of_v0():
     assert digest.hexdigest()[:16] == "a1d7cbc0b9562051"
 
 
-def test_nothing_of_the_last_episode_is_left():
+def test_generate_clears_the_last_episode():
     world = Engine([NAMED_GRAPHS["b"]], size=11, memories=MEMORIES)
     left, fresh = world.get_state(), world.get_state()
     kept = {"seed", "index", "episode", "max_steps", "can_drop", "remembers", "split"}
@@ -107,10 +107,10 @@ def test_levels_of_many_rooms_are_solvable(graph, size):
 
 @pytest.mark.parametrize("size", [11, 19, 40])
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
-def test_a_level_is_what_its_graph_says(graph, size):
+def test_level_follows_its_goal_graph(graph, size):
     state = Engine([graph], 100, size=size, seed=14).state
     for grid, level in zip(state.grids, state.levels, strict=True):
-        # With its doors closed, a level falls into the rooms' rectangles.
+        # With its doors closed, a level splits into the rooms' rectangles.
         parts, n_parts = label(~np.isin(grid, [WALL, *range(LOCKED_DOOR, WALL)]))
         assert n_parts == graph.n_rooms
         for number, (top, left, bottom, right) in enumerate(level.rectangles[: graph.n_rooms]):
@@ -137,7 +137,7 @@ def test_a_level_is_what_its_graph_says(graph, size):
 
 @pytest.mark.parametrize("graph", [SIX, STAR], ids=["six", "star"])
 def test_no_wall_is_thicker_than_a_cell(graph):
-    """Each room reaches, on all of its sides, to the outer wall, to a wall of the centre, or to what divides a side."""
+    """Each side of a room reaches the outer wall, a wall of the centre, or the divider of a shared side."""
     size = 19
     for level in Engine([graph], 300, size=size, seed=15).state.levels:
         outer, (top, left, bottom, right) = {MARGIN, MARGIN + size - 1}, level.rectangles[0]
@@ -155,7 +155,7 @@ def sides_of(levels):
     return np.select([cols > right, rows > bottom, cols < left, rows < top], [0, 1, 2, 3], -1)
 
 
-def test_rooms_lie_on_all_sides_alike(sample):
+def test_rooms_are_uniform_over_the_sides(sample):
     sides = sides_of(sample.levels)[:, :3]
     assert_uniform(sides[:, 0], 4)
     first, second = sides[:, 0], (sides[:, 1] - sides[:, 0]) % 4 - 1
@@ -164,7 +164,7 @@ def test_rooms_lie_on_all_sides_alike(sample):
 
 
 @pytest.mark.parametrize("graph", [SIX, CHAIN], ids=["six", "seven"])
-def test_sides_are_shared_fairly(graph):
+def test_shared_sides_are_uniform(graph):
     """With more than four branch rooms, any room may be one of the two on a side, and any side may be shared."""
     sides = sides_of(Engine([graph], 20_000, seed=15).state.levels)[:, : graph.n_rooms - 1]
     for branch in range(graph.n_rooms - 1):
@@ -186,7 +186,7 @@ def test_colours_are_uniform_and_distinct(sample):
     assert_uniform(colours[:, 2], 6)
 
 
-def test_the_agent_starts_anywhere_facing_anywhere(sample):
+def test_agent_start_and_direction_are_uniform(sample):
     levels = sample.levels
     assert_uniform(levels["direction"], 4)
     ranks, counts = [], []
@@ -198,7 +198,7 @@ def test_the_agent_starts_anywhere_facing_anywhere(sample):
     assert_uniform_ranks(np.array(ranks), np.array(counts))
 
 
-def test_walls_and_doors_stand_anywhere(sample):
+def test_wall_and_door_positions_are_uniform(sample):
     levels = sample.levels
     depths = (sample.size - 4 - MIN_CENTRE) // 2 - MIN_SIDE + 1
     low, high = MARGIN + MIN_SIDE + 2, MARGIN + sample.size - 3 - MIN_SIDE
@@ -213,7 +213,7 @@ def test_walls_and_doors_stand_anywhere(sample):
         assert_uniform_ranks(np.where(is_vertical, col, row) - first, last - first + 1)
 
 
-def test_the_exit_stands_anywhere_but_behind_its_door():
+def test_exit_position_is_uniform_away_from_its_door():
     state = Engine([NAMED_GRAPHS["a"]], 4_000, seed=16).state
     ranks, counts = [], []
     for grid, level in zip(state.grids, state.levels, strict=True):
@@ -232,7 +232,7 @@ def test_the_exit_stands_anywhere_but_behind_its_door():
 
 
 @pytest.mark.parametrize(("letter", "branch"), [("a", 0), ("c", 1)])
-def test_keys_lie_anywhere_in_their_room(letter, branch):
+def test_key_positions_are_uniform_in_their_room(letter, branch):
     state = Engine([NAMED_GRAPHS[letter]], 10_000, seed=17).state
     ranks, counts = [], []
     for grid, level in zip(state.grids, state.levels, strict=True):
@@ -243,7 +243,7 @@ def test_keys_lie_anywhere_in_their_room(letter, branch):
     assert_uniform_ranks(np.array(ranks), np.array(counts))
 
 
-def test_each_graph_of_a_mixture_is_as_likely():
+def test_graphs_of_a_mixture_are_equally_likely():
     graphs = list(NAMED_GRAPHS.values())
     levels = Engine(graphs, 10_000, seed=18).state.levels
     drawn = [

@@ -1,4 +1,4 @@
-"""The world equals MiniGrid: what is seen, where the agent is, rewards, ends of episodes, pictures."""
+"""The world equals MiniGrid: views, positions, rewards, ends of episodes, pictures."""
 
 from types import SimpleNamespace
 
@@ -65,7 +65,7 @@ def bold_actions(world, rng):
 @pytest.mark.parametrize("can_drop", [False, True], ids=["", "drop"])
 @pytest.mark.parametrize("size", [11, 19, 31])
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
-def test_random_walks(graph, size, can_drop):
+def test_random_walks_equal_minigrid(graph, size, can_drop):
     rng = np.random.default_rng(size)
     world = Engine([graph], size=size, seed=8, drop_key=can_drop, max_steps=150)
     taken = 0
@@ -76,7 +76,7 @@ def test_random_walks(graph, size, can_drop):
 
 @pytest.mark.parametrize("size", [11, 19, 31])
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
-def test_episodes_solved_by_the_oracle(graph, size):
+def test_oracle_episodes_equal_minigrid(graph, size):
     world = Engine([graph], size=size, seed=9)
     for _ in range(3):
         path = shortest_actions(world.state)
@@ -85,7 +85,7 @@ def test_episodes_solved_by_the_oracle(graph, size):
         world.reset()
 
 
-def test_spread_of_light_on_every_row(monkeypatch):
+def test_spread_of_light_equals_minigrid_on_every_row(monkeypatch):
     """All 128 x 128 rows (light falling on them, cells it passes), against MiniGrid's own sweeps."""
     bits = 1 << np.arange(7)
     assert view_kernels.spread(0, 127) == (0, 0)
@@ -104,7 +104,7 @@ def test_spread_of_light_on_every_row(monkeypatch):
             assert (seen, ahead) == (bits @ mask[:, 2], bits @ mask[:, 1]), (lit, clear)
 
 
-def test_ids_are_those_of_minigrid():
+def test_colour_and_object_ids_equal_minigrid():
     assert [COLOR_TO_IDX[name] for name in COLOURS] == list(range(6))
     names = {"empty": tiles.EMPTY_ID, "wall": tiles.WALL_ID, "door": tiles.DOOR_ID, "key": tiles.KEY_ID}
     assert {**names, "goal": tiles.GOAL_ID, "unseen": 0}.items() <= OBJECT_TO_IDX.items()
@@ -112,7 +112,7 @@ def test_ids_are_those_of_minigrid():
 
 @pytest.mark.parametrize(("size", "tile_size"), [(11, 32), (19, 12)])
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
-def test_pictures(graph, size, tile_size):
+def test_pictures_equal_minigrid(graph, size, tile_size):
     world = Engine([graph], size=size, seed=10)
     env = MiniGridLevel(world.state, render_mode="rgb_array", tile_size=tile_size)
     env.reset()

@@ -1,4 +1,4 @@
-"""The oracle: its paths work, no shorter ones exist, and it says clearly what cannot be reached."""
+"""The oracle: its paths work, no shorter ones exist, and unreachable goals raise InputError."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_length
 EXIT_AMONG_KEYS = GoalGraph((0, 1), 1)
 """A key is in the exit's room: its shortest path may have to go around the exit."""
 SIX_KEYS = GoalGraph((0, 0, 0, 0, 0, 0), 6)
-"""All keys that there can be lie in the centre room."""
+"""All six keys are in the centre room."""
 GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 0, 1, 0, 2, 4), 5), SIX_KEYS, EXIT_AMONG_KEYS]
 
 
@@ -59,7 +59,7 @@ def check_against_search(world: Engine, can_drop: bool) -> None:
 
 
 def wander(world: Engine, steps: int, rng: np.random.Generator) -> None:
-    """Act at random, and now and then as the oracle would for a random goal, so that something happens."""
+    """Act at random, and half of the time as the oracle would for a random goal, so that something happens."""
     for _ in range(steps):
         goals = rng.integers(12, size=len(world))
         actions = rng.integers(6, size=len(world))
@@ -71,7 +71,7 @@ def wander(world: Engine, steps: int, rng: np.random.Generator) -> None:
 
 @pytest.mark.parametrize("letter", ["a", "b", "c", "d"])
 @pytest.mark.parametrize("index", range(4))
-def test_no_path_is_shorter(letter, index):
+def test_breadth_first_search_finds_no_shorter_path(letter, index):
     world = Engine([NAMED_GRAPHS[letter]], size=11, seed=1, first_index=index, drop_key=True)
     check_against_search(world, can_drop=False)
     wander(world, 40, np.random.default_rng(index))
@@ -85,13 +85,13 @@ def test_paths_to_keys_go_around_the_exit():
         check_against_search(world, can_drop=False)
         key = world.state.levels[0].colours[1]
         free, length = world.get_state(), np.empty(1, np.int64)
-        free.levels["exit_at"] = 0  # in the outer wall: no level of the world's, for the kernel alone
+        free.levels["exit_at"] = 0  # in the outer wall: an impossible level, for the kernel alone
         solve_levels(free.levels, NO_MAPS.rooms, free.grids.shape[1], np.array([0]), np.array([key]), length)
         n_around += length[0] < shortest_lengths(world.state, key)[0]
     assert n_around > 0
 
 
-def test_dropping_keys_shortens_nothing():
+def test_dropping_keys_shortens_no_path():
     world = Engine([NAMED_GRAPHS["a"]], size=11, seed=3, drop_key=True)
     check_against_search(world, can_drop=True)
     wander(world, 20, np.random.default_rng(0))
@@ -100,7 +100,7 @@ def test_dropping_keys_shortens_nothing():
 
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 @pytest.mark.parametrize("size", [11, 19, 31])
-def test_paths_reach_their_goals_in_as_many_steps_as_stated(graph, size):
+def test_paths_reach_goals_in_their_stated_length(graph, size):
     levels = Engine([graph], 10, size=size, seed=5)
     for n in range(len(levels)):
         for goal in range(13):
@@ -119,7 +119,7 @@ def test_paths_reach_their_goals_in_as_many_steps_as_stated(graph, size):
             assert world.outcomes[0].terminated == (goal == EXIT_GOAL)
 
 
-def test_a_step_never_gains_more_than_one():
+def test_one_step_shortens_the_path_by_at_most_one():
     rng = np.random.default_rng(0)
     world = Engine(GRAPHS, 100, seed=2, drop_key=True)
     lengths = shortest_lengths(world.state)
@@ -134,8 +134,8 @@ def test_a_step_never_gains_more_than_one():
 
 
 @pytest.mark.parametrize("graph", NAMED_GRAPHS.values(), ids=lambda graph: graph.name)
-def test_the_rest_of_a_shortest_path_is_a_shortest_path(graph):
-    """Asked for whenever a key was taken or a door opened on it: doors deeper in are open then."""
+def test_rest_of_a_shortest_path_is_shortest(graph):
+    """Check after each key taken and each door opened on the path, so also with inner doors open."""
     world = Engine([graph], size=11 if graph.n_rooms < 4 else 13, seed=5)
     path = shortest_actions(world.state)
     for done, action in enumerate(path[:-1], start=1):
@@ -144,7 +144,7 @@ def test_the_rest_of_a_shortest_path_is_a_shortest_path(graph):
             assert shortest_lengths(world.state) == len(path) - done
 
 
-def test_each_environment_may_have_its_own_goal():
+def test_shortest_lengths_takes_a_goal_per_environment():
     world = Engine([NAMED_GRAPHS["c"]], 30, seed=4)
     doors = 6 + world.state.levels["colours"][:, 1]
     together = shortest_lengths(world.state, doors)
@@ -153,7 +153,7 @@ def test_each_environment_may_have_its_own_goal():
 
 
 @pytest.mark.parametrize("graph", [NAMED_GRAPHS["a"], NAMED_GRAPHS["g"]], ids=lambda graph: graph.name)
-def test_a_goal_achieved_takes_no_action(graph):
+def test_achieved_goal_needs_no_action(graph):
     world = Engine([graph], seed=6)
     level = world.state.levels[0]
     n_branches, colours = len(graph.key_rooms), level.colours.copy()
@@ -172,8 +172,8 @@ def test_a_goal_achieved_takes_no_action(graph):
 
 
 @pytest.mark.parametrize("exit_room", [1, 2])
-def test_keys_that_lock_each_other_away_cannot_be_come_by(exit_room):
-    """Nothing that happens in a level leads there, but a state may be anybody's."""
+def test_keys_behind_each_other_are_out_of_reach(exit_room):
+    """No play leads to such a state, but a user can make one."""
     state = Engine([GoalGraph((0, 0), exit_room)], size=11).get_state()
     level, grid = state.levels[0], state.grids[0]
     for branch, room in ((0, 2), (1, 1)):
@@ -188,7 +188,7 @@ def test_keys_that_lock_each_other_away_cannot_be_come_by(exit_room):
             shortest_actions(state, int(goal))
 
 
-def test_wrong_input():
+def test_invalid_input_raises_input_error():
     world = Engine([NAMED_GRAPHS["a"]], 2)
     for goals in (13, -1, 0.5, [0, 13]):
         with pytest.raises(InputError, match="goals must be whole numbers from 0 to 12"):

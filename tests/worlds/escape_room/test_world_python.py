@@ -1,4 +1,4 @@
-"""Compiled kernels do what their source does as ordinary Python, and none reads or writes outside an array."""
+"""Compiled kernels equal their source run as plain Python, and none reads or writes outside an array."""
 
 import os
 
@@ -30,7 +30,7 @@ def test_compiled_kernels_equal_ordinary_python(module, tmp_path):
 
 
 @pytest.mark.slow
-def test_no_kernel_leaves_its_arrays(pytestconfig):
+def test_no_kernel_indexes_outside_its_arrays(pytestconfig):
     """The cache is kept, as compiling takes most of the time. Tiles check no bounds: see `test_learner_products`."""
     cache = pytestconfig.cache.mkdir("numba-boundscheck")
     variables = {"NUMBA_BOUNDSCHECK": "1", "NUMBA_DISABLE_JIT": "0", "NUMBA_CACHE_DIR": str(cache)}

@@ -1,4 +1,4 @@
-"""The random numbers of an episode against SplitMix64 in Python's whole numbers, which never overflow."""
+"""The random numbers of an episode, compared with SplitMix64 in Python's integers, which never overflow."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from hierroom.worlds.random_kernels import mix, random_below, shuffle, stream_ke
 
 KEYS = (0, 1, 2**63, BITS, 0x0123456789ABCDEF)
 
-pytestmark = pytest.mark.filterwarnings("ignore:overflow encountered")  # as plain Python the kernels tell of it
+pytestmark = pytest.mark.filterwarnings("ignore:overflow encountered")  # as plain Python the kernels warn of it
 
 
 def level(key, n_drawn=0):
@@ -18,7 +18,7 @@ def level(key, n_drawn=0):
     return records[0]
 
 
-def test_it_is_splitmix64():
+def test_mix_equals_splitmix64():
     """The first outputs of the published generator from seed 0."""
     outputs = [0xE220A8397B1DCDAF, 0x6E789E6AA1B965F4, 0x06C45D188009454F]
     assert [mixed(n * GOLDEN & BITS) for n in (1, 2, 3)] == outputs
@@ -26,12 +26,12 @@ def test_it_is_splitmix64():
 
 
 @pytest.mark.parametrize("numbers", [(0, 0, 0), (7, 3, 2), (2**62, 127, 2**31), (1, 0, 0), (0, 1, 0), (0, 0, 1)])
-def test_the_key_of_an_episode(numbers):
+def test_stream_key_equals_plain_python(numbers):
     assert int(stream_key(*numbers)) == key_of(*numbers)
 
 
 @pytest.mark.parametrize("key", KEYS)
-def test_whole_numbers(key):
+def test_random_below_equals_plain_python(key):
     own = level(key)
     assert [random_below(own, bound) for bound in (1, 2, 5, 64, 10**6)] == [
         below(key, n, bound) for n, bound in enumerate((1, 2, 5, 64, 10**6), start=1)
@@ -40,13 +40,13 @@ def test_whole_numbers(key):
 
 
 @pytest.mark.parametrize("key", KEYS)
-def test_an_array_is_shuffled_from_its_end(key):
+def test_shuffle_equals_plain_python(key):
     items, own = np.arange(7), level(key)
     shuffle(own, items)
     assert (items.tolist(), own.n_drawn) == shuffled(key, 0, range(7))
 
 
-def test_uniforms_of_turns():
+def test_turn_uniforms_equal_plain_python():
     levels = np.concatenate([np.atleast_1d(level(key, n_drawn=3)) for key in KEYS]).view(np.recarray)
     turns, uniforms = np.array([0, 1, 2, 5, 10**6]), np.empty((len(KEYS), 14))
     turn_uniforms(levels, turns, uniforms)

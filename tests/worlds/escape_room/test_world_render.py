@@ -1,4 +1,4 @@
-"""Pictures, text, windows and animations. That pictures equal MiniGrid's is tested in test_world_minigrid.py."""
+"""Pictures, text, windows and animations. test_world_minigrid.py compares the pictures with MiniGrid's."""
 
 import re
 
@@ -42,7 +42,7 @@ def test_the_subgoal_is_outlined_and_named(world):
         assert frame.shape == plain.shape == (19 * 32, 19 * 32, 3)
         row, col = where(world.state, tile)
         assert (frame[row * 32, col * 32 : (col + 1) * 32] == OUTLINE).all()
-        # The rest of the picture is as it was, but for the lowest wall, which holds the caption.
+        # The rest of the picture is the same, except for the lowest wall, which shows the caption.
         expected = plain.copy()
         expected[row * 32 : (row + 1) * 32, col * 32 : (col + 1) * 32] = frame[
             row * 32 : (row + 1) * 32, col * 32 : (col + 1) * 32
@@ -53,14 +53,14 @@ def test_the_subgoal_is_outlined_and_named(world):
     assert len(captions) == 13
 
 
-def test_a_key_in_hand_is_outlined_nowhere(world):
+def test_held_key_is_not_outlined(world):
     colour = int(world.state.levels[0].colours[0])
     for action in shortest_actions(world.state, colour):
         world.step_within_episode([action])
     np.testing.assert_array_equal(draw_level(world.state, colour)[:-32], draw_level(world.state)[:-32])
 
 
-def test_drawing_changes_nothing(world):
+def test_drawing_does_not_change_the_state(world):
     before = world.get_state()
     before.levels["seen"] = 0
     kept = before.copy()
@@ -70,7 +70,7 @@ def test_drawing_changes_nothing(world):
     assert (before.grids == kept.grids).all()
 
 
-def test_text_says_where_everything_is(world):
+def test_text_shows_objects_agent_and_goals(world):
     level = world.state.levels[0]
     path = shortest_actions(world.state, int(level.colours[0]))
     for action in path:
@@ -99,7 +99,7 @@ def test_text_says_where_everything_is(world):
     assert text(world.state).count("\n") == 20
 
 
-def test_animation_holds_every_frame(world, tmp_path):
+def test_animation_contains_every_frame(world, tmp_path):
     frames = [draw_level(world.state, tile_size=8)]
     for action in shortest_actions(world.state):
         world.step_within_episode([action])
@@ -130,7 +130,7 @@ def test_animation_is_written_whole_or_not_at_all(world, tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-def test_window(world, monkeypatch):
+def test_window_shows_frames_and_closes(world, monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     import pygame
 
@@ -147,7 +147,7 @@ def test_window(world, monkeypatch):
     assert not pygame.display.get_init()
 
 
-def test_a_window_opens_again_where_another_was_closed(world, monkeypatch):
+def test_window_reopens_after_another_is_closed(world, monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     import pygame
 
@@ -162,13 +162,13 @@ def test_a_window_opens_again_where_another_was_closed(world, monkeypatch):
     other.close()
 
 
-def test_a_window_without_a_screen(world, monkeypatch):
+def test_window_without_display_raises_input_error(world, monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "no such driver")
     with pytest.raises(InputError, match=r"cannot open a window \(.*\); render_mode 'rgb_array' needs none"):
         Window().show(draw_level(world.state))
 
 
-def test_screens(world, monkeypatch):
+def test_screen_renders_in_each_mode(world, monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     assert screen(world, "ansi").render(0, 3) == text(world.state, 3)
     np.testing.assert_array_equal(screen(world, "rgb_array").render(0, 3), draw_level(world.state, 3))
@@ -187,7 +187,7 @@ def test_large_grids_fit_a_screen():
     assert frame.shape == (756, 756, 3)
 
 
-def test_wrong_input(world):
+def test_invalid_input_raises_input_error(world):
     for show in (draw_level, text):
         with pytest.raises(InputError, match="shows one environment, but the state holds 2"):
             show(Engine([NAMED_GRAPHS["a"]], 2).state)

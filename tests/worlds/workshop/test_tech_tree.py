@@ -1,4 +1,4 @@
-"""Random tech trees: every one can be solved, and the shortest way is the shortest."""
+"""Random tech trees: all are solvable, and breadth-first search finds no shorter solution."""
 
 from collections import deque
 
@@ -26,7 +26,7 @@ def start_of(book):
 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("n_goals", SIZES)
-def test_every_tree_has_its_goals_uses_all_things_and_can_be_solved(n_goals, shape):
+def test_every_tech_tree_is_solvable_and_uses_all_things(n_goals, shape):
     for seed in range(40 if n_goals < 30 else 2):
         rules = tech_tree(n_goals, seed, shape)
         task = hierroom.workshop(rules)
@@ -38,7 +38,7 @@ def test_every_tree_has_its_goals_uses_all_things_and_can_be_solved(n_goals, sha
         actions = task.solver.actions(things[0])
         assert len(actions) == length > 0
         made = 0
-        while not things[0, 1, book.recipes.target]:  # as fixed-dfs goes, with a controller that can do anything
+        while not things[0, 1, book.recipes.target]:  # follow fixed-dfs with a perfect controller
             ranks = np.zeros((1, n_goals), np.int64)
             write_ranks(things, book.recipes, ranks)
             order = sorted(range(n_goals), key=lambda goal, ranks=ranks: -ranks[0, goal])
@@ -54,7 +54,7 @@ def can(things, book, goal):
 
 
 @pytest.mark.parametrize("rules", [CRAFT, MELT, tech_tree(4, 1), tech_tree(5, 2, "wide")], ids=lambda rules: rules.name)
-def test_shortest_solutions_equal_breadth_first_search_over_all_actions(rules):
+def test_shortest_solutions_equal_breadth_first_search(rules):
     task = hierroom.workshop(rules)
     world = task.make_world(EnvConfig(task=task), 1, seed=3, autoreset=False)
     rng = np.random.default_rng(0)
@@ -75,7 +75,7 @@ def test_shortest_solutions_equal_breadth_first_search_over_all_actions(rules):
 
 
 def breadth_first(task, state):
-    """The fewest actions to the target, by trying all of them in every state."""
+    """Return the fewest actions to the target, by trying each action in every state."""
     first = state[0].things.tobytes()
     world = task.make_world(EnvConfig(task=task, max_steps=10**6), 1, autoreset=False, seed=0)
     lengths, queue = {first: 0}, deque([first])
@@ -95,7 +95,7 @@ def breadth_first(task, state):
 
 
 @pytest.mark.parametrize("rules", [MELT, tech_tree(9), tech_tree(9, 1, "deep")], ids=lambda rules: rules.name)
-def test_a_goal_changes_the_things_as_its_rule_changes_the_marking(rules):
+def test_workshop_apply_equals_rules_apply_all(rules):
     book, rng, n_done = hierroom.workshop(rules).book, np.random.default_rng(0), 0
     things, n_facts = start_of(book), len(rules.facts)
     for _ in range(400):
@@ -111,7 +111,7 @@ def test_a_goal_changes_the_things_as_its_rule_changes_the_marking(rules):
     assert n_done > 50
 
 
-def test_a_tree_is_named_by_its_size_seed_and_shape():
+def test_tech_tree_name_has_size_seed_and_shape():
     assert workshop_of("8").rules == tech_tree_of("8:0:mixed") == tech_tree(8)
     assert workshop_of("8:3:deep").rules == tech_tree(8, 3, "deep")
     assert len({tech_tree(8, seed, shape) for seed in range(20) for shape in SHAPES}) == 60
@@ -130,6 +130,6 @@ def test_a_tree_is_named_by_its_size_seed_and_shape():
         ("8:3:tall", "the shape of a workshop must be one of mixed, deep, wide, either, not 'tall'"),
     ],
 )
-def test_what_names_no_tree_is_refused(text, said):
+def test_invalid_tree_name_raises_input_error(text, said):
     with pytest.raises(InputError, match=said):
         workshop_of(text)

@@ -1,4 +1,4 @@
-"""Workshops follow the same rules in plain Python, step by step."""
+"""Workshops, compared step by step with the same rules in plain Python."""
 
 import numpy as np
 import pytest
@@ -31,16 +31,16 @@ def act(world, *things):
 @pytest.mark.parametrize("levels", [None, "training", "evaluation"])
 @pytest.mark.parametrize("rules", TREES.values(), ids=TREES)
 def test_workshops_equal_plain_python_step_by_step(rules, levels):
-    assert n_goals_alike(rules, levels, n_steps=400) > 40
+    assert compare_with_twins(rules, levels, n_steps=400) > 40
 
 
-def test_so_do_workshops_of_random_rules():
+def test_workshops_of_random_rules_equal_plain_python():
     rng = np.random.default_rng(3)
-    assert sum(n_goals_alike(random_rules(rng), None, n_steps=60) for _ in range(30)) > 1000
+    assert sum(compare_with_twins(random_rules(rng), None, n_steps=60) for _ in range(30)) > 1000
 
 
-def n_goals_alike(rules, levels, n_steps):
-    """Compare workshops with twins, and return in how many steps a goal was achieved."""
+def compare_with_twins(rules, levels, n_steps):
+    """Compare workshops with their twins; return the number of steps that achieved a goal."""
     world = make(rules, 4, seed=7, max_steps=60, env_index=2, levels=levels)
     twins = [Twin(rules, 7, 2 + n, levels, 60) for n in range(4)]
     rng, turns, n_goals = np.random.default_rng(1), np.ones(4, bool), 0
@@ -52,7 +52,7 @@ def n_goals_alike(rules, levels, n_steps):
         names = [{name for name, is_legal in zip(rules.names, row, strict=True) if is_legal} for row in legal]
         assert names == [twin.reachable() for twin in twins]
         actions = rng.integers(-1, world.n_actions + 1, 4)
-        for n, twin in enumerate(twins):  # else few things are made of three things
+        for n, twin in enumerate(twins):  # otherwise few goals that take three things are achieved
             if rng.random() < 0.5:
                 actions[n] = right_action(rng, twin)
         expected = [twin.step(action) for twin, action in zip(twins, actions.tolist(), strict=True)]
@@ -62,7 +62,7 @@ def n_goals_alike(rules, levels, n_steps):
 
 
 def right_action(rng, twin):
-    """An action on the way to some goal that can be made: the next thing, to work, or to clear."""
+    """Return an action towards some possible goal: put the next thing, work, or clear."""
     for _, ask, way in twin.ways:
         if twin.makes(ask, way) and all(twin.bench[thing] <= ask.get(thing, 0) for thing in twin.bench):
             missing = [place for place, thing in enumerate(twin.places) if twin.bench[thing] < ask.get(thing, 0)]
@@ -70,7 +70,7 @@ def right_action(rng, twin):
     return len(twin.places) + 1
 
 
-def test_a_thing_that_is_needed_comes_back_and_one_that_is_used_is_gone():
+def test_needed_things_return_and_used_things_vanish():
     world = make(CRAFT)
     assert act(world, "wood") == ["stick"]
     assert act(world, "stick", "stick") == ["pick"]
@@ -82,7 +82,7 @@ def test_a_thing_that_is_needed_comes_back_and_one_that_is_used_is_gone():
     }  # fmt: skip
 
 
-def test_a_wrong_bench_makes_nothing_and_stays_as_it_is():
+def test_wrong_bench_makes_nothing_and_stays():
     world = make(CRAFT)
     assert act(world, "wood", "source of log") == []
     assert world.state.things[0, 2].sum() == 2
@@ -91,7 +91,7 @@ def test_a_wrong_bench_makes_nothing_and_stays_as_it_is():
     assert act(world, "source of log") == ["log"]
 
 
-def test_whatever_makes_the_target_achieves_its_goal():
+def test_any_rule_for_the_target_achieves_the_target_goal():
     world = make(CRAFT)
     for things in (("wood",), ("stick", "stick"), *(("pick", "source of gem"),) * 2):
         act(world, *things)
@@ -100,7 +100,7 @@ def test_whatever_makes_the_target_achieves_its_goal():
     assert world.outcomes["n_first"][0] == 2
 
 
-def test_rules_that_are_no_workshop_are_refused():
+def test_invalid_workshop_rules_raise_input_error():
     for rules, said in (
         (Rules({"a": {"uses": "b", "gives": "c"}}, target="c"), "no order of the rules makes the target 'c'"),
         (Rules({"a": {"gives": "b"}, "c": {"uses": {"b": 2}, "gives": "d"}}, target="d"), "no order of the rules"),

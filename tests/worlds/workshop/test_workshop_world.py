@@ -36,14 +36,14 @@ def make(n=6, seed=0, memories=("visited",), **entries):
     return TASK.make_world(EnvConfig(task=TASK, max_steps=40, **entries), n, seed=seed, memories=memories)
 
 
-def test_an_environment_goes_the_same_way_alone_and_among_others():
+def test_environment_is_the_same_alone_and_in_a_batch():
     together, alone = make(), make(1, env_index=4)
     for row in ACTIONS:
         assert together.step(row)[4] == alone.step(row[4:5])[0]
         np.testing.assert_array_equal(together.state.things[4], alone.state.things[0])
 
 
-def test_two_threads_do_what_one_does(monkeypatch):
+def test_two_threads_equal_one_thread(monkeypatch):
     n, used, step = 2 * MIN_ENVS_PER_THREAD + 1, [], module._compiled_step()
 
     def noted_step(*arrays):
@@ -60,7 +60,7 @@ def test_two_threads_do_what_one_does(monkeypatch):
     assert {size for thread, size in used if thread != threading.get_ident()} == {n // 2, n // 2 + 1}
 
 
-def test_the_shelf_has_another_order_in_each_episode_and_never_one_of_evaluation_in_training():
+def test_training_and_evaluation_share_no_shelf_order():
     orders = {}
     for levels in ("training", "evaluation"):
         world, orders[levels] = make(64, levels=levels), set()
@@ -71,7 +71,7 @@ def test_the_shelf_has_another_order_in_each_episode_and_never_one_of_evaluation
     assert not orders["training"] & orders["evaluation"]
 
 
-def test_a_world_goes_on_from_its_arrays_as_it_would_have():
+def test_set_arrays_continues_the_episodes():
     world, other = make(), make(seed=9)
     for row in ACTIONS[:75]:
         world.step(row)
@@ -83,7 +83,7 @@ def test_a_world_goes_on_from_its_arrays_as_it_would_have():
     assert other.get_state().things.tolist() == world.get_state().things.tolist()
 
 
-def test_the_state_after_a_step_is_that_before_the_reset():
+def test_state_after_is_from_before_the_reset():
     world, n_ended = make(), 0
     for row in ACTIONS:
         before = world.get_state()
@@ -113,7 +113,7 @@ def test_the_state_after_a_step_is_that_before_the_reset():
         ("shops", ("max_steps", 3), 0, r"workshops\.max_steps must be at least 1"),
     ],
 )
-def test_a_state_that_cannot_be_is_refused(part, place, value, said):
+def test_invalid_state_raises_input_error(part, place, value, said):
     world = make()
     arrays = world.get_arrays(world.everywhere)
     world.check_arrays(arrays)
@@ -128,7 +128,7 @@ def test_a_state_that_cannot_be_is_refused(part, place, value, said):
         world.check_arrays(arrays | {"shops": np.zeros(5, SHOP)})
 
 
-def test_features_are_below_their_cardinalities_and_pair_goals_with_what_is_seen():
+def test_features_stay_below_their_cardinalities():
     for task in (TASK, find_task("workshop:40")):
         config = EnvConfig(task=task, goal_mask="existing")
         turns, n_goals, n_places = Turns(config, 6, seed=0), len(task.goal_set), task.n_actions - 2
@@ -150,7 +150,7 @@ def test_features_are_below_their_cardinalities_and_pair_goals_with_what_is_seen
         assert len(seen) == len({(place, *pair) for (place, _), pair in seen.items()})
 
 
-def test_goals_are_masked_by_what_can_be_made_and_shown_in_words():
+def test_goal_masks_and_levels_follow_the_recipes():
     world = make(1)
     turn = np.ones(1, bool)
     for mask, legal in (
@@ -171,7 +171,7 @@ def test_goals_are_masked_by_what_can_be_made_and_shown_in_words():
 
 
 @pytest.mark.parametrize("meta", ["fixed-dfs", "oracle", "random"])
-def test_a_controller_that_knows_the_recipes_solves_it_with_every_meta_controller(meta):
+def test_recipe_controller_succeeds_with_every_meta_controller(meta):
     env = gymnasium.make("hierroom/Workshop-v0", task=TASK, meta=meta, max_steps=600)
     for seed in range(5):
         env.reset(seed=seed)
@@ -196,7 +196,7 @@ def next_action(world, way):
     return places.index(missing[0]) if len(missing) else world.n_actions - 2
 
 
-def test_a_workshop_is_drawn_and_its_actions_are_named():
+def test_replayer_draws_workshops_and_names_actions():
     world = make(1)
     state, replayer, n_places = world.get_state(), world.replayer, world.n_actions - 2
     place = state.things[0, PLACES].tolist().index(0)
@@ -214,7 +214,7 @@ def test_a_workshop_is_drawn_and_its_actions_are_named():
         replayer.text(make().get_state())
 
 
-def test_environments_and_their_copies_go_the_same_way():
+def test_copied_environments_play_the_same_episode():
     env = gymnasium.make("hierroom/Workshop-v0", task=TASK, meta="random")
     env.reset(seed=3)
     copies = [env, deepcopy(env), pickle.loads(pickle.dumps(env))]
@@ -223,7 +223,7 @@ def test_environments_and_their_copies_go_the_same_way():
         assert all(str(other) == str(first) for other in others)
 
 
-def test_the_apis_keep_their_contracts():
+def test_workshops_pass_the_api_checkers():
     api_test(hierroom.env(task="workshop:4", max_steps=30), num_cycles=60)
     parallel_api_test(hierroom.parallel_env(TASK, max_steps=30), num_cycles=60)
     check_env(gymnasium.make("hierroom/Workshop-v0").unwrapped, skip_render_check=True)
@@ -239,7 +239,7 @@ def test_the_apis_keep_their_contracts():
 
 
 @pytest.mark.parametrize("method", [*METHODS, "learned", "random"])
-def test_every_method_trains_and_goes_on_from_its_state(method, one_thread):
+def test_every_method_trains_and_resumes_from_its_state(method, one_thread):
     agents = {"meta": method} if method not in METHODS else {"method": method}
     meta_ppo = PPOConfig(sequence_length=2, minibatches=2, sequences_per_update=4)
     settings = {"num_envs": 4, "sequence_length": 8, "meta_start_success": 0.0, "max_steps": 30, "threads": 1}
@@ -254,7 +254,7 @@ def test_every_method_trains_and_goes_on_from_its_state(method, one_thread):
     assert equal(*({name: state[name] for name in ("turns", "agents", "log")} for state in states))
 
 
-def test_a_film_shows_the_graph_of_the_rules_with_what_was_achieved_and_what_there_is():
+def test_film_shows_rules_achieved_goals_and_marking():
     (episode,) = hierroom.rollout("oracle", EnvConfig(task="workshop:4"), 1, seed=0)
     frames, states = [*pictures(episode)], [*episode.states()]
     level = episode.replayer.picture(states[0], -1, episode.replayer.tile_size(states[0]))
