@@ -8,12 +8,12 @@ from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
-META_NONSENSE, NONSENSE = (-7, 14, 99), (-1, 6, 77)  # what neither agent has among its actions
+META_NONSENSE, NONSENSE = (-7, 14, 99), (-1, 6, 77)  # no action of either agent
 
 
 @dataclass
 class Moment:
-    choice: int  # what meta_0 says, which counts on its turn only
+    choice: int  # the choice of meta_0, which counts on its turn only
     action: int
     meta: dict | None  # the observation of meta_0, where it is its turn
     controller: dict

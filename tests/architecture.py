@@ -1,4 +1,4 @@
-"""The structure of the package, read from its imports: parts (files and folders of hierroom/), and who imports whom."""
+"""The structure of the package, read from its imports: parts (files and folders of hierroom/) and their imports."""
 
 import ast
 from pathlib import Path

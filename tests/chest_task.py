@@ -13,7 +13,7 @@ COIN, KEY, CHEST = 1, 3, 4
 class Chest(gymnasium.Env):
     """Cells 0 to 4: a coin can be taken in cell 1 again and again, the key once in 3; the chest in 4 needs the key.
 
-    The start is cell 0 or 2, as the seed says. To use what is not there does nothing. Cell -1 is a pit.
+    The start is cell 0 or 2, as the seed says. USE has no effect where there is nothing to use. Cell -1 is a pit.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 4}  # noqa: RUF012

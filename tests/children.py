@@ -1,4 +1,4 @@
-"""Child processes of tests. Each may take ten times what it takes when nothing else runs on the machine."""
+"""Child processes of tests. Each may take ten times as long as on a quiet machine."""
 
 import subprocess
 import sys
@@ -14,7 +14,7 @@ def run_child(
 ) -> subprocess.CompletedProcess[str]:
     """Run a command to its end, and keep its output as text.
 
-    `quiet_seconds` is at least what it takes on a quiet machine; options are those of `subprocess.run`.
+    `quiet_seconds` is at least its time on a quiet machine; options are those of `subprocess.run`.
     """
     usual = {"text": True, "check": False, "capture_output": not {"stdout", "stderr"} & {*options}}
     return subprocess.run([*map(str, words)], timeout=TIMES_QUIET * quiet_seconds, **usual | options)

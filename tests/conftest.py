@@ -7,7 +7,7 @@ from hypothesis import settings
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")  # windows are opened, on no screen
 settings.register_profile("hierroom", settings.default, deadline=None)  # how long one takes depends on the load
 settings.load_profile("hierroom")
-# Commands that tests start and interrupt take over what is ignored here, as it is in the background of a shell.
+# In the background of a shell SIGINT is ignored, and commands that tests start and interrupt inherit that.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
@@ -24,7 +24,7 @@ def one_thread():
 
 @pytest.fixture
 def heeded_hangup():
-    """SIGHUP is not ignored, as it is where the tests run under nohup."""
+    """Do not ignore SIGHUP, which is ignored where the tests run under nohup."""
     before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
     yield
     signal.signal(signal.SIGHUP, before)

@@ -1,4 +1,4 @@
-"""A world of no EscapeRoom: corridors of cells in which goals stand; several may stand in one cell."""
+"""A world that is no EscapeRoom: corridors of cells with goals, of which a cell may have several."""
 
 import numpy as np
 from gymnasium import spaces

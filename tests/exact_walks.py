@@ -1,4 +1,4 @@
-"""First passage in fractions: what elimination in floats is held against, the weights taken as the floats they are."""
+"""First passage in exact fractions, the reference for elimination in floats. Weights are taken as exact floats."""
 
 from __future__ import annotations
 

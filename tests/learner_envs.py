@@ -14,7 +14,7 @@ SPACE = AgentSpace((5, 3, 7, 2), 4)
 
 
 class PlainTorchNetwork(RecurrentActorCritic):
-    """The network that ships under another name: to the learner a user's own, so it takes the plain torch path."""
+    """The default network under another name: the learner treats it as a user's, on the plain torch path."""
 
 
 def make_learner(num_envs=6, network=None, seed=1, threads=1, **config):

@@ -1,4 +1,4 @@
-"""A real MiniGrid environment that holds one of our levels and keeps to our rules: what the world is compared with."""
+"""A real MiniGrid environment with one of our levels and our rules, to which the world is compared."""
 
 from minigrid.core.grid import Grid
 from minigrid.core.mission import MissionSpace

@@ -1,4 +1,4 @@
-"""Rules in plain Python, by the letter of their definition: what the marking chain is compared with."""
+"""Rules in plain Python by their definition, to which the marking chain is compared."""
 
 import itertools
 from collections import Counter
@@ -22,7 +22,7 @@ TUNNEL = Rules(
 
 
 def relevant(rules):
-    """Return the goals that give the target or what a goal of these needs or uses."""
+    """Return the goals that give the target, or a fact that such a goal needs or uses."""
     wanted, goals = {rules.target}, set()
     for _ in rules.names:
         for goal, ways in rules.rules.items():

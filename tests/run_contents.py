@@ -28,7 +28,7 @@ Rows = list[dict[str, float]]
 
 
 def check_run(path: Path) -> dict[str, Any]:
-    """Assert what is true of every run that ended after as few steps as those of the tests; returns its summary."""
+    """Assert all that is true of every run with as few steps as in tests; returns its summary."""
     folder = RunFolder.open(path)
     config, rows = folder.config(), folder.metrics.numbers()
     check_metrics(rows, config)
@@ -44,7 +44,7 @@ def check_run(path: Path) -> dict[str, Any]:
 
 def check_metrics(rows: Rows, config: TrainConfig) -> None:
     assert len(rows) > 1
-    assert rows[-2]["steps"] < config.steps <= rows[-1]["steps"]  # it ended as soon as it might
+    assert rows[-2]["steps"] < config.steps <= rows[-1]["steps"]  # it ended with the first update that had enough steps
     for before, row in pairwise(rows):
         assert before["steps"] < row["steps"]
         assert before["seconds"] < row["seconds"]
@@ -65,7 +65,7 @@ def check_metrics(rows: Rows, config: TrainConfig) -> None:
 
 
 def check_evaluations(folder: RunFolder, config: TrainConfig) -> LearningCurve:
-    """One at the first update at or after each point, one graph a row, with the interval of so many successes."""
+    """Each point has an evaluation at the first update at or after it, with a row for each graph and its interval."""
     rows, taken = folder.evaluations.read(), [row["steps"] for row in folder.metrics.numbers()]
     points = evaluation_points(config.steps, config.evaluations)
     update = int(min(np.diff([0, *taken])))
@@ -148,7 +148,7 @@ def weights(state: dict[str, Any]) -> dict[str, torch.Tensor]:
 
 
 def check_checkpoints(folder: RunFolder, rows: Rows) -> None:
-    """They are named by their steps, agree with the metrics of these, and every weight has learned in between."""
+    """Checkpoints are named by their steps and agree with the metrics; every weight differs from the one before."""
     logged = {row["steps"]: row for row in rows}
     names = sorted(path.name for path in folder.checkpoints.iterdir())
     steps = [int(name.removesuffix(".pt")) for name in names]
@@ -175,7 +175,7 @@ def check_checkpoints(folder: RunFolder, rows: Rows) -> None:
 
 
 def check_picture(path: Path) -> bool:
-    """Assert that escape.gif, or else failure.gif, is what the newest checkpoint does; returns whether it escapes."""
+    """Assert that escape.gif or failure.gif shows the newest checkpoint's episode; returns whether it escapes."""
     torch.set_num_threads(1)  # as in training
     agent = load(path, trust=True)
     episode = results.telling_episode(agent, agent.config.seed + 1)

@@ -13,7 +13,7 @@ from hierroom.runs.folder.run_folder import RunFolder
 
 CLOCKS = ("seconds", "compile_seconds", "steps_per_second", "session_seconds")
 OF_COMMANDS = ("provenance.json", ".lock")
-"""Files that tell how a run came about, which is another story for one that was killed."""
+"""Files about how a run was made, which differ if it was killed."""
 
 
 def differences(one: Path, other: Path) -> list[str]:
@@ -52,7 +52,7 @@ def _checkpoint(path: Path) -> dict[str, Any]:
 
 def scalars(path: Path) -> dict[str, list[tuple[int, str]]]:
     """Return the steps and values that TensorBoard shows of a run, by tag, without times."""
-    logging.getLogger("tensorboard").setLevel(logging.ERROR)  # it tells at length of the events that it hides
+    logging.getLogger("tensorboard").setLevel(logging.ERROR)  # it logs the events that it hides
     events = EventAccumulator(str(path), size_guidance={"scalars": 0})
     events.Reload()
     tags = [tag for tag in events.Tags()["scalars"] if not tag.startswith("time/")]

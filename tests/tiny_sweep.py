@@ -21,7 +21,7 @@ def plan(*words: str, **settings) -> Plan:
 
 
 def results(path: Path) -> list[dict[str, str]]:
-    """The rows but for what tells the time, in one order."""
+    """Return the rows without their times, sorted by digest."""
     with path.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     kept = [{k: v for k, v in row.items() if not k.startswith(TIMES)} for row in rows]

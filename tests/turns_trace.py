@@ -1,4 +1,4 @@
-"""A digest of all that the APIs tell in some plays, which must not depend on Numba."""
+"""A digest of all that the APIs return in some episodes, which must not depend on Numba."""
 
 import hashlib
 

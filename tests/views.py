@@ -17,7 +17,7 @@ from hierroom.worlds.escape_room.constants import (
 
 
 def in_view(level, view):
-    """(row, col) and tile code of the cells that a view shows; on the agent's own it shows what is carried."""
+    """(row, col) and tile code of the cells that a view shows; the agent's cell shows the carried key."""
     rows, cols = ROW_STEP[level.direction], COL_STEP[level.direction]
     for i, j in np.argwhere(view != UNSEEN):
         ahead, right = VIEW - 1 - j, i - VIEW // 2

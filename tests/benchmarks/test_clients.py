@@ -32,7 +32,7 @@ SAID = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("client", CLIENTS, ids=lambda client: client.name)
-def test_client(client):
+def test_client_example_runs(client):
     if versions(Path(sys.executable), client.packages) is None:
         pytest.skip(f"{', '.join(client.packages)} not installed: see the extras clients, ray, benchmarl and agilerl")
     done = run(Path(sys.executable), client.example)
@@ -40,13 +40,13 @@ def test_client(client):
     assert re.search(SAID[client.name], done.stdout), done.stdout
 
 
-def test_each_example_is_a_client():
+def test_every_example_belongs_to_a_client():
     examples = {path.relative_to(ROOT / "examples").as_posix() for path in (ROOT / "examples/clients").glob("*.py")}
     assert examples <= {client.example for client in CLIENTS}
     assert {client.name for client in CLIENTS} == set(SAID)
 
 
-def test_the_page_has_a_line_for_each():
+def test_clients_page_lists_every_client():
     page = (ROOT / "docs/clients.md").read_text()
     for client in CLIENTS:
         assert re.search(

@@ -11,7 +11,7 @@ from hierroom.support.errors import InputError
 ROOT = Path(__file__).parents[2]
 
 
-def test_each_table_of_the_pages_is_computed_once_and_no_other_is_committed():
+def test_committed_correlations_are_those_on_pages():
     shown = page_statistics.shown_correlations()
     assert len(shown) == len(set(shown))
     paths = {ROOT / "benchmarks" / "results" / name / page_statistics.correlations_file(one) for name, one in shown}
@@ -19,7 +19,7 @@ def test_each_table_of_the_pages_is_computed_once_and_no_other_is_committed():
 
 
 @pytest.mark.parametrize("name", sorted({name for name, _ in page_statistics.shown_correlations()}))
-def test_they_are_of_all_whole_seeds(name):
+def test_correlations_use_all_whole_seeds(name):
     (row, *_) = read_rows(ROOT / "benchmarks" / "results" / name / "correlations.csv")
     assert int(row["seeds_min"]) == int(row["seeds_max"]) == page_statistics.n_whole_seeds(name)
 

@@ -29,7 +29,7 @@ def turns_in(graph, n, **changes):
 
 
 @pytest.mark.parametrize(("graph", "size"), [("a", 19), ("f", 19), ("g", 11), ("d", 31), (CHAIN, 19)])
-def test_it_always_escapes_and_is_no_shorter_than_the_informed(graph, size):
+def test_searching_escapes_no_faster_than_informed(graph, size):
     n = 25
     turns = turns_in(graph, n, size=size)
     searching = evaluate(Searching(make_meta("fixed-dfs"), turns), turns, 2 * n)
@@ -38,7 +38,7 @@ def test_it_always_escapes_and_is_no_shorter_than_the_informed(graph, size):
     assert informed.length <= searching.length < 1.5 * informed.length
 
 
-def test_a_row_of_the_table_is_that_of_the_results_page():
+def test_search_cost_row_equals_the_committed_table():
     table = ResultTable.read(BENCHMARKS / "results" / "search_cost.csv")
     assert table.headings == HEADINGS
     row = row_of(config_of("a"), 1000)

@@ -42,13 +42,13 @@ def rows() -> list[dict[str, str]]:
         ("[[comparisons", "is not a TOML file"),
     ],
 )
-def test_a_file_that_names_no_comparisons_is_refused(tmp_path, text, message):
+def test_invalid_comparison_files_raise_input_error(tmp_path, text, message):
     (tmp_path / "compared.toml").write_text(text)
     with pytest.raises(InputError, match=message):
         comparisons.read_comparisons(tmp_path / "compared.toml")
 
 
-def test_the_command_prints_the_table(tmp_path, monkeypatch, capsys):
+def test_comparisons_command_prints_the_table(tmp_path, monkeypatch, capsys):
     write_tables(tmp_path, runs=rows(), measures=MEASURES)
     (tmp_path / "compared.toml").write_text(FILE)
     monkeypatch.chdir(tmp_path)

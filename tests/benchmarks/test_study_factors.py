@@ -1,4 +1,4 @@
-"""The study's table of what makes the difference, on tables with known answers."""
+"""The study's table of factors, on tables with known answers."""
 
 import sys
 from pathlib import Path
@@ -33,7 +33,7 @@ def options(**changed):
     return factors.Options(Path("runs.csv"), **changed)
 
 
-def test_a_ratio_is_the_median_over_the_graphs_and_its_interval_is_of_graphs_and_seeds():
+def test_ratio_is_a_median_over_graphs_with_interval():
     reference, slower = factors.factors(rows_of("as it is", "slower"), MEASURES, options())
     assert reference.ratio is None
     assert slower.ratio.value == pytest.approx(2.0)
@@ -50,7 +50,7 @@ def test_one_seed_on_few_graphs_gives_no_verdict(graphs):
     assert factors.cells(slower)[1:5] == ["steps to 95%", "2.00", "-", f"{n} of {n}"]
 
 
-def test_a_method_that_never_gets_to_95_is_compared_by_the_steps_to_50():
+def test_method_below_95_is_compared_by_steps_to_50():
     _, never = factors.factors(rows_of("as it is", "never"), MEASURES, options())
     assert never.outcome == "steps_to_50"
     _, never = factors.factors(rows_of("as it is", "never"), MEASURES, options(outcome="steps_to_95"))
@@ -58,7 +58,7 @@ def test_a_method_that_never_gets_to_95_is_compared_by_the_steps_to_50():
     assert (never.slower, never.works, never.success) == (2, 1, (0.25, 0.25, 1.0))
 
 
-def test_the_table(monkeypatch, capsys, tmp_path):
+def test_factors_command_prints_the_table(monkeypatch, capsys, tmp_path):
     write_tables(tmp_path, runs=rows_of("slower", "as it is", steps=FIRST_TWICE), measures=MEASURES)
     words = [f"{tmp_path}/runs.csv", "--measures", f"{tmp_path}/measures.csv", "--seeds", "2"]
     monkeypatch.setattr(sys, "argv", ["factors", *words])
@@ -71,7 +71,7 @@ def test_the_table(monkeypatch, capsys, tmp_path):
     ]
 
 
-def test_slower_and_faster_are_reported_by_the_interval():
+def test_verdict_depends_on_the_interval_of_the_ratio():
     def verdict(first, second):
         rows, reference = rows_of(first, second, steps=FIRST_TWICE), f"hippo {first}"
         found = factors.factors(rows, MEASURES, options(reference=reference, outcome="steps_to_95"))
@@ -83,9 +83,9 @@ def test_slower_and_faster_are_reported_by_the_interval():
     assert verdict("never", "as it is") == ["0.00 [0.00, 1.00]", "no significant difference"]
 
 
-def test_a_graph_on_which_the_runs_are_the_same_has_no_ratio():
+def test_graph_with_equal_runs_has_no_ratio():
     def runs_of(variant, area):
-        """On two of the graphs both variants have the runs of the one that is as it is."""
+        """Return runs of a variant that equal those of "as it is" on two of the graphs."""
         rows = zip(rows_of("as it is"), rows_of(variant), strict=True)
         chosen = (other if other["graph"] == "three" else {**one, "variant": variant} for one, other in rows)
         return [{**row, "area_under_curve": area, "length": "60", "greedy_length": "9"} for row in chosen]
@@ -109,23 +109,23 @@ def test_a_graph_on_which_the_runs_are_the_same_has_no_ratio():
         factors.factors(same, MEASURES, options())
 
 
-def test_half_is_not_above_half():
+def test_success_of_50_percent_is_not_above_50():
     rows = [{**row, "success_rate": "0.5"} for row in rows_of("as it is", "slower")]
     assert [one.works for one in factors.factors(rows, MEASURES, options())] == [0, 0]
 
 
-def test_an_unknown_reference_is_refused():
+def test_unknown_reference_raises_input_error():
     with pytest.raises(InputError, match="the table's methods are hippo as it is, hippo slower; there is no 'ppo'"):
         factors.factors(rows_of("as it is", "slower"), MEASURES, options(reference="ppo"))
 
 
-def test_runs_of_different_lengths_are_not_compared():
+def test_runs_of_different_lengths_raise_input_error():
     rows = [{**row, "steps": "1" if row["variant"] == "slower" else "2"} for row in rows_of("as it is", "slower")]
     with pytest.raises(InputError, match="the two methods were trained with different steps: 1, 2"):
         factors.factors(rows, MEASURES, options())
 
 
-def test_methods_that_cannot_be_separated_by_name_are_refused():
+def test_ambiguous_method_names_raise_input_error():
     rows = [
         {"method": "hippo", "variant": "", "meta": "random"},
         {"method": "hippo", "variant": "", "meta": "fixed-dfs"},
@@ -139,7 +139,7 @@ def test_methods_that_cannot_be_separated_by_name_are_refused():
         trained.method_names([])
 
 
-def test_a_figure_has_a_line_for_each_method_and_an_arrow_where_it_is_infinite():
+def test_forest_draws_a_line_per_method_and_arrows():
     found = factors.factors(rows_of("as it is", "slower", "never"), MEASURES, options(outcome="steps_to_95"))
     (axes,) = forest.draw(found).axes
     assert [label.get_text() for label in axes.get_yticklabels()] == ["hippo slower", "hippo never"]
@@ -158,7 +158,7 @@ def test_a_figure_has_a_line_for_each_method_and_an_arrow_where_it_is_infinite()
         forest.draw(found[:1])
 
 
-def test_the_command_draws_a_picture(monkeypatch, capsys, tmp_path):
+def test_forest_command_draws_a_picture(monkeypatch, capsys, tmp_path):
     write_tables(tmp_path, runs=rows_of("as it is", "slower"), measures=MEASURES)
     words = [f"{tmp_path}/runs.csv", "--measures", f"{tmp_path}/measures.csv", "--out", f"{tmp_path}/new/f.png"]
     monkeypatch.setattr(sys, "argv", ["forest", *words])

@@ -32,7 +32,7 @@ def words(tables, *others):
     return ["figure", f"{tables}/runs.csv", "--measures", f"{tables}/measures.csv", *others]
 
 
-def test_marks_stand_at_the_medians_and_above_all_where_half_never_got_there(tables):
+def test_marks_are_at_medians_or_above_all(tables):
     options = figure.Options(tables / "runs.csv", tables / "f.png", ("width", "play_success"))
     measured = known_measures(tables / "measures.csv")
     trained = figure.read_trained(figure.read_rows(options.table), measured, "steps_to_95")
@@ -45,7 +45,7 @@ def test_marks_stand_at_the_medians_and_above_all_where_half_never_got_there(tab
         assert {text.get_text() for text in axes.texts} == {"a", "b", "c"}
 
 
-def test_a_path_without_an_ending_is_that_of_a_png(tables, monkeypatch, capsys):
+def test_path_without_suffix_is_a_png(tables, monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", words(tables, "--shown", "width", "--out", f"{tables}/new/f"))
     assert figure.main() == 0
     assert capsys.readouterr().out == f"drawn: {tables}/new/f.png\n"
@@ -61,7 +61,7 @@ def test_a_path_without_an_ending_is_that_of_a_png(tables, monkeypatch, capsys):
         (["--shown", "width", "--out", "f.xyz"], "cannot draw to f.xyz"),
     ],
 )
-def test_the_command_refuses_in_one_line(tables, monkeypatch, others, message):
+def test_invalid_figure_options_raise_input_error(tables, monkeypatch, others, message):
     monkeypatch.chdir(tables)
     monkeypatch.setattr(sys, "argv", words(tables, *others))
     with pytest.raises(InputError, match=message):

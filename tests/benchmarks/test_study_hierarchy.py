@@ -50,7 +50,7 @@ def printed(tables, monkeypatch, capsys, *words):
     return capsys.readouterr().out.splitlines()
 
 
-def test_each_graph_has_its_ratio_and_what_its_seeds_leave_open(tables, monkeypatch, capsys):
+def test_each_graph_has_a_ratio_with_interval(tables, monkeypatch, capsys):
     printed(tables, monkeypatch, capsys, "--out", f"{tables}/out.csv")
     rows = {row["graph"]: row for row in csv.DictReader((tables / "out.csv").open())}
     easy, middle, hard, hopeless = (
@@ -86,7 +86,7 @@ def test_the_table_counts_graphs_by_exit_depth(tables, monkeypatch, capsys):
     )
 
 
-def test_the_table_counts_graphs_by_width_if_asked(tables, monkeypatch, capsys):
+def test_by_option_counts_graphs_by_width(tables, monkeypatch, capsys):
     lines = printed(tables, monkeypatch, capsys, "--by", "width")
     assert lines[0].startswith("| width | graphs |")
     assert [line.split(" | ")[:2] for line in lines[2:4]] == [["| 1", "2"], ["| 2", "2"]]
@@ -94,7 +94,7 @@ def test_the_table_counts_graphs_by_width_if_asked(tables, monkeypatch, capsys):
     assert lines[3].split(" | ")[5:7] == ["1", "0"]  # middle and hopeless
 
 
-def test_the_lower_of_two_milestones_is_taken(tables):
+def test_hierarchy_falls_back_to_the_lower_milestone(tables):
     rows, measured = (hierarchy.read_rows(tables / f"{name}.csv") for name in ("runs", "measures"))
     options = hierarchy.Options(tables)
 
@@ -107,7 +107,7 @@ def test_the_lower_of_two_milestones_is_taken(tables):
     assert {one.outcome for one in compared(easier)} == {"steps_to_95"}
 
 
-def test_a_single_seed_leaves_open_on_how_many_hierarchy_pays(tables, monkeypatch, capsys):
+def test_single_seed_gives_no_counts_or_intervals(tables, monkeypatch, capsys):
     every = [*csv.DictReader((tables / "runs.csv").open())]
     lines = printed(tables, monkeypatch, capsys, "--seeds", "1", "--out", f"{tables}/out.csv")
     assert (
@@ -134,6 +134,6 @@ def test_a_single_seed_leaves_open_on_how_many_hierarchy_pays(tables, monkeypatc
         (["--level", "95"], "between 0 and 1, not 95"),
     ],
 )
-def test_the_command_refuses_in_one_line(tables, monkeypatch, capsys, words, message):
+def test_invalid_hierarchy_options_raise_input_error(tables, monkeypatch, capsys, words, message):
     with pytest.raises(InputError, match=message):
         printed(tables, monkeypatch, capsys, *words)

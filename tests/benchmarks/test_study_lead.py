@@ -11,7 +11,7 @@ HIERARCHICAL = np.array([[10.0, 20, 30], [15, 40, 50], [NEVER, NEVER, NEVER], [7
 FOUND = Paired("steps_to_50", tuple("abcde"), (FLAT, HIERARCHICAL), (np.ones(5), np.ones(5)))
 
 
-def test_each_count_against_the_same_by_hand():
+def test_counts_of_leads_by_hand():
     flat, hierarchical = leads(FOUND)
     # a: hierarchical, with every seed; b: flat, by its median of 20; c: neither; d: flat, with every seed; e: flat, and
     # its last seed is there with the other's

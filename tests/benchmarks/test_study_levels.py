@@ -27,7 +27,7 @@ def rows():
     ]
 
 
-def test_methods_are_held_against_each_other_on_the_same_levels(monkeypatch, capsys, tmp_path):
+def test_methods_are_compared_on_the_same_levels(monkeypatch, capsys, tmp_path):
     write_tables(tmp_path, runs=rows(), measures=MEASURES)
     monkeypatch.setattr(sys, "argv", ["levels", f"{tmp_path}/runs.csv", "--measures", f"{tmp_path}/measures.csv"])
     assert levels.main() == 0
@@ -42,6 +42,6 @@ def test_methods_are_held_against_each_other_on_the_same_levels(monkeypatch, cap
     ]
 
 
-def test_a_variant_that_does_not_tell_its_levels_is_refused():
+def test_variant_without_levels_raises_input_error():
     with pytest.raises(InputError, match="called as its levels, a comma and its method, not 'larger grid'"):
         levels.levels([{**row, "variant": "larger grid"} for row in rows()], MEASURES, levels.Options(Path("runs.csv")))

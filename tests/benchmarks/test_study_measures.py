@@ -12,7 +12,7 @@ from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
 
 
-def test_rows_hold_the_measures_and_what_is_there_is_kept(tmp_path, monkeypatch):
+def test_measures_table_keeps_existing_rows(tmp_path, monkeypatch):
     settings = table.Settings(horizon=8, size=11, episodes=8, max_steps=40, chain_episodes=8, chain_steps=300)
     fork = GoalGraph((0, 0), 2)
     graphs = {"a": (GoalGraph((0,), 1), ""), "b": (fork, ""), "b-twin": (GoalGraph((0, 0), 1, label="b-twin"), "b")}
@@ -46,7 +46,7 @@ def test_rows_hold_the_measures_and_what_is_there_is_kept(tmp_path, monkeypatch)
         ('"graph\n', "cannot read the table"),
     ],
 )
-def test_another_table_is_refused(tmp_path, text, message):
+def test_invalid_measures_table_raises_input_error(tmp_path, text, message):
     path = tmp_path / "measures.csv"
     path.write_text(text)
     with pytest.raises(InputError, match=message) as caught:
@@ -54,7 +54,7 @@ def test_another_table_is_refused(tmp_path, text, message):
     assert "\n" not in str(caught.value)
 
 
-def test_a_table_without_rows_is_to_be_made(tmp_path):
+def test_empty_measures_table_raises_input_error(tmp_path):
     (tmp_path / "measures.csv").write_text("graph,twin_of,rooms,goals,settings\n")
     with pytest.raises(InputError, match=r"measures\.csv holds no measures; make it: python -m"):
         known_measures(tmp_path / "measures.csv")

@@ -24,13 +24,13 @@ def everywhere(steps):
     return {graph: [steps] for graph in GRAPHS}
 
 
-def test_ratios_where_one_or_both_never_get_there_or_are_there_before_training():
+def test_ratios_with_infinite_and_zero_steps():
     first = np.array([4.0, np.inf, 4, np.inf, 0, 0, 4])
     second = np.array([2.0, 2, np.inf, np.inf, 0, 4, 0])
     assert ratios(first, second).tolist() == [2, np.inf, 0, 1, 1, 0, np.inf]
 
 
-def test_only_graphs_that_both_were_trained_on_are_compared_and_no_twins():
+def test_pair_compares_common_graphs_without_twins():
     rows = rows_of(
         ppo={"one": [100], "two": [200], "one-twin": [1]}, hippo={"one": [50], "three": [70], "one-twin": [100]}
     )
@@ -41,14 +41,14 @@ def test_only_graphs_that_both_were_trained_on_are_compared_and_no_twins():
         pair(rows_of(ppo={"one": [100]}, hippo={"two": [50]}), MEASURES, ("ppo", "hippo"))
 
 
-def test_the_lower_milestone_of_the_two_is_taken_whatever_others_need():
+def test_pair_uses_the_lower_milestone_of_both():
     rows = rows_of(one=everywhere(100), other=everywhere(100), hopeless=everywhere(None))
     assert pair(rows, MEASURES, ("one", "other")).outcome == "steps_to_95"
     assert pair(rows, MEASURES, ("one", "hopeless")).outcome == "steps_to_50"
     assert pair(rows, MEASURES, ("hopeless", "one")).outcome == "steps_to_50"
 
 
-def test_the_median_ratio_of_an_even_number_of_graphs_is_the_geometric_mean_of_the_middle_ones():
+def test_median_ratio_of_even_count_is_geometric_mean():
     steps = [110, 200, 450, 800]
     ppo = dict(zip(GRAPHS, ([n, n] for n in steps), strict=True))
     rows = rows_of(ppo=ppo, hippo={graph: [100, 100] for graph in GRAPHS})
@@ -61,7 +61,7 @@ def test_the_median_ratio_of_an_even_number_of_graphs_is_the_geometric_mean_of_t
     assert back == pytest.approx((1 / 3.0, 1 / 8.0, 1 / 1.1))
 
 
-def test_a_median_ratio_and_that_of_the_inverse_ratios_are_inverse():
+def test_median_ratio_of_inverse_ratios_is_inverse():
     inf = np.inf
     rows = np.array([[0, 1, 4, inf], [0, 0, inf, inf], [0, 0, 2, inf], [1, 2, inf, inf], [0, 0, 0, 2], [5, 5, 6, 6]])
     expected = [2, 1, 0, inf, 0, np.sqrt(30)]
@@ -70,13 +70,13 @@ def test_a_median_ratio_and_that_of_the_inverse_ratios_are_inverse():
         assert median_ratios(1 / rows) == pytest.approx(1 / np.array(expected))
 
 
-def test_each_copy_of_a_graph_in_a_resample_has_its_own_seeds():
+def test_resampled_copies_of_a_graph_draw_own_seeds():
     both = pair(rows_of(ppo={"one": [1, 100]}, hippo={"one": [1, 1]}), MEASURES, ("ppo", "hippo"))
     drawn = both._resampled(np.random.default_rng(0), np.zeros(50, int))
     assert set(drawn) == {1, 50.5, 100}
 
 
-def test_a_method_with_a_single_seed_is_noticed():
+def test_pair_notices_a_single_seed():
     both = pair(rows_of(ppo={"one": [100, 110]}, hippo={"one": [50]}), MEASURES, ("ppo", "hippo"))
     assert both.has_single_seed.tolist() == [True]
 

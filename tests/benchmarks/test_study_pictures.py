@@ -13,11 +13,11 @@ ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize("picture", figures.pictures(), ids=lambda picture: picture.path.name)
-def test_each_picture_shows_the_points_of_its_rows(picture):
+def test_each_picture_shows_its_committed_rows(picture):
     assert picture.is_current(), "python -m benchmarks.figures draws it"
 
 
-def test_all_pictures_of_trained_agents_are_compared():
+def test_figures_list_every_picture_of_training_results():
     paper = {f"paper-figure{number}.png" for number in (3, 4, 5)}
     assert {picture.path.name for picture in figures.pictures()} == paper | {
         *("prediction.png", "study.png", "study-paper-features.png", "factors.png", "factors-paper-features.png"),
@@ -25,7 +25,7 @@ def test_all_pictures_of_trained_agents_are_compared():
     }
 
 
-def test_pictures_of_other_points_or_colours_or_names_are_separated():
+def test_digest_changes_with_points_colours_and_names():
     def drawn(height=1.0, colour="red", name="one", has_band=False, lines=()):
         figure = Figure()
         axes = figure.subplots()
@@ -43,7 +43,7 @@ def test_pictures_of_other_points_or_colours_or_names_are_separated():
     assert len({drawn(), *others, drawn(lines=("b", "a"))}) == 7
 
 
-def test_a_picture_is_not_drawn_of_unfinished_runs():
+def test_picture_of_unfinished_runs_raises_input_error():
     def picture(*arguments):
         return figures.Picture(ROOT / "x.png", "hierroom paper figure4", arguments)
 

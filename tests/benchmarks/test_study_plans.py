@@ -18,7 +18,7 @@ from hierroom.runs.config.presets import PRESETS
 ROOT = Path(__file__).parents[2]
 
 
-def test_the_graphs_are_all_of_five_rooms_and_a_sample_none_twice():
+def test_study_graphs_are_all_small_and_sampled_large():
     graphs = study.study_graphs(n_sampled=3)
     rooms = [graph.n_rooms for graph in graphs]
     assert [rooms.count(n) for n in range(2, 8)] == [1, 3, 9, 26, 3, 3]
@@ -27,7 +27,7 @@ def test_the_graphs_are_all_of_five_rooms_and_a_sample_none_twice():
     assert graphs != study.study_graphs(n_sampled=3, seed=1)
 
 
-def test_twins_are_isomorphic_and_other_graphs():
+def test_twins_are_isomorphic_but_not_equal():
     originals = {graph.name: graph for graph in study.study_graphs(0)}
     twins = study.twins()
     assert len(twins) == 9
@@ -41,7 +41,7 @@ def plan(name):
     return read_plan(ROOT / "benchmarks" / "sweeps" / f"{name}.toml")
 
 
-def test_the_sweeps_train_the_study_s_graphs_and_their_twins_alike():
+def test_sweeps_train_study_graphs_and_twins_alike():
     plans = [plan("study"), plan("study_twins")]
     assert replace(plans[0], graphs=()) == replace(plans[1], graphs=())
     wanted = [study.study_graphs(), tuple(study.twins().values())]
@@ -53,7 +53,7 @@ def test_the_sweeps_train_the_study_s_graphs_and_their_twins_alike():
 
 
 @pytest.mark.parametrize("name", ["study", "study_twins", "study_levels", "study_unseen"])
-def test_a_sweep_with_the_paper_s_features_differs_in_nothing_else(name):
+def test_paper_features_sweep_differs_only_in_features(name):
     papers_name = "study_paper_features" if name == "study" else f"{name}_paper_features"
     own, papers = (plan(each).runs() for each in (name, papers_name))
     features, seeds = PRESETS["paper"].agents.features, {run.config.seed for run in papers}
@@ -71,7 +71,7 @@ def by_expected_steps():
 
 
 @pytest.mark.parametrize(("name", "n_changes"), [("study_factors", 10), ("study_factors_paper_features", 7)])
-def test_factors_are_changed_on_the_graphs_with_the_fewest_the_median_and_the_most_expected_steps(name, n_changes):
+def test_factor_sweeps_change_one_entry_on_chosen_graphs(name, n_changes):
     runs = plan(name).runs()
     chosen = {graphs[place] for graphs in by_expected_steps() for place in (0, len(graphs) // 2, -1)}
     assert {run.identity["graph"] for run in runs} == chosen
@@ -90,7 +90,7 @@ def test_factors_are_changed_on_the_graphs_with_the_fewest_the_median_and_the_mo
     assert changes - {("as it is", 0)} == {(variant, 1) for variant, _ in changes if variant != "as it is"}
 
 
-def test_levels_are_changed_in_one_thing_each_on_the_graphs_with_the_median_expected_steps():
+def test_level_sweep_changes_one_entry_on_median_graphs():
     runs, changes = plan("study_levels").runs(), set()
     assert {run.identity["graph"] for run in runs} == {graphs[len(graphs) // 2] for graphs in by_expected_steps()}
     own = {(run.identity["graph"], run.identity["method"], run.config.seed): run.config for run in plan("study").runs()}
@@ -102,7 +102,7 @@ def test_levels_are_changed_in_one_thing_each_on_the_graphs_with_the_median_expe
     assert len(changes) == 2 * 3, changes
 
 
-def test_every_fourth_graph_or_all_of_six_rooms_are_not_trained_on():
+def test_unseen_sweep_excludes_every_fourth_or_six_room_graph():
     runs, excluded = plan("study_unseen").runs(), set()
     tuned = {(run.identity["method"], run.config.ppo) for run in plan("study").runs()}
     assert {(run.identity["method"], run.config.ppo) for run in runs} == tuned
@@ -137,11 +137,11 @@ def settings_of(runs, sweeps):
     return settings
 
 
-def test_the_study_takes_the_settings_with_the_largest_area_under_the_curve():
+def test_study_uses_the_best_tuned_settings():
     assert settings_of(plan("study").runs(), ["tuning"]) == best_settings("tuning")
 
 
-def test_the_other_methods_are_tuned_with_as_many_settings_on_the_same_graphs_and_seed():
+def test_other_methods_are_tuned_with_the_same_budget():
     own, others = plan("tuning").runs(), plan("tuning_others").runs()
     assert {(run.identity["graph"], run.config.seed, run.config.steps) for run in others} == {
         (run.identity["graph"], run.config.seed, run.config.steps) for run in own
@@ -153,19 +153,19 @@ def test_the_other_methods_are_tuned_with_as_many_settings_on_the_same_graphs_an
     assert weights == {0.01, 0.03, 0.1, 0.015, 0.05, 0.15}
 
 
-def test_the_other_methods_are_run_again_with_the_settings_with_the_largest_area_under_the_curve():
+def test_other_methods_use_their_best_tuned_settings():
     runs = [run for run in plan("study_factors").runs() if run.identity["variant"].startswith("tuned")]
     assert settings_of(runs, ["tuning_others"]) == best_settings("tuning_others")
 
 
-def test_with_the_features_of_the_paper_each_method_is_tuned_with_the_same_settings():
+def test_paper_features_are_tuned_with_the_same_settings():
     papers = {run.config for run in plan("tuning_paper_features").runs()}
     own = [run.config for name in ("tuning", "tuning_others") for run in plan(name).runs()]
     features = PRESETS["paper"].agents.features
     assert papers == {replace(config, agents=replace(config.agents, features=features)) for config in own}
 
 
-def test_factors_with_the_features_of_the_paper_are_held_against_what_was_tuned_with_these():
+def test_paper_feature_factors_use_their_own_tuned_settings():
     own, others = plan("study_factors_paper_features"), plan("study_factors_paper_features_others")
     assert replace(own, variants=()) == replace(others, variants=())
     runs = [*own.runs(), *others.runs()]
@@ -193,7 +193,7 @@ def cell(run):
 
 
 @pytest.mark.parametrize("name", ["study_factors", "study_factors_paper_features"])
-def test_three_factors_are_crossed_with_all_else_alike(name):
+def test_crossed_sweep_varies_only_three_factors(name):
     runs = plan(f"{name}_crossed").runs()
     names = method_names([run.identity for run in runs])
     cells = {method: cell(run) for run, method in zip(runs, names, strict=True)}

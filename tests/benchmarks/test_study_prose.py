@@ -1,4 +1,4 @@
-"""The texts of the study and the conjecture tell numbers that their tables and statistics hold, rounded."""
+"""The numbers in the texts of the study and the conjecture are those of their tables and statistics, rounded."""
 
 import re
 from itertools import chain
@@ -64,8 +64,8 @@ def known(page: str) -> list[Estimate]:
 
 
 @pytest.mark.parametrize(("page", "fewest"), [("study", 30), ("conjecture", 5)])
-def test_each_estimate_of_the_text_stands_in_a_table(page, fewest):
-    """But for paragraphs that name the option with which a command prints their numbers."""
+def test_each_estimate_in_the_text_is_in_a_table(page, fewest):
+    """Leave out paragraphs that name the option with which a command prints their numbers."""
     known_estimates = known(page)
     text = TABLE.sub("", (ROOT / "docs" / f"{page}.md").read_text())
     paragraphs = [one for one in re.split(r"\n\n|\n- ", text) if "`--rooms" not in one]
@@ -82,7 +82,7 @@ def counts_in_conjecture(pattern: str) -> list[int]:
     return [*map(int, found.groups())]
 
 
-def test_the_conjecture_s_counts_of_trees_are_those_of_the_single_factors():
+def test_conjecture_tree_counts_equal_the_factor_table():
     stated = counts_in_conjecture(
         r"ends above 50% success on (\d+) of .* If .* on (\d+)\. Rewarded .* on (\d+) .* "
         r"With goals .* on (\d+) each\. PPO\+Bonus does so on (\d+)",
@@ -94,7 +94,7 @@ def test_the_conjecture_s_counts_of_trees_are_those_of_the_single_factors():
     assert stated == [counted[variant] for variant in variants]
 
 
-def test_the_conjecture_s_counts_of_trees_are_those_of_each_width():
+def test_conjecture_tree_counts_equal_the_width_tables():
     stated = counts_in_conjecture(
         r"on (\d+) of (\d+) trees of width 1, on (\d+) of (\d+) of width 2 and on (\d+) of (\d+) of width 3 or 4\. "
         r"HiPPO with learned goals does so on (\d+), (\d+) and (\d+), PPO\+Bonus on (\d+), (\d+) and (\d+)\.",
@@ -109,7 +109,7 @@ def test_the_conjecture_s_counts_of_trees_are_those_of_each_width():
     assert stated == [*chain(*zip(scripted, trees, strict=True)), *learned, *bonus]
 
 
-def test_each_range_of_seeds_of_the_text_stands_in_a_file():
+def test_seed_ranges_in_the_text_are_in_a_file():
     text = TABLE.sub("", (ROOT / "docs" / "study.md").read_text())
     ranges = re.findall(r"(\d+\.\d) to (\d+\.\d)%", text)
     links = FILE.findall((ROOT / "docs" / "tables.md").read_text())

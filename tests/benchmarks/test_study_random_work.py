@@ -10,7 +10,7 @@ from hierroom.worlds.make import make_world
 from hierroom.worlds.workshop.tech_tree import tech_tree
 
 
-def test_a_single_recipe_of_one_thing_is_as_worked_by_hand():
+def test_random_steps_of_one_recipe_by_hand():
     # Three actions: put the source, work, clear. From an empty bench the source is put in 3 steps on average; then
     # work ends it, clear begins again and a second put changes nothing: m = 3 + n, n = 1 + n / 3 + m / 3, so m = 9.
     recipes = workshop(Rules({"wood": {"gives": "wood"}}, target="wood")).book.recipes
@@ -18,7 +18,7 @@ def test_a_single_recipe_of_one_thing_is_as_worked_by_hand():
 
 
 @pytest.mark.parametrize("tree", [(2, 0, "mixed"), (4, 1, "either")])
-def test_play_takes_as_many_steps(tree):
+def test_random_steps_equal_simulated_play(tree):
     task = workshop(tech_tree(*tree))
     world = make_world(EnvConfig(task=task, max_steps=1_000_000), 64)
     world.reset(seed=0)

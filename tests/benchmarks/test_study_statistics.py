@@ -26,7 +26,7 @@ def trained_of(steps, twins=()):
     return trained
 
 
-def test_medians_where_never_reached_is_infinite():
+def test_medians_take_never_reached_as_infinite():
     inf, nan = np.inf, np.nan
     outcomes = np.array([[3, 1, 9], [5, 7, nan], [1, inf, nan], [1, 2, inf], [inf, inf, 4], [8, nan, nan]])
     assert medians(outcomes).tolist() == [3, 6, inf, 2, inf, 8]
@@ -48,7 +48,7 @@ def test_correlations_by_hand():
     assert np.isnan(table["x", "at fixed goals"])  # no four graphs have as many
 
 
-def test_against_the_hitting_time_and_the_exit_depth():
+def test_differences_to_hitting_time_and_exit_depth():
     x, y = np.array([1.0, 2, 3, 4, 5]), np.array([1.0, 2, 3, 5, 4])
     measures = {"x": x, "hitting_time": y, "exit_depth": x[::-1]}
     table = correlations(x, measures, np.array([3.0, 3, 5, 5, 5]))
@@ -57,14 +57,14 @@ def test_against_the_hitting_time_and_the_exit_depth():
     assert table["hitting_time", "minus hitting time"] == 0
 
 
-def test_never_reached_ranks_last_and_alike():
+def test_never_reached_ranks_last_and_tied():
     """Ranks 1 2 3.5 3.5 against 1 2 3 4: rho = 4.5 / sqrt(4.5 * 5), tau-b = 5 / sqrt(5 * 6)."""
     table = correlations(np.array([5.0, 6, np.inf, np.inf]), {"x": np.array([1.0, 2, 3, 4])}, np.array([3.0, 3, 5, 5]))
     assert table["x", "spearman"] == pytest.approx(4.5 / np.sqrt(4.5 * 5))
     assert table["x", "kendall"] == pytest.approx(5 / np.sqrt(30))
 
 
-def test_given_goals_is_the_correlation_of_what_goals_leave():
+def test_given_goals_equals_the_partial_correlation():
     rng = np.random.default_rng(0)
     goals = rng.integers(3, 7, 40).astype(float)
     x, y = goals + rng.normal(size=40), goals + rng.normal(size=40)
@@ -75,7 +75,7 @@ def test_given_goals_is_the_correlation_of_what_goals_leave():
     assert table["x", "spearman"] == pytest.approx(spearmanr(x, y)[0])
 
 
-def test_given_the_exit_depth_is_the_same_with_another_column():
+def test_given_exit_depth_equals_given_goals_of_depth():
     rng = np.random.default_rng(1)
     goals, depth = rng.integers(3, 7, 40).astype(float), rng.integers(2, 9, 40).astype(float)
     x, y = depth + rng.normal(size=40), depth + goals + rng.normal(size=40)
@@ -122,7 +122,7 @@ def test_the_bootstrap_draws_graphs_and_seeds():
     assert only_graphs.high - only_graphs.low < high - low
 
 
-def test_an_interval_is_moved_by_what_its_resamples_are_off():
+def test_interval_is_corrected_for_bootstrap_bias():
     """The resamples 0.50, 0.51, ... 0.70 have a mean of 0.60, and their 5% and 95% points are 0.51 and 0.69."""
     resamples = np.linspace(0.5, 0.7, 21)
     assert interval(0.6, resamples, 0.9) == pytest.approx((0.6, 0.51, 0.69))
@@ -135,7 +135,7 @@ def test_an_interval_is_moved_by_what_its_resamples_are_off():
     assert str(interval(np.nan, resamples, 0.9)) == "-"
 
 
-def test_seeds_are_drawn_of_their_own_graph_and_none_is_made_up():
+def test_seeds_are_resampled_within_their_graph():
     outcomes = np.array([[1.0, 2, 3], [4, np.nan, np.nan], [5, 6, np.nan]])
     rng = np.random.default_rng(3)
     for _ in range(50):
@@ -145,7 +145,7 @@ def test_seeds_are_drawn_of_their_own_graph_and_none_is_made_up():
         assert set(drawn[2, :2]) <= {5, 6}
 
 
-def test_split_half():
+def test_split_half_of_sure_noisy_and_odd_seeds():
     sure = trained_of({f"g{i}": [i + 1] * 4 for i in range(10)})
     assert split_half(sure, n_splits=20) == pytest.approx((1, 1, 1))
     rng = np.random.default_rng(4)
@@ -158,13 +158,13 @@ def test_split_half():
         assert np.isnan(split_half(unequal).value)
 
 
-def test_the_ceiling_is_what_a_measure_without_noise_reaches():
+def test_ceiling_equals_spearman_brown_formula():
     """By Spearman and Brown's formula."""
     assert ceiling(Estimate(0.6, -0.2, 1.0)) == pytest.approx((0.75**0.5, 0, 1))
     assert np.isnan(ceiling(Estimate(np.nan, np.nan, np.nan))).all()
 
 
-def test_noise_of_twins():
+def test_noise_and_factor_of_twins_by_hand():
     steps = {f"g{i}": [10 * i + 10] * 3 for i in range(6)} | {f"g{i}-twin": [15 * i + 15] * 3 for i in range(4)}
     trained = trained_of(steps, [f"g{i}" for i in range(4)])
     assert trained.graphs == tuple(f"g{i}" for i in range(6))
@@ -175,7 +175,7 @@ def test_noise_of_twins():
     assert np.isnan(twin_factor(alone))
 
 
-def test_measures_are_turned_rounded_and_left_out():
+def test_measures_of_negates_rounds_and_drops_columns():
     rows = measured_rows(
         list("abcd"),
         goals=[3, 5, 5, 7],
@@ -192,7 +192,7 @@ def test_measures_are_turned_rounded_and_left_out():
 
 
 @pytest.mark.parametrize(("n_never", "methods"), [(2, (["hippo", "ppo"], [])), (3, (["ppo"], ["hippo"]))])
-def test_where_more_than_a_third_never_got_to_95_percent_those_to_50_are_taken(n_never, methods):
+def test_by_rule_uses_50_if_95_is_rarely_reached(n_never, methods):
     steps = {graph: [100, *[None if i < n_never else 100] * 2] for i, graph in enumerate("abcdef")}
     rows = [{**row, "steps_to_50": "50"} for row in run_rows(steps)]
     rows += [{**row, "method": "ppo", "steps_to_95": "90"} for row in rows]
@@ -201,7 +201,7 @@ def test_where_more_than_a_third_never_got_to_95_percent_those_to_50_are_taken(n
     assert all((one.outcomes == 50).all() for one in found["steps_to_50"])
 
 
-def test_methods_are_separated_by_what_differs():
+def test_method_names_include_differing_columns():
     read, steps = read_trained, {graph: [1, 2] for graph in "abcd"}
     rows = run_rows(steps, size="19", preset="default") + run_rows(steps, size="31", preset="default")
     found = read(rows, measured_rows(list("abcd")), "steps_to_95")
@@ -227,7 +227,7 @@ def test_methods_are_separated_by_what_differs():
         (lambda rows: [{**row, "steps": str(i)} for i, row in enumerate(rows)], "hippo are of different lengths"),
     ],
 )
-def test_bad_tables_are_one_line(change, message):
+def test_invalid_tables_raise_input_error(change, message):
     rows = run_rows({graph: [1, 2] for graph in "abcd"})
     with pytest.raises(InputError, match=message) as caught:
         read_trained(change(rows), measured_rows(list("abcd")), "steps_to_95")

@@ -1,4 +1,4 @@
-"""The command that holds measures against what was trained: what it prints, writes and refuses."""
+"""The command that correlates measures with training results: its output, its file and its errors."""
 
 import csv
 import sys
@@ -70,7 +70,7 @@ def test_the_command_prints_a_table_and_writes_every_number(tables, monkeypatch,
     assert "minus hitting time" not in {statistic for _, statistic in rows if rows[_, statistic]["value"]}
 
 
-def test_the_milestone_is_that_of_all_rooms_whatever_is_shown(tables, monkeypatch, capsys):
+def test_milestone_is_chosen_over_all_rooms(tables, monkeypatch, capsys):
     """Of four rooms hippo never gets to 95% on two graphs of five; of all it does on eight of ten."""
     steps = {f"g{i}": [None if i > 7 else 100 + i] for i in range(10)}
     known = {"settings": ["x"] * 10, "rooms": [3] * 5 + [4] * 5, "goals": [5] * 10, "width": range(10)}
@@ -92,21 +92,21 @@ def test_the_milestone_is_that_of_all_rooms_whatever_is_shown(tables, monkeypatc
         (["runs.csv", "--measures", "measures.csv", "--seeds", "0"], "the table has no row of a seed below 0"),
     ],
 )
-def test_the_command_refuses_in_one_line(tables, monkeypatch, words, message):
+def test_invalid_statistics_options_raise_input_error(tables, monkeypatch, words, message):
     monkeypatch.chdir(tables)
     monkeypatch.setattr(sys, "argv", ["statistics", *words])
     with pytest.raises(InputError, match=message):
         statistics.main()
 
 
-def test_correlations_that_lack_a_number_say_who_writes_them_anew():
+def test_incomplete_correlations_raise_input_error_with_command():
     row = {"method": "hippo", "outcome": "steps_to_95", "measure": "seeds", "statistic": "halves"}
     row |= {"value": "1", "low": "", "high": "", "graphs": "9", "seeds_min": "2", "seeds_max": "2"}
     with pytest.raises(InputError, match=r"hippo lack seeds never, twins spearman, twins factor; python -m benchmarks"):
         results_of([row])
 
 
-def test_names_that_a_spreadsheet_would_read_as_formulas_are_read_as_they_were_written(tmp_path):
+def test_formula_like_names_are_read_unchanged(tmp_path):
     rows = [{"variant": name, "seed": "0"} for name in ("#1", "-goal", "'tis")]
     (tmp_path / "runs.csv").write_text(csv_text(rows))
     assert read_rows(tmp_path / "runs.csv") == rows

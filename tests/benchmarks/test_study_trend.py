@@ -17,7 +17,7 @@ def found(n_seeds):
     return Paired("steps_to_50", tuple("abcdefgh"), (RATIOS[:, None] * second, second), (np.ones(8), np.ones(8)))
 
 
-def test_a_lead_that_grows_with_a_measure_is_reported_for_the_measures_of_trends():
+def test_trends_correlate_ratio_with_depth_and_width():
     fitted = trends(found(3), MEASURES, Bootstrap(resamples=50))
     assert [*fitted] == ["exit_depth", "width"]
     assert fitted["exit_depth"].value == pytest.approx(1)
@@ -28,24 +28,24 @@ def test_a_lead_that_grows_with_a_measure_is_reported_for_the_measures_of_trends
     )
 
 
-def test_a_single_seed_leaves_no_interval():
+def test_single_seed_has_no_interval():
     fitted = trends(found(1), MEASURES, Bootstrap(resamples=50))
     assert sentence(fitted) == "Rank correlation of the ratio with exit_depth 1.00, width -1.00."
 
 
-def test_of_graphs_that_are_alike_nothing_is_reported():
+def test_trends_without_their_measures_are_empty():
     assert trends(found(3), {"goals": np.arange(8.0)}, Bootstrap(resamples=2)) == {}
     assert sentence({}) == ""
 
 
-def test_intervals_of_ratios_of_equal_methods_hold_1(capsys):
+def test_ratio_intervals_of_equal_methods_contain_1(capsys):
     ratio_coverage.main(ratio_coverage.Options(tables=5, resamples=40))
     rows = capsys.readouterr().out.splitlines()[2:]
     assert [row.split(" | ")[0] for row in rows] == [f"| {n}" for n in (1, 1, 4, 12, 12, 79, 79, 4, 4, 12, 12, 79)]
     assert all(float(row.split(" | ")[-1].rstrip(" |%")) >= 80 for row in rows if row.startswith(("| 12", "| 79")))
 
 
-def test_intervals_of_correlations_hold_the_truth(capsys):
+def test_correlation_intervals_contain_the_true_value(capsys):
     interval_coverage.main(interval_coverage.Options(tables=20, resamples=40))
     rows = [[*map(str.strip, row.strip("|").split("|"))] for row in capsys.readouterr().out.splitlines()[2:]]
     truths = [float(row[4]) for row in rows]

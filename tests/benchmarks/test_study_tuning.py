@@ -25,7 +25,7 @@ ROWS = [
 ]
 
 
-def test_the_setting_with_the_largest_mean_over_the_graphs_is_the_best_and_only_what_differs_is_a_setting():
+def test_best_setting_has_the_largest_mean_area():
     hippo, novelty, ppo = tuning.tuned(ROWS)
     assert hippo.best == (("gamma", 0.95),)
     assert hippo.area(hippo.best) == pytest.approx(0.6)
@@ -35,7 +35,7 @@ def test_the_setting_with_the_largest_mean_over_the_graphs_is_the_best_and_only_
     assert tied.best == (("gamma", 0.98),)  # the first of those that are alike
 
 
-def test_the_command(monkeypatch, capsys, tmp_path):
+def test_tuning_command_prints_the_table(monkeypatch, capsys, tmp_path):
     path = tmp_path / "runs.csv"
     columns = list(ROWS[0])
     lines = [",".join(row.get(name, "") for name in columns) for row in ROWS[:6]]
@@ -64,6 +64,6 @@ def test_the_command(monkeypatch, capsys, tmp_path):
         (ROWS[:3], "the settings of hippo were not all trained on the same graphs with the same seeds"),
     ],
 )
-def test_what_cannot_be_compared_is_refused(rows, words):
+def test_incomparable_runs_raise_input_error(rows, words):
     with pytest.raises(InputError, match=words):
         tuning.tuned(rows)

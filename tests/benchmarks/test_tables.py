@@ -1,4 +1,4 @@
-"""The tables of sweeps in README and docs are those that their committed rows give."""
+"""The tables of sweeps in README and docs equal those of their committed rows."""
 
 import re
 import sys
@@ -22,7 +22,7 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", tables.PAGES, ids=lambda page: page.name)
-def test_each_table_is_that_of_its_rows(page, monkeypatch):
+def test_tables_on_pages_equal_their_rows(page, monkeypatch):
     monkeypatch.chdir(ROOT)
     for path, text in {page: tables.renewed(page.read_text()), **tables.files_of(page)}.items():
         assert path.read_text() == text, "python -m benchmarks.tables renews it"
@@ -35,7 +35,7 @@ def test_every_sweep_has_a_table_on_a_page():
     assert swept - named <= elsewhere  # rows of other sweeps
 
 
-def test_a_file_that_a_page_links_to_is_the_table_that_it_says(monkeypatch, tmp_path):
+def test_linked_file_is_written_from_its_table(monkeypatch, tmp_path):
     page = tmp_path / "page.md"
     page.write_text("| [one](rows/one.csv)<!-- sweep one --> | text |\n[two](two.csv) is as it is\n")
     monkeypatch.setitem(
@@ -63,7 +63,7 @@ def test_a_matrix_has_the_graphs_in_columns(monkeypatch):
         tables.matrix_table("success", "long")
 
 
-def test_a_table_is_put_in_its_place_and_an_unfinished_one_is_not(monkeypatch):
+def test_renewed_replaces_only_finished_tables(monkeypatch):
     text = "before\n<!-- sweep one -->\nold\n<!-- end of sweep -->\nafter\n<!-- sweep two -->\n<!-- end of sweep -->\n"
     monkeypatch.setitem(tables.MAKERS, "sweep", lambda name: f"| {name} |\n")
     assert tables.renewed(text) == (
@@ -80,7 +80,7 @@ def test_a_table_is_put_in_its_place_and_an_unfinished_one_is_not(monkeypatch):
         tables.sweep_table("hippo", "100")
 
 
-def test_a_table_of_an_unfinished_sweep_says_how_much_is_done(tmp_path, monkeypatch):
+def test_unfinished_table_says_how_many_runs_are_done(tmp_path, monkeypatch):
     for module in (committed, tables):
         monkeypatch.setattr(module, "ROOT", tmp_path)
     folders = [tmp_path / "benchmarks" / name for name in ("sweeps", "results/one")]
@@ -96,7 +96,7 @@ def test_a_table_of_an_unfinished_sweep_says_how_much_is_done(tmp_path, monkeypa
         tables.sweep_table("one")
 
 
-def test_a_page_with_an_unfinished_table_does_not_keep_the_others(monkeypatch, tmp_path, capsys):
+def test_page_with_unfinished_table_does_not_block_others(monkeypatch, tmp_path, capsys):
     pages = [tmp_path / name for name in ("first.md", "second.md")]
     for page, name in zip(pages, ("unfinished", "whole"), strict=True):
         page.write_text(f"<!-- sweep {name} -->\nold\n<!-- end of sweep -->\n")
@@ -117,7 +117,7 @@ def test_a_page_with_an_unfinished_table_does_not_keep_the_others(monkeypatch, t
         assert [page.read_text().splitlines()[1] for page in pages] == ["old", second]
 
 
-def test_the_table_of_a_sweep_has_the_description_of_each_variant(tmp_path, monkeypatch):
+def test_sweep_table_has_notes_on_variants(tmp_path, monkeypatch):
     path = tmp_path / "notes.csv"
     summary = Summary(("variant", "runs"), 1, (("first", "3"), ("second", "-"), ("third", "1")), "")
     assert tables.with_notes(summary, path) is summary
@@ -127,7 +127,7 @@ def test_the_table_of_a_sweep_has_the_description_of_each_variant(tmp_path, monk
     assert given.lines == (("first", "rules", "3"), ("second", "nothing", "-"), ("third", "", "1"))
 
 
-def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch):
+def test_measures_table_equals_the_written_correlations(tmp_path, monkeypatch):
     for module in (committed, page_tables):
         monkeypatch.setattr(module, "ROOT", tmp_path)
     folder = tmp_path / "benchmarks" / "results" / "one"
@@ -185,13 +185,13 @@ def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch)
         ("<!-- factors study 2 ppo-bonus, 0.98 -->\n<!-- end of factors -->\n", "there is no 'ppo-bonus, 0.98'"),
     ],
 )
-def test_no_table_is_passed_over(monkeypatch, page, said):
+def test_invalid_table_marks_raise_input_error(monkeypatch, page, said):
     monkeypatch.setitem(tables.MAKERS, "sweep", lambda name: "")
     with pytest.raises(InputError, match=said):
         tables.renewed(page)
 
 
-def test_a_table_of_another_benchmark_is_what_it_wrote(tmp_path, monkeypatch, capsys):
+def test_result_table_is_published_and_read_back(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(tables, "ROOT", tmp_path)
     path = tmp_path / "benchmarks" / "results" / "size.csv"
     path.parent.mkdir(parents=True)
@@ -213,7 +213,7 @@ def test_a_table_of_another_benchmark_is_what_it_wrote(tmp_path, monkeypatch, ca
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "benchmarks" / "results").glob("*/correlations*.csv")), ids=str)
-def test_the_statistics_are_those_of_the_committed_rows(path):
+def test_committed_statistics_equal_recomputed_ones(path):
     measured, given = measures_for(path), read_rows(path)
     goals = {row["graph"]: float(row["goals"]) for row in measured}
     rows = first_seeds(read_rows(path.with_name("sweep.csv")), int(given[0]["seeds_max"]))
@@ -240,7 +240,7 @@ def test_the_statistics_are_those_of_the_committed_rows(path):
         (page_tables.levels_table, "study_levels", 24),
     ],
 )
-def test_a_table_of_seeds_is_of_seeds_that_are_done(monkeypatch, make, sweep, runs):
+def test_table_of_unfinished_seeds_raises_input_error(monkeypatch, make, sweep, runs):
     monkeypatch.setattr(committed.SweepTable, "of", lambda self, runs: [])
     for n_seeds in (1, 3):
         with pytest.raises(InputError, match=f"^0 of {n_seeds * runs} runs of the sweep {sweep} are done"):
@@ -251,12 +251,12 @@ def test_a_table_of_seeds_is_of_seeds_that_are_done(monkeypatch, make, sweep, ru
         page_tables.tuning_table("tuning", "tuning_others")
 
 
-def test_other_words_after_the_seeds_name_a_method():
+def test_unknown_method_word_raises_input_error():
     with pytest.raises(InputError, match="the table's methods are hippo, ppo-bonus; there is no 'steps_to_60'"):
         page_tables.hierarchy_table("study", "10", "steps_to_60")
 
 
-def test_no_difference_of_hindsight_is_significant_as_the_page_says(capsys):
+def test_hindsight_differences_are_not_significant(capsys):
     hindsight.main()
     lines = [line.strip() for line in capsys.readouterr().out.splitlines() if line.strip()]
     assert len(lines) == 2 + 4 * 3
@@ -268,7 +268,7 @@ def test_no_difference_of_hindsight_is_significant_as_the_page_says(capsys):
     assert claim in page
 
 
-def test_a_difference_is_that_of_the_same_seed():
+def test_hindsight_differences_pair_equal_seeds():
     rows = [
         {"hindsight": arm, "graph": "d", "seed": seed, "length": value}
         for arm, seed, value in (("yes", "1", "5"), ("no", "0", "7"), ("no", "1", "1"), ("yes", "0", "3"))

@@ -1,4 +1,4 @@
-"""The benchmark of training times the parts of the code as it is."""
+"""The benchmark of training times each part of the trainer."""
 
 import pytest
 

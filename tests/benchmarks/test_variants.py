@@ -17,7 +17,7 @@ from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, PICKUP, R
 ROOT = Path(__file__).parents[2]
 
 
-def test_a_sequence_of_the_plain_network_is_its_steps_with_resets():
+def test_plain_lstm_sequence_equals_single_steps():
     torch.manual_seed(0)
     space = AgentSpace((22,) * 49 + (4, 7), 5)
     network, generator = variants.PlainLSTM(space, 16), torch.Generator().manual_seed(1)
@@ -34,7 +34,7 @@ def test_a_sequence_of_the_plain_network_is_its_steps_with_resets():
     torch.testing.assert_close(values, torch.stack([one[1] for one in steps]))
 
 
-def test_the_usual_weights_are_those_of_torch_s_layers():
+def test_usual_weights_match_torch_defaults():
     space = AgentSpace(Features(WORLD, ("view-ids", "goal")).cardinalities, 5)
     torch.manual_seed(0)
     network, layers = variants.usual_weights(space, 64), (nn.LSTM(64, 64), nn.Linear(64, 5), nn.Linear(64, 1))
@@ -52,7 +52,7 @@ def test_the_usual_weights_are_those_of_torch_s_layers():
     assert 0.5 / n_inputs**0.5 < network.encoder.bias.detach().abs().max() <= 1 / n_inputs**0.5
 
 
-def test_a_bonus_is_repeated_for_keys_picked_up_again_and_for_nothing_else():
+def test_repeated_bonus_pays_only_keys_picked_up_again():
     once, each_time = (
         gymnasium.make_vec("hierroom/EscapeRoom-a-v0", num_envs=16, size=11, drop_key=True, meta="none", reward=reward)
         for reward in ("bonus", variants.RepeatedBonus())
@@ -71,7 +71,7 @@ def test_a_bonus_is_repeated_for_keys_picked_up_again_and_for_nothing_else():
     assert n_again > 0
 
 
-def test_every_sweep_of_the_benchmarks_is_a_plan(monkeypatch):
+def test_every_benchmark_sweep_is_a_valid_plan(monkeypatch):
     monkeypatch.chdir(ROOT)
     plans = sorted((ROOT / "benchmarks" / "sweeps").glob("*.toml"))
     assert plans

@@ -12,7 +12,7 @@ from hierroom.support.errors import InputError
 STAR_10 = GoalGraph((0,) * 9, 1)
 
 
-def test_graph_c_by_hand():
+def test_augmented_graph_c_by_hand():
     unrolled = AugmentedGraph(NAMED_GRAPHS["c"]).to_networkx()
     levels = {
         "start": {"key 1, all closed"},
@@ -41,7 +41,7 @@ def test_dropping_a_key_leads_back_to_every_room_accessible_before():
 
 @pytest.mark.parametrize("drop_key", [False, True])
 @pytest.mark.parametrize("letter", NAMED_GRAPHS)
-def test_weights_are_the_walk(letter, drop_key):
+def test_weights_equal_the_walk_probabilities(letter, drop_key):
     unrolled = AugmentedGraph(NAMED_GRAPHS[letter], drop_key)
     chances = unrolled.weights.toarray()
     totals = chances.sum(axis=1)
@@ -59,25 +59,25 @@ def test_node_counts_of_the_named_graphs():
 
 
 @pytest.mark.parametrize("n_rooms", [2, 3, 4, 5, 6])
-def test_counting_agrees_with_building(n_rooms):
+def test_count_nodes_equals_the_built_graph(n_rooms):
     for graph in enumerate_graphs(n_rooms):
         unrolled = AugmentedGraph(graph)
         assert count_nodes(graph) == len(unrolled.nodes) == len(set(unrolled.labels))
         assert nx.is_strongly_connected(nx.from_scipy_sparse_array(unrolled.weights, create_using=nx.DiGraph))
 
 
-def test_a_star_of_ten_rooms_has_as_many_nodes_as_subsets_say():
+def test_node_count_of_a_ten_room_star_by_hand():
     # 2^9 levels; a level with k open doors has k + 1 rooms and 9 - k keys in reach: 10 nodes each; and the exit
     assert count_nodes(STAR_10) == 512 * 10 + 1 == len(AugmentedGraph(STAR_10).nodes)
 
 
-def test_too_many_nodes_is_refused_before_anything_is_built():
+def test_too_many_nodes_raise_input_error():
     with pytest.raises(InputError, match=f"at most {MAX_NODES:,} nodes.*41 rooms"):
         analyze(GoalGraph((0,) * 40, 1))
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_alike_nodes_are_reached_alike(drop_key):
+def test_alike_nodes_have_equal_reach_probabilities(drop_key):
     unrolled = AugmentedGraph(GoalGraph((0, 0, 0, 1, 2), 3), drop_key)
     nodes, multiplicity = alike_nodes(unrolled)
     assert multiplicity.sum() == len(unrolled.nodes)
@@ -116,7 +116,7 @@ def test_readings_change_the_edges_they_name():
         (lambda: analyze(GoalGraph((0, 3, 2), 3)), "must form a tree.*the key of room 2 is behind a cycle"),
     ],
 )
-def test_one_clear_message(make, message):
+def test_invalid_walks_readings_and_graphs_raise_input_error(make, message):
     with pytest.raises(InputError, match=message) as caught:
         make()
     assert "\n" not in str(caught.value)

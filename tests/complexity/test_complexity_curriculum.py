@@ -12,7 +12,7 @@ EASY = GraphSet("rooms:3")
 N_ENVS = 8
 
 
-def test_advancing():
+def test_curriculum_promotes_and_demotes_by_success_rate():
     curriculum = Curriculum(GraphSet("hitting_time:8..50"), n_stages=3, promote_at=0.8, demote_at=0.2)
     assert [curriculum.advance(0, rate) for rate in (0.0, 0.5, 0.8, 1.0)] == [0, 0, 1, 1]
     assert [curriculum.advance(1, rate) for rate in (0.0, 0.19, 0.2, 0.79, 0.8)] == [0, 0, 1, 1, 2]
@@ -29,7 +29,7 @@ def test_advancing():
         (lambda: GraphSampler("g", (), False, 2, n_stages=3), "of 3 stages needs several graphs.*not g alone"),
     ],
 )
-def test_one_clear_message(make, message):
+def test_invalid_curriculum_raises_input_error(make, message):
     with pytest.raises(InputError, match=message) as caught:
         make()
     assert "\n" not in str(caught.value)
@@ -40,7 +40,7 @@ def end(sampler, is_escape, envs=range(N_ENVS)):
     return sampler.add(ended, ended & is_escape)
 
 
-def test_episodes_that_began_in_another_stage_say_nothing_of_this_one():
+def test_episodes_begun_in_another_stage_do_not_count():
     sampler = GraphSampler("hitting_time:8..50", (), False, N_ENVS, n_stages=3)
     first, quota = sampler.graphs, EPISODES_PER_STAGE // N_ENVS
     moves = [end(sampler, True) for _ in range(quota)]
@@ -63,7 +63,7 @@ def test_episodes_that_began_in_another_stage_say_nothing_of_this_one():
 
 @pytest.mark.parametrize("n_envs", [16, 64, 256])
 def test_short_episodes_count_no_more_than_long_ones(n_envs):
-    """An agent that escapes in 70 of 100 episodes, after 6 steps, and fails after 100, is not said to in 80."""
+    """An agent that escapes in 70% of episodes, after 6 steps, and else fails after 100, is not promoted at 80%."""
     sampler, random = GraphSampler("hitting_time:8..50", (), False, n_envs, n_stages=3), np.random.default_rng(0)
     escapes, age = random.random(n_envs) < 0.7, random.integers(0, 6, n_envs)
     for _ in range(4000):
@@ -73,7 +73,7 @@ def test_short_episodes_count_no_more_than_long_ones(n_envs):
         escapes, age = np.where(ended, random.random(n_envs) < 0.7, escapes), np.where(ended, 0, age)
 
 
-def test_an_environment_s_episodes_beyond_its_share_do_not_count():
+def test_episodes_beyond_an_environments_share_do_not_count():
     sampler = GraphSampler("hitting_time:8..50", (), False, N_ENVS, n_stages=3)
     quota = EPISODES_PER_STAGE // N_ENVS
     for _ in range(10 * quota):
@@ -90,7 +90,7 @@ def test_one_graph_has_no_stages():
     assert sampler.graphs == sampler.everything
 
 
-def test_a_mixture_of_graphs_goes_through_its_stages():
+def test_several_graphs_are_staged_by_expected_steps():
     """By expected steps: b 62.9 and c 73.8, the custom graph 127.1, and g 154.5 excluded."""
     own = GoalGraph((0, 1, 1), 2, label="own")
     sampler = GraphSampler(["c", own, "g", "b"], "g", False, N_ENVS, n_stages=2)
@@ -103,6 +103,6 @@ def test_a_mixture_of_graphs_goes_through_its_stages():
     assert sampler.graphs == (own,)
 
 
-def test_levels_do_not_depend_on_the_order_in_which_graphs_are_named():
+def test_order_of_named_graphs_does_not_matter():
     one, other = (GraphSampler(graphs, (), False, N_ENVS).graphs for graphs in (["f", "a", "c"], ["c", "f", "a"]))
     assert one == other

@@ -1,4 +1,4 @@
-"""Drawings: what is in them, and what is refused."""
+"""Drawings of goal graphs and augmented graphs: their content, formats and errors."""
 
 import pytest
 from matplotlib.figure import Figure
@@ -50,13 +50,13 @@ def test_every_goal_node_and_level_is_drawn(tmp_path, drawn, letter):
     ("name", "written", "start"),
     [("c.PDF", "c.PDF", b"%PDF"), ("c.svg", "c.svg", b"<?xml"), ("c", "c.png", b"\x89PNG")],
 )
-def test_the_suffix_chooses_the_format(tmp_path, name, written, start):
+def test_file_suffix_chooses_the_format(tmp_path, name, written, start):
     draw_graph(AugmentedGraph(NAMED_GRAPHS["c"]), tmp_path / name)
     assert [path.name for path in tmp_path.iterdir()] == [written]
     assert (tmp_path / written).read_bytes().startswith(start)
 
 
-def test_a_drawing_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
+def test_failed_drawing_keeps_the_old_file(tmp_path, monkeypatch):
     path = tmp_path / "graph.png"
     draw_graph(AugmentedGraph(NAMED_GRAPHS["a"]), path)
     old = path.read_bytes()
@@ -80,7 +80,7 @@ DRAWN = [
 
 
 @pytest.mark.parametrize("unrolled", DRAWN, ids=lambda unrolled: f"{unrolled.graph.name}-{unrolled.drop_key}")
-def test_boxes_and_nodes_never_overlap_and_stand_for_all_nodes(unrolled):
+def test_boxes_never_overlap_and_cover_all_nodes(unrolled):
     boxes = place_augmented(unrolled)
     places = [place for box in boxes for place in (*box.rooms, *box.keys)]
     at = [place.at for place in places] + [box.exit_at for box in boxes if box.exit_at is not None]
@@ -108,7 +108,7 @@ def test_six_and_seven_rooms_fit_on_a_screen(tmp_path, graph):
     assert max(height, width) <= 2200
 
 
-def test_a_drawing_on_given_axes():
+def test_drawings_use_the_given_axes():
     left, right = Figure().subplots(1, 2)
     draw_goal_graph(NAMED_GRAPHS["c"], left)
     draw_augmented(AugmentedGraph(NAMED_GRAPHS["c"]), right, scale=0.6)
@@ -117,7 +117,7 @@ def test_a_drawing_on_given_axes():
     assert {text.get_fontsize() for text in right.texts} == {8.5 * 0.6, 9 * 0.6}
 
 
-def test_goals_never_overlap():
+def test_drawn_goals_never_overlap():
     for graph in enumerate_graphs(5):
         places = list(place_goals(graph).values())
         gaps = [abs(a[0] - b[0]) + abs(a[1] - b[1]) for i, a in enumerate(places) for b in places[:i]]
@@ -133,13 +133,13 @@ def test_goals_never_overlap():
         (GoalGraph((0, 0, 0, 1, 1, 2, 4, 5), 8), "graph.png", "at most 250 nodes that differ; .* has \\d{3}"),
     ],
 )
-def test_one_clear_message(tmp_path, graph, name, message):
+def test_invalid_drawings_raise_input_error(tmp_path, graph, name, message):
     with pytest.raises(InputError, match=message):
         draw_graph(AugmentedGraph(graph), tmp_path / name)
     assert not [*tmp_path.iterdir()]
 
 
-def test_a_name_is_no_formula(tmp_path):
+def test_dollar_signs_in_names_are_not_tex(tmp_path):
     """Matplotlib would read what stands between dollar signs as TeX, and fail."""
     path = tmp_path / "graph.svg"
     draw_graph(AugmentedGraph(GoalGraph((0,), 1, label=r"$\bad$")), path)

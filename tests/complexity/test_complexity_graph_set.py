@@ -51,7 +51,7 @@ def test_several_specs_are_the_union_of_each(specs):
 
 @settings(max_examples=40)
 @given(st.lists(all_specs, min_size=1, max_size=3), st.lists(all_specs, min_size=1, max_size=2))
-def test_an_exclusion_is_the_difference_of_sets_or_refused(specs, exclude):
+def test_exclusion_is_a_set_difference_or_input_error(specs, exclude):
     whole, parts = canonical(GraphSet(specs).graphs), [canonical(GraphSet(spec).graphs) for spec in exclude]
     left = whole - set().union(*parts)
     if left and all(part & whole for part in parts):
@@ -63,7 +63,7 @@ def test_an_exclusion_is_the_difference_of_sets_or_refused(specs, exclude):
 
 @settings(max_examples=40)
 @given(st.integers(0, 8), st.integers(0, 99))
-def test_a_graph_is_excluded_however_its_rooms_are_numbered(index, seed):
+def test_exclusion_ignores_the_numbering_of_rooms(index, seed):
     graph = enumerate_graphs(4)[index]
     other = renumbered(graph, np.random.default_rng(seed))
     assert set(GraphSet("rooms:4", other).graphs) == set(enumerate_graphs(4)) - {graph}
@@ -71,7 +71,7 @@ def test_a_graph_is_excluded_however_its_rooms_are_numbered(index, seed):
 
 @settings(max_examples=40)
 @given(st.lists(all_specs, min_size=1, max_size=3), st.integers(1, 6))
-def test_stages_hold_every_graph_once_and_get_harder(specs, n_stages):
+def test_stages_have_each_graph_once_and_get_harder(specs, n_stages):
     graphs = GraphSet(specs)
     stages = graphs.stages(n_stages)
     assert len(stages) <= n_stages
@@ -81,7 +81,7 @@ def test_stages_hold_every_graph_once_and_get_harder(specs, n_stages):
         assert max(values[graph] for graph in easier) < min(values[graph] for graph in harder)
 
 
-def test_one_graph_keeps_the_numbers_of_its_rooms():
+def test_single_graph_keeps_its_room_numbers():
     odd = GoalGraph((3, 0, 0), 2)
     assert odd.canonical() == GoalGraph.named("d").canonical()
     assert GraphSet(odd).graphs == (odd,)
@@ -93,7 +93,7 @@ def test_graphs_come_in_the_order_of_their_specs():
     assert GraphSet(("f", "a", "c")).graphs == tuple(GoalGraph.named(letter) for letter in "fac")
 
 
-def test_every_graph_of_an_interval_and_no_other_the_easiest_first():
+def test_interval_selects_its_graphs_easiest_first():
     everything = [graph for n_rooms in range(2, MAX_GRID_ROOMS + 1) for graph in enumerate_graphs(n_rooms)]
     found = GraphSet("hitting_time:20..30").graphs
     assert set(found) == {graph for graph in everything if 20 <= analyze(graph).hitting_time <= 30}
@@ -102,7 +102,7 @@ def test_every_graph_of_an_interval_and_no_other_the_easiest_first():
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_an_interval_is_of_the_walk_the_reading_and_the_actions_that_are_given(drop_key):
+def test_interval_uses_given_walk_reading_and_drop_key(drop_key):
     walk, reading = Walk(0.5, 0.4, 0.1), Reading("own room", "through the start", "start")
     found = GraphSet("expected_steps:20..40", drop_key=drop_key, walk=walk, reading=reading).graphs
     assert found
@@ -111,7 +111,7 @@ def test_an_interval_is_of_the_walk_the_reading_and_the_actions_that_are_given(d
     assert 20 <= values[0] <= values[-1] <= 40
 
 
-def test_an_interval_is_cut_from_its_low_to_its_high_end():
+def test_interval_is_cut_into_stages_of_equal_width():
     graphs = GraphSet("hitting_time:8..90")
     value = {graph: analyze(graph).hitting_time for graph in graphs.graphs}
     edges = np.linspace(8, 90, 8)
@@ -121,14 +121,14 @@ def test_an_interval_is_cut_from_its_low_to_its_high_end():
     assert less == tuple(tuple(g for g in part if g != GoalGraph.named("c").canonical()) for part in graphs.stages(7))
 
 
-def test_other_sets_are_cut_by_expected_steps_from_their_easiest_to_their_hardest_graph():
+def test_other_sets_are_staged_by_expected_steps():
     graphs = GraphSet(["g", "a", "c", "e"])  # 154.5, 28.0, 73.8 and 112.7 expected steps
     letters = [[graph.name for graph in stage] for stage in graphs.stages(2)]
     assert letters == [["a", "c"], ["e", "g"]]
     assert [[graph.name for graph in stage] for stage in graphs.stages(5)] == [["a"], ["c"], ["e"], ["g"]]
 
 
-def test_graphs_are_named_as_users_named_them(tmp_path):
+def test_graphs_keep_the_names_of_users(tmp_path):
     own = tmp_path / "fork.toml"
     FORK.to_toml(own)
     names = [graph.name for graph in GraphSet(["c", own, "rooms:4"]).graphs]
@@ -137,7 +137,7 @@ def test_graphs_are_named_as_users_named_them(tmp_path):
     assert {"d", "e", "f", "g"} <= set(names)
 
 
-def test_two_files_of_one_name_are_separated_or_refused(tmp_path):
+def test_two_graphs_with_one_name_raise_input_error(tmp_path):
     paths = [tmp_path / folder / "own.toml" for folder in ("one", "two")]
     for path, graph in zip(paths, (FORK, GoalGraph((0, 0, 1), 2)), strict=True):
         path.parent.mkdir()
@@ -169,13 +169,13 @@ def test_two_files_of_one_name_are_separated_or_refused(tmp_path):
         (["rooms:2", "a"], "no goal graph is left of rooms:2: all are excluded"),
     ],
 )
-def test_one_clear_message(arguments, message):
+def test_invalid_graph_sets_raise_input_error(arguments, message):
     with pytest.raises(InputError, match=message) as caught:
         GraphSet(*arguments)
     assert "\n" not in str(caught.value)
 
 
-def test_graphs_that_another_one_stands_for_are_reported():
+def test_equal_graphs_are_taken_once_with_a_note():
     twin = GoalGraph((2, 0), 1, label="mine")
     chosen = GraphSet(["c", twin, "rooms:3", "c", twin])
     assert chosen.alike == (("mine", "c"),)
@@ -186,7 +186,7 @@ def test_graphs_that_another_one_stands_for_are_reported():
     assert GraphSet(["c", "b"]).notes == GraphSet("c").notes == []
 
 
-def test_graphs_that_are_found_again_keep_their_names():
+def test_find_graphs_keeps_labels_of_equal_graphs():
     """Graphs that differ by their label only are equal."""
     one, other = (GoalGraph((0, 1), 2, label) for label in ("one", "other"))
     assert [find_graphs(graph, (), False).graphs[0].name for graph in (one, other, one, "c")] == [

@@ -1,4 +1,4 @@
-"""The report: what it says, that it is frozen, light and quick."""
+"""The report of a goal graph: its text and numbers; it is frozen, imports little and is fast."""
 
 import ast
 import dataclasses
@@ -28,7 +28,7 @@ def test_to_dict_is_plain_and_agrees_with_the_properties():
     assert plain["reach_probability"]["1000"] == report.reach_probability(1000)
 
 
-def test_str_says_which_number_is_which():
+def test_report_text_labels_its_numbers():
     text = str(analyze("c"))
     assert "hitting time    15.07" in text
     assert "saturates near 100)" in text
@@ -38,7 +38,7 @@ def test_str_says_which_number_is_which():
     assert "9 nodes, 14 edges" in text
 
 
-def test_frozen_hashable_and_picklable():
+def test_report_is_frozen_hashable_and_picklable():
     report = analyze("d")
     with pytest.raises(dataclasses.FrozenInstanceError):
         report.drop_key = True  # type: ignore[misc]
@@ -47,7 +47,7 @@ def test_frozen_hashable_and_picklable():
     assert pickle.loads(pickle.dumps(report)).hitting_time == report.hitting_time
 
 
-def test_goals_on_the_way_come_before_the_exit():
+def test_expected_steps_grow_along_the_goals():
     report = analyze("g")
     order = ["key 1", "door 1", "key 2", "door 2", "key 3", "door 3", "exit"]
     steps = [report.expected_steps_to(goal) for goal in order]
@@ -57,7 +57,7 @@ def test_goals_on_the_way_come_before_the_exit():
     assert report.expected_steps_to("door 1") == pytest.approx(report.expected_steps_to("room 1, open 1"))
 
 
-def test_the_hitting_time_of_other_goals():
+def test_hitting_time_to_needs_a_single_node():
     report = analyze("c")
     assert report.hitting_time_to("exit") == report.hitting_time
     assert 0 < report.hitting_time_to("key 1, all closed") < report.hitting_time
@@ -67,13 +67,13 @@ def test_the_hitting_time_of_other_goals():
         report.expected_steps_to("key 9")
 
 
-def test_elasticities_of_all_edges_undo_a_change_of_clock():
+def test_elasticities_of_all_edges_sum_to_minus_one():
     # all edges k times likelier is the same walk in 1 / k of the time: the elasticities sum to minus one
     edges = analyze("f", drop_key=True).edge_sensitivity()
     assert sum(edge.elasticity for edge in edges) == pytest.approx(-1, rel=1e-9)
 
 
-def test_the_bottleneck_is_the_goal_that_helps_most_when_it_gets_easier():
+def test_goal_sensitivity_equals_numerical_slope():
     report = analyze("d")
     goal, change = next(iter(report.goal_sensitivity().items()))
     weights = report.chain.weights.toarray()
@@ -83,14 +83,14 @@ def test_the_bottleneck_is_the_goal_that_helps_most_when_it_gets_easier():
     assert (faster / report.expected_steps - 1) / 0.0001 == pytest.approx(change, rel=1e-3)
 
 
-def test_seven_rooms_in_one_second_and_ten_in_ten():
+def test_analyze_is_fast_for_seven_and_ten_rooms():
     for n_rooms, seconds in ((7, 1.0), (10, 10.0)):
         started = time.process_time()  # not slowed by what else runs
         assert analyze(GoalGraph((0,) * (n_rooms - 1), 1), drop_key=True).to_dict()["nodes"] > 0
         assert time.process_time() - started < seconds
 
 
-def test_importing_the_package_draws_in_nothing_heavy():
+def test_import_loads_no_heavy_packages():
     code = (
         "import sys, hierroom.complexity.report; print([m for m in ('rich', 'tyro', 'deeptime') if m in sys.modules])"
     )
@@ -98,7 +98,7 @@ def test_importing_the_package_draws_in_nothing_heavy():
     assert run.stdout.strip() == "[]"
 
 
-def test_the_package_imports_goals_and_support_alone():
+def test_complexity_imports_only_goals_and_support():
     for path in Path(complexity.__file__).parent.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
             names = [one.name for one in node.names] if isinstance(node, ast.Import) else []
@@ -107,7 +107,7 @@ def test_the_package_imports_goals_and_support_alone():
             assert all(re.match(r"hierroom\.(complexity|goals|support)\b", name) for name in ours), path
 
 
-def test_the_table_of_equations_names_functions_that_exist():
+def test_table_of_equations_names_existing_functions():
     rows = re.findall(r"^\| (.+?) \| `(\w+)` \| (.+?) \|$", complexity.__doc__, re.MULTILINE)
     functions = [function for _, function, _ in rows]
     assert len(set(functions)) == 10

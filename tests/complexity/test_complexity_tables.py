@@ -37,14 +37,14 @@ def test_latex_has_a_line_for_each_graph_and_escapes_names():
     assert signs[5] == r"b\textbar{}c & \textgreater{}7.2 \\"
 
 
-def test_markdown_has_equal_cells_and_csv_is_in_full_precision():
+def test_markdown_columns_and_csv_precision_of_reports():
     assert list_text(REPORTS, "csv").splitlines()[1].split(",")[-2] == repr(REPORTS[0].expected_steps)
     lines = list_text(REPORTS, "markdown").splitlines()
     assert {line.count("|") for line in lines} == {len(COLUMNS) + 1}
     assert lines[2] == "| a | 2 | 1 | 5 | 5 | 8.36 | 28.0 | 20.3 |"
 
 
-def test_a_frame():
+def test_to_frame_of_graph_reports():
     frame = to_frame(REPORTS)
     assert frame.index.name == "graph"
     assert list(frame.index) == [report.graph.name for report in REPORTS]
@@ -55,7 +55,7 @@ def test_a_frame():
     assert list(to_frame([]).columns) == list(frame.columns)
 
 
-def test_a_frame_of_measures_and_one_of_a_played_chain():
+def test_to_frame_of_measures_and_played_chains():
     measured = measure_graphs([GoalGraph.named("a"), GoalGraph.named("c")], 10)
     frame = to_frame(measured)
     assert list(frame.index) == ["a", "c"]
@@ -73,7 +73,7 @@ def test_a_frame_of_measures_and_one_of_a_played_chain():
             to_frame(other)
 
 
-def test_walk_and_reading_on_the_command_line(capsys):
+def test_walk_and_reading_options_change_the_report(capsys):
     show(ComplexityArguments(graph="c", walk=(0.5, 0.4, 0.1), markdown=True))
     assert "| c | 4 | 1 | 9 | 14 | 10.61 | 60.8 | 53.2 |" in capsys.readouterr().out
     show(ComplexityArguments(graph="c", reading=("own room", "neighbours", "start"), drop=True, markdown=True))
@@ -86,7 +86,7 @@ def test_walk_and_reading_on_the_command_line(capsys):
             show(ComplexityArguments(**wrong))
 
 
-def test_play_takes_size_limit_and_a_picture(tmp_path, capsys):
+def test_from_play_takes_size_max_steps_and_draw(tmp_path, capsys):
     path = tmp_path / "reach.png"
     options = {"from_play": "random", "graph": "a", "episodes": 12, "size": 11, "max_steps": 50, "draw": path}
     show(ComplexityArguments(**options))
@@ -100,7 +100,7 @@ def measured():
     return MeasuredReport(analyze("a"), count_transitions(episodes, 5, 0, 4), n_resamples=5)
 
 
-def test_reach_curves_are_those_of_the_chains_and_the_episodes_end_at_their_limit(tmp_path):
+def test_drawn_reach_equals_chain_and_episodes(tmp_path):
     axes = Figure().subplots()
     draw_measured_reach(axes, measured(), last=20)
     curves = {line.get_label(): line.get_xydata().T for line in axes.lines}
@@ -114,7 +114,7 @@ def test_reach_curves_are_those_of_the_chains_and_the_episodes_end_at_their_limi
     assert "<svg" in (tmp_path / "reach.svg").read_text()
 
 
-def test_reach_of_any_measured_chain():
+def test_draw_played_reach_by_hand():
     played, axes = measure_trajectories([["hall", "garden"], ["hall", "hall", "garden"]], "garden"), Figure().subplots()
     draw_played_reach(axes, played)
     curves = {line.get_label(): line.get_ydata() for line in axes.lines}
@@ -122,14 +122,14 @@ def test_reach_of_any_measured_chain():
     np.testing.assert_allclose(curves["their chain"], [0, 2 / 3, 8 / 9])
 
 
-def test_reach_of_several_graphs_on_given_axes():
+def test_draw_reach_of_several_graphs():
     axes = Figure().subplots()
     draw_reach(axes, {letter: analyze(letter).chain for letter in "ac"}, last=100, goal="key 1")
     assert [line.get_label() for line in axes.lines] == ["a", "c"]
     assert axes.get_ylabel() == "probability of key 1"
 
 
-def test_notebooks_see_a_picture_and_a_table():
+def test_notebook_shows_svg_and_html_of_reports():
     report = analyze("c", True)
     assert report._repr_svg_().lstrip().startswith("<?xml")
     table = report.chain._repr_html_()

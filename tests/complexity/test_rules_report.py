@@ -40,7 +40,7 @@ WATER = Rules(
 )
 
 
-def test_a_chain_worked_by_hand():
+def test_marking_chain_by_hand():
     """Nodes S = {life}, A = {life, key}, D = {key} and the target T; 'dance' is left out.
 
     S leads to A twice (pick, find) and to D once (sell); A leads to D (sell: the life is used) and to T; D and T have
@@ -72,7 +72,7 @@ def test_a_chain_worked_by_hand():
 
 
 @pytest.mark.parametrize("seed", range(30))
-def test_the_marking_chain_is_that_of_plain_python(seed):
+def test_marking_chain_equals_plain_python(seed):
     rules = random_rules(seed)
     report, moves = analyze(rules), unroll(rules)
     weights = matrix(moves)
@@ -117,7 +117,7 @@ def test_simulated_walks_agree_within_their_interval(rules):
     assert (abs((steps[:, None] <= times).mean(axis=0) - exact) < 4.5 * error).all()
 
 
-def test_depth_width_and_fewest_are_fixpoints_over_and_and_or():
+def test_depth_width_and_fewest_by_hand():
     assert goal_depths(TUNNEL) == {"wood": 1, "table": 2, "pickaxe": 3, "stone": 4, "tunnel": 5}
     report = analyze(TUNNEL)
     assert (report.exit_depth, report.width, report.fewest) == (4, 1, 9)  # 3 wood, table, pickaxe, 3 stone, tunnel
@@ -129,7 +129,7 @@ def test_depth_width_and_fewest_are_fixpoints_over_and_and_or():
     assert (either.exit_depth, either.width, either.fewest) == (1, 3, 3)  # by c and d, or by a and b
 
 
-def test_a_goal_gets_easier_as_its_own_edges_do():
+def test_goal_sensitivity_equals_numerical_slope():
     """By the definition: W of all edges of a goal 0.01% larger, and the mean of that walk."""
     report = analyze(TUNNEL)
     goal, change = next(iter(report.goal_sensitivity().items()))
@@ -146,7 +146,7 @@ def test_a_goal_gets_easier_as_its_own_edges_do():
 GRAPHS = [graph for n in range(2, 6) for graph in enumerate_graphs(n)]
 
 
-def test_the_rules_of_goal_graphs_rank_them_as_the_augmented_graph_does():
+def test_rules_rank_goal_graphs_like_augmented_graphs():
     assert len(GRAPHS) == 39
     of_graphs, of_rules = ([analyze(one) for one in of] for of in (GRAPHS, [graph.rules() for graph in GRAPHS]))
     ranks = spearmanr([one.hitting_time for one in of_graphs], [one.hitting_time for one in of_rules])
@@ -157,7 +157,7 @@ def test_the_rules_of_goal_graphs_rank_them_as_the_augmented_graph_does():
         assert rules.left_out == rules.never == rules.dead_ends == ()
 
 
-def test_a_target_out_of_reach_is_inf_and_says_what_is_missing():
+def test_unreachable_target_is_infinite_and_explained():
     report = analyze(Rules({"a": {"needs": "b", "gives": "c"}, "x": {"gives": "y"}}, "c"))
     assert (report.expected_steps, report.hitting_time, report.fewest, report.exit_depth) == (math.inf,) * 4
     assert "out of reach    a   (what they need is never there)" in str(report)
@@ -168,7 +168,7 @@ def test_a_target_out_of_reach_is_inf_and_says_what_is_missing():
         assert json.loads(to_json(one.to_dict()))["expected_steps"] is None
 
 
-def test_the_report_says_capacities_dead_ends_and_what_is_left_out():
+def test_report_lists_capacities_dead_ends_and_unused_rules():
     text = str(analyze(LIFE))
     for line in (
         "rules: 5 rules, target out",
@@ -183,7 +183,7 @@ def test_the_report_says_capacities_dead_ends_and_what_is_left_out():
     assert "hitting time    nan   (it needs a walk that returns" in str(analyze(TUNNEL, walk=Walk(0.8, 0.2, 0.0)))
 
 
-def test_the_whole_report_in_every_form(tmp_path):
+def test_rules_report_in_every_format(tmp_path):
     report = analyze(TUNNEL)
     plain = json.loads(to_json(report.to_dict()))
     assert plain["hitting_time"] == report.hitting_time
@@ -204,7 +204,7 @@ def test_the_whole_report_in_every_form(tmp_path):
         analyze(many).draw(tmp_path / "picture.png")
 
 
-def test_analyze_takes_chains_graphs_and_what_declares_rules():
+def test_analyze_takes_chains_networkx_graphs_and_tasks():
     graph = nx.DiGraph([("start", "hall"), ("hall", "exit"), ("hall", "start")])
     report = analyze(graph)
     chain = Chain.from_networkx(graph, "start", "exit", walk=Walk())
@@ -233,14 +233,14 @@ def test_analyze_takes_chains_graphs_and_what_declares_rules():
             analyze(subject, target=3)
 
 
-def test_the_command_says_what_takes_long(tmp_path, capsys, monkeypatch):
+def test_complexity_command_reports_slow_work(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(slow, "FIRST_SECONDS", 0.0)
     TUNNEL.to_toml(tmp_path / "tunnel.toml")
     command.main(["--rules", str(tmp_path / "tunnel.toml")])
     assert "measuring tunnel: 25 nodes\n" in capsys.readouterr().err
 
 
-def test_the_command_line_takes_files_of_rules(tmp_path, capsys):
+def test_rules_option_takes_toml_files(tmp_path, capsys):
     path, other = tmp_path / "tunnel.toml", tmp_path / "life.toml"
     TUNNEL.to_toml(path)
     LIFE.to_toml(other)

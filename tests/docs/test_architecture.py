@@ -21,7 +21,7 @@ def test_the_drawing_has_every_part_on_its_floor():
     assert [sorted(parts) for parts in drawn] == architecture.floors()
 
 
-def test_the_drawing_has_every_arrow_that_no_longer_way_stands_for():
+def test_drawing_has_every_import_arrow_not_implied():
     lines = re.findall(r"^    (\S.*) --> (\S+)$", DRAWING, re.MULTILINE)
     drawn = {(above, below) for several, below in lines for above in several.split(" & ")}
     assert drawn == set(nx.transitive_reduction(architecture.part_imports()).edges)
@@ -37,12 +37,12 @@ def test_the_table_names_every_room():
     assert rooms == set(architecture.part_imports())
 
 
-def test_the_files_that_the_page_names_exist():
+def test_files_named_on_the_page_exist():
     for path in re.findall(r"`([\w/]+\.py)`", PAGE):
         assert (architecture.PACKAGE / path).is_file() or (architecture.ROOT / path).is_file(), path
 
 
-def test_few_floors_rooms_imports_and_files():
+def test_package_has_few_floors_rooms_and_imports():
     graph = architecture.part_imports()
     assert len(architecture.floors()) <= 11
     assert graph.number_of_nodes() <= 24
@@ -50,12 +50,12 @@ def test_few_floors_rooms_imports_and_files():
     assert len(list(architecture.PACKAGE.glob("*.py"))) <= 10
 
 
-def test_complexity_knows_goals_and_learners_nothing_but_support():
+def test_complexity_and_learners_import_few_parts():
     assert set(architecture.part_imports()["complexity"]) <= {"goals", "support"}
     assert set(architecture.part_imports()["learners"]) <= {"support"}
 
 
-def test_each_class_name_stands_for_one_class():
+def test_class_names_are_unique():
     names = [
         node.name
         for path in architecture.files()
@@ -78,7 +78,7 @@ EQUATIONS = [name for row in TABLE for name in re.findall(r"`([a-z_]+\.[\w.]+)`"
 
 
 @pytest.mark.parametrize("name", EQUATIONS)
-def test_each_equation_stands_where_the_table_says(name):
+def test_each_equation_of_the_table_exists(name):
     words = ["hierroom", *name.split(".")]
     for end in range(len(words), 0, -1):
         try:
@@ -92,5 +92,5 @@ def test_each_equation_stands_where_the_table_says(name):
     pytest.fail(name)
 
 
-def test_there_are_equations():
+def test_table_has_at_least_15_equations():
     assert len(EQUATIONS) >= 15

@@ -1,4 +1,4 @@
-"""The commands of the docs end well: run in a folder that holds what they name; training and windows are left out."""
+"""The commands of the docs succeed in a folder with the files that they name, without training and windows."""
 
 import re
 import shlex
@@ -55,12 +55,12 @@ def folder(tmp_path_factory) -> Path:
     return folder
 
 
-def test_the_pages_have_commands():
+def test_docs_show_every_command():
     assert {shlex.split(command)[3] for command in COMMANDS} == {*NAMES_OF_COMMANDS} - {"compile"}
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_it_ends_well(command, folder, tmp_path, monkeypatch):
+def test_command_of_the_docs_succeeds(command, folder, tmp_path, monkeypatch):
     name, *words = shlex.split(command)[3:]
     place = tmp_path / "folder"
     shutil.copytree(folder, place)

@@ -37,7 +37,7 @@ DRAWN = {"workshop": script.workshop, **{f"level-{letter}": partial(script.level
 
 
 @pytest.mark.parametrize("name", DRAWN)
-def test_the_pictures_are_of_the_levels(name):
+def test_pictures_equal_the_drawn_levels(name):
     kept = np.asarray(Image.open(DOCS / "pictures" / f"{name}.png").convert("RGB"))
     drawn = np.asarray(Image.open(io.BytesIO(script.as_png(DRAWN[name]()))).convert("RGB"))
     assert kept.shape == drawn.shape
@@ -64,7 +64,7 @@ def test_spaces_equal_the_page_s_table():
 
 @pytest.mark.skipif(not hasattr(pettingzoo, "make"), reason="PettingZoo has make from 1.27 on")
 @pytest.mark.parametrize(("column", "env_id"), [(1, "hierroom/EscapeRoom-c-v0"), (2, "hierroom/Workshop-v0")])
-def test_the_facts_in_petting_zoo_s_form_are_those_of_the_environments(column, env_id):
+def test_pettingzoo_facts_equal_the_environments(column, env_id):
     rows = re.findall(r"^\| (.*) \| (.*) \| (.*) \|$", PAGE.split("## Facts")[1].split("\n\n")[1], re.MULTILINE)
     facts = {row[0]: row[column].replace(" x ", ", ") for row in rows}
     assert f'`make("aec", "{env_id}")`' in facts["Creation"]
@@ -83,14 +83,14 @@ def test_the_facts_in_petting_zoo_s_form_are_those_of_the_environments(column, e
         assert facts["State values"] == f"whole numbers of {state.low.min():.0f} to {state.high.max():.0f}"
 
 
-def test_the_badge_says_the_version_that_tests_run_with():
+def test_badge_and_listed_checkers_are_current():
     assert (DOCS / "pictures" / "pettingzoo.svg").read_bytes() == script.badge()
     checks = (DOCS.parent / "tests" / "envs" / "test_api_checkers.py").read_text()
     told = set(re.findall(r"`(\w+_test|check_env)`", PAGE.split("## Facts")[1].split("\n## ")[0]))
     assert told == set(re.findall(r"(?<= |\n)(\w+_test|check_env)\(", checks))
 
 
-def test_arguments_and_their_defaults():
+def test_page_lists_arguments_with_their_defaults():
     listed = dict(re.findall(r"^\| `(\w+)` \| `([^`]*)`", PAGE.split("## Arguments")[1], re.MULTILINE))
     arguments = {name: repr(value) for name, value in vars(hierroom.raw_env().single.turns.config).items()}
     for kind in (EscapeRoom, hierroom.parallel_env, hierroom.raw_env):

@@ -32,7 +32,7 @@ class Understood(BaseException):
     """Raised in the place of what a command does once its options are read."""
 
 
-def test_blocks_are_of_known_kinds():
+def test_code_blocks_have_known_languages():
     """No language: commands, one a line; text: what something prints or looks like."""
     assert {block.language for block in BLOCKS} <= {"", "python", "toml", "text", "mermaid"}
     for block in BLOCKS:
@@ -42,13 +42,13 @@ def test_blocks_are_of_known_kinds():
 
 
 @pytest.mark.parametrize("block", PYTHON, ids=[f"{block.page}-{n}" for n, block in enumerate(PYTHON)])
-def test_python_runs(block, tmp_path, monkeypatch):
+def test_python_blocks_run(block, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(ROOT / "examples")
     exec(compile(block.text, block.page, "exec"), {"__name__": "page"})
 
 
-def test_the_loop_shown_is_the_trainer_s():
+def test_shown_loop_equals_the_trainers_code():
     shown = next(block.text for block in BLOCKS if block.page == "architecture.md" and block.language == "python")
     source = (ROOT / "hierroom" / "runs" / "trainer.py").read_text()
 
@@ -60,7 +60,7 @@ def test_the_loop_shown_is_the_trainer_s():
     assert lines[at : at + len(code(shown))] == code(shown)
 
 
-def test_the_innermost_wrapper_holds_a_view():
+def test_innermost_wrapper_example_wraps_a_view():
     shown = next(block.text for block in BLOCKS if "class Innermost" in block.text)
     names = {}
     exec(shown, names)
@@ -84,7 +84,7 @@ def test_toml_blocks_are_valid_graphs_plans_or_configs(block, tmp_path):
 
 @pytest.mark.filterwarnings("ignore:.*found in sys.modules:RuntimeWarning")
 @pytest.mark.parametrize("command", OTHERS)
-def test_a_command_names_targets_tests_or_options_that_exist(command, monkeypatch):
+def test_commands_name_existing_targets_tests_and_options(command, monkeypatch):
     program, *words = shlex.split(command)
     if program == "make":
         assert set(words) <= TARGETS
@@ -124,7 +124,7 @@ def _read_options(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
         start(name, run_name="__main__")
 
 
-def test_paths_of_tests_exist():
+def test_named_test_files_exist():
     texts = [*PAGES.values(), *((ROOT / name).read_text() for name in ("CONTRIBUTING.md", "Makefile"))]
     paths = {path for text in texts for path in re.findall(r"\btests/[\w/]+\.py", text)}
     assert len(paths) > 30
@@ -145,7 +145,7 @@ SHOWN = [(one, block) for one, block in pairwise(BLOCKS) if block.language == "t
 @pytest.mark.parametrize(
     ("before", "block"), [pair for pair in SHOWN if pair[0].text.startswith("python -m hierroom complexity")]
 )
-def test_the_output_shown_after_a_command_equals_its_output(before, block, capsys):
+def test_shown_output_equals_the_commands_output(before, block, capsys):
     [line] = lines_of(before)
     assert complexity(shlex.split(line)[4:]) == 0
     assert capsys.readouterr().out == block.text
@@ -156,7 +156,7 @@ CELLS = ["".join(cell["source"]) for cell in NOTEBOOK["cells"] if cell["cell_typ
 CELLS = [re.sub(r"%pip install --quiet {(\w+)}", r"installed.append(\1)", cell) for cell in CELLS]
 
 
-def test_the_notebook_is_in_colab_s_form_and_installs_only_what_is_missing(monkeypatch):
+def test_notebook_installs_only_missing_packages(monkeypatch):
     assert "colab" in NOTEBOOK["metadata"]
     [install] = [cell for cell in NOTEBOOK["cells"] if "%pip" in "".join(cell["source"])]
     assert install["metadata"] == {"cellView": "form"}
@@ -184,7 +184,7 @@ def test_the_notebook_runs(tmp_path, monkeypatch):
     assert 0 <= sum(episode.success for episode in names["episodes"]) <= len(names["episodes"]) == 20
 
 
-def test_every_page_has_a_heading_and_lists_stand_apart():
+def test_pages_have_headings_and_separate_lists():
     """Markdown as the site reads it: a list needs an empty line before it, and an item its own line."""
     for page, text in PAGES.items():
         assert text.startswith("# "), page

@@ -11,13 +11,13 @@ FOUND = re.findall(r"`([\w/]+\.py)` (\d+) of (\d+)", PAGE)
 """Modules, the mutants that are killed, and all."""
 
 
-def test_each_mutant_is_killed_or_explained():
+def test_surviving_mutants_equal_those_of_the_targets():
     survivors = {path: number for path, _, number in TARGETS.values()}
     assert {module: int(mutants) - int(killed) for module, killed, mutants in FOUND} == survivors
     assert len(FOUND) == len(survivors)
 
 
-def test_the_table_has_the_modules_that_are_mutated():
+def test_mutation_table_names_existing_modules():
     assert f"all mutants of {len(FOUND)} modules" in PAGE
     assert all((ROOT / "hierroom" / module).is_file() for module, *_ in FOUND)
 

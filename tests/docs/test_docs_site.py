@@ -31,20 +31,20 @@ def site(tmp_path_factory):
     return folder
 
 
-def test_every_page_is_there(site):
+def test_site_has_every_page(site):
     assert {path.stem for path in (ROOT / "docs").glob("*.md")} | {"index", "404"} == {
         path.stem for path in site.glob("*.html")
     }
 
 
-def test_files_outside_the_docs_that_pages_link_to_are_in_the_site(site):
+def test_linked_files_outside_docs_are_in_the_site(site):
     shown = site / "examples" / "clients" / "torchrl_ppo.py"
     assert shown.read_bytes() == (ROOT / "examples" / "clients" / "torchrl_ppo.py").read_bytes()
     assert 'href="examples/clients/torchrl_ppo.py"' in (site / "clients.html").read_text()
     assert 'href="environments.html#who-observes-what"' in (site / "index.html").read_text()
 
 
-def test_pages_load_nothing_from_elsewhere(site):
+def test_pages_load_no_external_resources(site):
     for path in site.glob("*.html"):
         loaded = re.findall(r'<(?:script|img|link|iframe)[^>]*?(?:src|href)="(https?:[^"]*)"', path.read_text())
         assert not loaded, path.name

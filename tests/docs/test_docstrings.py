@@ -21,7 +21,7 @@ NEEDED = {"minari_dataset": ("minari", "h5py"), "minigrid_view": ("minigrid",), 
 
 
 def public_names() -> dict[str, object]:
-    """Return what users type: the exported names, those of the API page, and those that their own code meets."""
+    """Return the public names: those exported, those on the API page, and those that user code meets."""
     found = [getattr(module, name) for module in MODULES for name in module.__all__]
     found += [pkgutil.resolve_name(name) for name in re.findall(r"^::: (\S+)", PAGES["api.md"], re.MULTILINE)]
     found += [hierroom.meta.MetaController, hierroom.meta.LearningMeta, hierroom.meta.make_meta, Observation]
@@ -29,7 +29,7 @@ def public_names() -> dict[str, object]:
 
 
 @pytest.mark.parametrize("name", sorted(public_names()))
-def test_the_example_of_a_public_name_prints_what_it_shows(name, tmp_path, monkeypatch):
+def test_docstring_example_prints_the_shown_output(name, tmp_path, monkeypatch):
     for module in NEEDED.get(name.rpartition(".")[2], ()):
         pytest.importorskip(module)
     monkeypatch.chdir(tmp_path)
@@ -43,7 +43,7 @@ def test_the_example_of_a_public_name_prints_what_it_shows(name, tmp_path, monke
 
 
 @pytest.mark.parametrize("of", CLASSES, ids=lambda of: of.__name__)
-def test_the_examples_of_a_class_call_each_of_its_methods(of):
+def test_class_examples_call_each_method(of):
     public = {name: getattr(of, name) for name in vars(of) if not name.startswith("_") and hasattr(of, name)}
     methods = {name: one for name, one in public.items() if inspect.isfunction(one) or inspect.ismethod(one)}
     texts = [inspect.getdoc(one) or "" for one in (of, *methods.values())]

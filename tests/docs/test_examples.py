@@ -1,4 +1,4 @@
-"""Every example runs, and the user code that examples show does what it says."""
+"""Every example runs, and the user code in the examples works as documented."""
 
 from pathlib import Path
 
@@ -74,7 +74,7 @@ def test_user_code_trains_is_resumed_and_plays(spec, tmp_path):
     assert len(list(hierroom.rollout(hierroom.load(out, trust=True), episodes=2))) == 2
 
 
-def test_a_learning_meta_controller_learns_which_goals_can_be_reached(tmp_path):
+def test_learning_meta_learns_which_goals_are_reachable(tmp_path):
     goals = {"meta": "own_learning_meta:ReachedMostOften", "goal_mask": "existing", "subgoal_horizon": 30}
     sizes = {"size": 11, "num_envs": 16, "max_steps": 200, "steps": 30_000, "evaluations": 0, "log": "none"}
     hierroom.train(graph="c", out=tmp_path / "run", **sizes, **goals)
@@ -135,7 +135,7 @@ def test_a_meta_controller_that_watches_makes_episodes_shorter():
     assert lengths[OthersFirst] < 0.8 * lengths[Blind]
 
 
-def test_the_reward_for_nearness_by_hand():
+def test_closer_reward_by_hand():
     turns = Turns(EnvConfig("a", size=11, reward="own_reward:Closer"), 1, seed=0)
     take_turn(make_meta("fixed-dfs"), turns)
     key = int(turns.goals[0])

@@ -1,4 +1,4 @@
-"""Notebooks show goal graphs as drawings and reports as tables, well-formed whatever the names."""
+"""Notebooks show goal graphs as drawings and reports as tables, which are well-formed for any names."""
 
 from xml.etree import ElementTree
 
@@ -22,14 +22,14 @@ def graphs(draw):
     return GoalGraph(key_rooms, draw(st.integers(1, n_rooms - 1)))
 
 
-def test_no_graph_is_too_deep_to_be_drawn():
+def test_deep_goal_graph_is_drawn():
     chain = GoalGraph(tuple(range(2000)), 2000)
     circles = [*ElementTree.fromstring(chain._repr_svg_()).iter(f"{SVG}circle")]
     assert len(circles) == 2001 + 1
 
 
 @given(graphs())
-def test_the_drawing_has_every_room_within_its_borders_and_apart(graph):
+def test_drawing_has_every_room_apart_within_borders(graph):
     root = ElementTree.fromstring(graph._repr_svg_())
     width, height = float(root.attrib["width"]), float(root.attrib["height"])
     circles = [circle.attrib for circle in root.iter(f"{SVG}circle")]
@@ -60,7 +60,7 @@ def played_chain():
 
 
 @pytest.mark.parametrize("make", [lambda: analyze("f"), measured_report, played_chain])
-def test_a_report_is_a_table_of_what_it_prints(make):
+def test_report_html_equals_its_printed_text(make):
     report = make()
     shown = ElementTree.fromstring(f"<div>{report._repr_html_()}</div>")
     head, *lines = str(report).splitlines()
@@ -72,7 +72,7 @@ def test_a_report_is_a_table_of_what_it_prints(make):
         assert line.split() == " ".join(cells).split()
 
 
-def test_texts_are_escaped():
+def test_html_table_escapes_texts():
     table = html_table("<a>", ("b&",), [("<c>", "d<")], ["e>"])
     texts = [text for text in ElementTree.fromstring(f"<div>{table}</div>").itertext() if text]
     assert texts == ["<a>", "b&", "<c>", "d<", "e>"]

@@ -23,18 +23,18 @@ def public(kind: type) -> set[str]:
     return {name for name in vars(kind) if not name.startswith("_")}
 
 
-def test_a_step():
+def test_page_lists_the_fields_of_a_step():
     assert listed("step.") == {*(STEP.names or ()), "achieved", "is_first", "before", "after", "outcomes"}
 
 
-def test_a_level():
+def test_page_lists_the_fields_of_a_level():
     assert listed("state.levels[...]") == set(LEVEL.names or ())
     assert set(MEMORIES) <= set(LEVEL.names or ())
     assert f"[N, size + {2 * MARGIN}, size + {2 * MARGIN}]" in PAGE
     assert f"a margin of {MARGIN} cells" in PAGE
 
 
-def test_a_situation():
+def test_page_lists_the_fields_of_a_situation():
     known = {field.name for kind in (Situation, LevelView) for field in fields(kind)}
     known |= public(Situation) | public(LevelView)
     assert listed("situation.") == known - {"as_dict", "validate_goals"}

@@ -42,7 +42,7 @@ def wheel(source, tmp_path_factory) -> Path:
 
 
 @pytest.mark.slow
-def test_a_wheel_holds_the_package_and_nothing_else(source, wheel):
+def test_wheel_contains_only_the_package(source, wheel):
     with zipfile.ZipFile(wheel) as archive:
         names = {name for name in archive.namelist() if ".dist-info/" not in name}
     package = {path.relative_to(source).as_posix() for path in (source / "hierroom").rglob("*") if path.is_file()}
@@ -52,7 +52,7 @@ def test_a_wheel_holds_the_package_and_nothing_else(source, wheel):
 
 
 @pytest.mark.slow
-def test_a_wheel_is_used_without_the_source(wheel, tmp_path):
+def test_wheel_works_without_the_source(wheel, tmp_path):
     target, empty = tmp_path / "site", tmp_path / "empty"
     empty.mkdir()
     run(sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--target", target, wheel)
@@ -66,14 +66,14 @@ def test_a_wheel_is_used_without_the_source(wheel, tmp_path):
     assert run(script, "--version", cwd=empty, env=environment).strip() == version
 
 
-def test_the_citation_is_of_the_version_that_is_made():
+def test_citation_and_changelog_have_the_next_version():
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools_scm"]
     version = settings["fallback_version"].removesuffix(".dev0")
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
     assert f"\n## {version} (" in (ROOT / "CHANGELOG.md").read_text()
 
 
-def test_the_versions_that_are_declared_are_those_of_the_classifiers():
+def test_classifiers_equal_the_declared_python_versions():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     versions = [line.rpartition(" :: ")[2] for line in project["classifiers"] if "Python :: 3." in line]
     assert versions == ["3.11", "3.12", "3.13"]

@@ -37,7 +37,7 @@ def features_of(*shape, seed=1):
     return torch.stack(of_numbers, dim=-1).to(torch.uint8)
 
 
-def test_a_sequence_is_turns_one_after_the_other(network):
+def test_sequence_equals_single_turns(network):
     features, resets = features_of(7, 5), torch.rand(7, 5, generator=torch.Generator().manual_seed(2)) < 0.3
     state = torch.randn(5, 2 * HIDDEN, dtype=torch.float64)
     logits, values = network.sequence(features, state, resets)
@@ -48,7 +48,7 @@ def test_a_sequence_is_turns_one_after_the_other(network):
         torch.testing.assert_close(values[t], step_values)
 
 
-def test_each_environment_is_a_recurrent_actor_critic_of_its_symbol(network):
+def test_symbol_selects_its_own_actor_critic(network):
     features, state = features_of(9), torch.randn(9, 2 * HIDDEN, dtype=torch.float64)
     logits, values, states = network.step(features, state)
     for n in range(9):
@@ -59,7 +59,7 @@ def test_each_environment_is_a_recurrent_actor_critic_of_its_symbol(network):
             torch.testing.assert_close(found[n : n + 1], right)
 
 
-def test_a_symbol_teaches_its_own_sub_policy_and_no_other(network):
+def test_gradient_reaches_only_the_symbols_sub_policy(network):
     features = features_of(4, 3)
     features[..., 0] = 2
     logits, values = network.sequence(features, network.initial_state(3), torch.zeros(4, 3).bool())
@@ -69,7 +69,7 @@ def test_a_symbol_teaches_its_own_sub_policy_and_no_other(network):
         assert all(taught) if symbol == 2 else not any(taught)
 
 
-def test_it_needs_something_to_see():
+def test_symbol_without_other_features_raises_input_error():
     with pytest.raises(InputError, match="need a feature besides the symbol"):
         Learner(AgentSpace((4,), 3), 4, PPOConfig(), seed=0, network=PolicySketches)
 
@@ -94,7 +94,7 @@ def test_the_goal_picks_the_sub_policy(method):
     assert (agent.features.encode(observation)[:, 0] == N_GOALS).all()
 
 
-def test_it_trains():
+def test_policy_sketches_train():
     trainer = Trainer(TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=512).changed(**SKETCH))
     before = [parameter.clone() for parameter in trainer.controller.learner.network.parameters()]
     trainer.advance()

@@ -1,4 +1,4 @@
-"""The pages of the docs say what the examples, presets and numbers of the package are."""
+"""The examples, presets and numbers on the pages of the docs are those of the package."""
 
 import re
 from dataclasses import fields
@@ -20,7 +20,7 @@ PRESETS_PAGE = (ROOT / "docs" / "presets.md").read_text()
 PYTHON = re.findall(r"```python\n(.*?)```", OWN, re.DOTALL)
 
 
-def test_own_meta_controller_is_the_example():
+def test_shown_meta_controller_equals_the_example():
     example = ROOT / "examples" / "own_meta_controller.py"
     shown = next(code for code in PYTHON if "class NearestKeyFirst" in code)
     assert len(shown.strip().splitlines()) <= 15
@@ -30,13 +30,13 @@ def test_own_meta_controller_is_the_example():
     assert whole.strip() in example.read_text()
 
 
-def test_own_reward_is_the_example():
+def test_shown_reward_equals_the_example():
     shown = next(code for code in PYTHON if "class Closer" in code)
     assert shown.strip() in (ROOT / "examples" / "own_reward.py").read_text()
 
 
 @pytest.mark.parametrize("letter", NAMED_GRAPHS)
-def test_the_table_of_complexity_is_computed(letter):
+def test_complexity_table_equals_analyze(letter):
     report = analyze(letter)
     graph = report.graph
     row = (
@@ -46,7 +46,7 @@ def test_the_table_of_complexity_is_computed(letter):
     assert row in ENVIRONMENTS
 
 
-def test_each_run_of_the_ablation_changes_only_the_entry_in_its_name():
+def test_ablation_runs_change_only_the_named_entry():
     default = PRESETS["default"]
     runs = [run for run in read_plan(ROOT / "benchmarks" / "sweeps" / "ablation.toml").runs() if run.config.seed == 0]
     assert {run.identity["variant"] for run in runs} >= {f"without {name}" for name in default.agents.features[2:]}

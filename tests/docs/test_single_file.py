@@ -30,11 +30,11 @@ def settings(**others):
     return Namespace(**({"meta": "learned", "graph": "c", "steps": 600_000, "seed": 0} | others))
 
 
-def test_it_is_at_most_300_lines():
+def test_single_file_has_at_most_300_lines():
     assert len(FILE.read_text().splitlines()) <= 300
 
 
-def test_nothing_that_learns_is_imported():
+def test_single_file_imports_no_learner():
     imports = [node for node in ast.walk(ast.parse(FILE.read_text())) if isinstance(node, ast.ImportFrom | ast.Import)]
     names = {getattr(node, "module", None) or node.names[0].name for node in imports}
     others = {name.split(".")[0] for name in names} - set(sys.stdlib_module_names)
@@ -68,7 +68,7 @@ def test_an_invalid_option_prints_one_line(arguments, says, single_file, monkeyp
 
 
 def networks(single_file):
-    """Each network with the number of its features and logits, its policy not nearly uniform as it is at first."""
+    """Return each network, its features and its number of logits; its policy is not nearly uniform, unlike at first."""
     controller = single_file.ActorCritic(single_file.CONTROLLER_FEATURES.cardinalities, 5)
     meta = single_file.MetaActorCritic((4,) * 4, 2, 2 * single_file.H)
     for network in (controller, meta):
@@ -95,8 +95,8 @@ def played(single_file, n_steps):
 
 
 @pytest.mark.parametrize("name", [META, CONTROLLER])
-def test_sequences_are_replayed_with_the_probabilities_that_the_actions_had(single_file, name):
-    """Across episodes' ends, which are in them: the first gradient step of an update is on the policy that acted."""
+def test_replayed_sequences_keep_their_action_probabilities(single_file, name):
+    """Sequences contain ends of episodes. The first gradient step of an update is on the policy that acted."""
     agent = played(single_file, 500)[name]
     assert len(agent.sequences) >= 16
     n_ends = n_cut = 0

@@ -42,7 +42,7 @@ APIS = {**NATIVE, "gymnasium.make": partial(gymnasium.make, ID), "gymnasium.make
 SIGNATURES = {"gymnasium.make": EscapeRoom, "gymnasium.make_vec": EscapeRooms}
 """Functions that get their arguments by way of Gymnasium."""
 OF_RESULTS = ("env_reset_passive_checker", "env_step_passive_checker", "env_render_passive_checker")
-"""Gymnasium's functions that look at what an environment gave."""
+"""Gymnasium's functions that check what an environment returns."""
 
 THINGS = (
     *(None, True, False, 0, 1, 2, 5, 6, 13, 14, -1, 7.5, 0.0, -0.0, math.nan, math.inf, 1e300, 2**31, 2**62, 2**63 - 1),
@@ -54,12 +54,12 @@ THINGS = (
     *({"key_rooms": [0], "exit_room": 1}, {"key_rooms": [5], "exit_room": 1}, "training", "extrinsic", "none", "seen"),
     *("ansi", "rgb_array", "oracle", "random", "fixed-dfs", "nowhere:X", "c.toml", "/", ".", 11, 19, 63),
 )
-"""Values given in the place of what is meant."""
+"""Values given in the place of right arguments."""
 N_ENVS = 2
 
 
 def problems(name: str, count: int, seed: int) -> Iterator[tuple[str, str | None]]:
-    """Yield what was tried on an API, and what is wrong with how it ended, or None."""
+    """Yield each try on an API with its fault, or None."""
     rng = random.Random(f"{seed} {name}")
     signature = inspect.signature(SIGNATURES.get(name, APIS[name])).parameters
     parameters = [p for p in {**vars(EnvConfig()), **signature} if p not in ("num_envs", "entries")]

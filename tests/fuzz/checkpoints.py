@@ -64,7 +64,7 @@ DTYPES = (torch.bool, torch.uint8, torch.int8, torch.int32, torch.int64, torch.f
 
 
 def damaged(content: bytes, rng: random.Random) -> bytes:
-    """A checkpoint file with some damage: flipped bits, a block of zeros or of something else, an end, a repetition."""
+    """Return a damaged checkpoint file: flipped bits, a block of zeros or random bytes, a cut or a repetition."""
     changed, place = bytearray(content), rng.randrange(len(content))
     length = min(rng.choice((1, 16, 512, 4096)), len(content) - place)
     kind = rng.randrange(6)
@@ -85,7 +85,7 @@ def damaged(content: bytes, rng: random.Random) -> bytes:
 
 
 def crafted(state: dict[str, Any], rng: random.Random) -> dict[str, Any]:
-    """A state in which one to three entries, anywhere, are something else."""
+    """Return a state with one to three entries changed, anywhere in it."""
     state = deepcopy(state)
     for _ in range(rng.choice((1, 1, 1, 2, 3))):
         places = list(_places(state))
@@ -106,7 +106,7 @@ def crafted(state: dict[str, Any], rng: random.Random) -> dict[str, Any]:
 
 
 def _places(value: Any) -> Iterator[tuple[Any, Any]]:
-    """All entries of dicts and lists in each other, as (holder, key)."""
+    """Yield all entries of nested dicts and lists, as (holder, key)."""
     entries = value.items() if isinstance(value, dict) else enumerate(value)
     for key, entry in entries:
         yield value, key
@@ -127,7 +127,7 @@ def _changed(value: Any, rng: random.Random) -> Any:
 
 
 def _changed_tensor(tensor: torch.Tensor, rng: random.Random) -> torch.Tensor:
-    """A tensor with one or all numbers changed, or of another dtype, shape, layout or memory."""
+    """Return a tensor with one or all numbers changed, or of another dtype, shape, layout or memory."""
     flat, place = tensor.view(-1), rng.randrange(tensor.numel())
     numbers = flat.numpy()  # the same memory; torch lacks much for unsigned numbers
     kind = rng.randrange(12)

@@ -31,7 +31,7 @@ START: Mapping[str, Sequence[str]] = {
     "report": ("run", "--played", "2", "--episodes", "1"),
     "play": ("--graph", "a"),
 }
-"""A command line of each command that is right, and soon done."""
+"""A right and fast command line of each command."""
 NUMBERS = (
     *("0", "-1", "1", "2", "7", "0.5", "1e-300", "1e300", "inf", "nan"),
     *map(str, (2**31, 2**63 - 1, 2**63, 10**20)),
@@ -87,7 +87,7 @@ def takes_long(words: Sequence[str]) -> bool:
 
 
 def attempts(seed: int) -> Iterator[tuple[tuple[str, list[str]], str | None]]:
-    """Command lines, and what is wrong with how one ended, or None."""
+    """Yield command lines, each with its fault, or None."""
     for name, words in command_lines(seed):
         yield (name, words), wrong_end(*end_of(name, words))
 

@@ -1,4 +1,4 @@
-"""Running a command in this process, and what is wrong with how it ended."""
+"""Runs a command in this process and describes a wrong end."""
 
 from __future__ import annotations
 
@@ -71,12 +71,12 @@ TEXTS = (
     ),
     *("xla", "mps", "\u2028", "own.toml:x", "random", "oracle", "recurrent", "extrinsic", "view", "symbol"),
 )
-"""Values that may be given in the place of what is meant."""
+"""Values that may be given in the place of right ones."""
 
 
 @contextlib.contextmanager
 def world(folder: Path) -> Iterator[None]:
-    """A context in a folder of its own with a run and files to be named, in which nothing is trained for long."""
+    """Work in a folder with a run and files that commands can name."""
     before, path = Path.cwd(), [*sys.path]
     folder.mkdir(parents=True, exist_ok=True)
     os.chdir(folder)
@@ -146,11 +146,11 @@ def wrong_end(code: object, output: str) -> str | None:
 
 
 Attempts = Callable[[int], Iterator[tuple[object, str | None]]]
-"""A fuzzer: for a seed, what was tried in the current folder and what is wrong with how it ended, or None; endless."""
+"""A fuzzer: yields for a seed, without end, each try in the current folder with its fault, or None."""
 
 
 def problems(attempts: Attempts, count: int, seed: int, folder: Path) -> Iterator[tuple[object, str | None]]:
-    """Yield what was tried in a folder and what is wrong with how it ended, or None."""
+    """Yield each try of a fuzzer in a folder with its fault, or None."""
     with world(folder):
         for attempt in islice(attempts(seed), count):
             yield attempt
@@ -158,7 +158,7 @@ def problems(attempts: Attempts, count: int, seed: int, folder: Path) -> Iterato
 
 
 def report(description: str | None, what: str, attempts: Attempts) -> int:
-    """Try as many as the command line of a fuzzer says, and print what goes wrong; returns 1 if anything does."""
+    """Run a fuzzer as its command line says and print each fault; returns 1 if there is any."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--count", type=int, default=500, help="how many are tried")
     parser.add_argument("--seed", type=int, default=0, help="fixes them")

@@ -34,7 +34,7 @@ MAY_CHANGE = ("steps", "threads", "device", "warm_start")
 
 
 def paths(table: dict[str, Any], above: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
-    """The place of each entry of a config, those of its parts included."""
+    """Yield the path of each entry of a config, including those of its parts."""
     for name, value in table.items():
         yield (*above, name)
         if isinstance(value, dict):
@@ -85,9 +85,9 @@ def attempts(seed: int) -> Iterator[tuple[str, str | None]]:
 
 
 def silent_change(before: TrainConfig) -> str | None:
-    """In what the config that was taken without a word differs from the one before, or None.
+    """Return the entries in which an accepted config differs from the one before, or None.
 
-    It does not ask what the commands ask, so that it notices if they forget an entry.
+    It shares no check with the commands, so that it notices if they forget an entry.
     """
     after = TrainConfig.from_dict(json.loads(Path("run/config.json").read_text(encoding="utf-8-sig")))
     tables = before.to_dict(), after.to_dict()

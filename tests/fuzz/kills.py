@@ -120,7 +120,7 @@ def every(lefts: Mapping[str, Left]) -> Iterator[tuple[str, list[Kill]]]:
 
 
 def drawn(lefts: Mapping[str, Left], rng: random.Random, done: Counter[str]) -> Iterator[tuple[str, Iterator[Kill]]]:
-    """At random, as often at a file operation as at a moment; the later ones kill a training that was resumed."""
+    """Draw kills, half at file operations and half at moments; the later ones kill a training that was resumed."""
 
     def draw(left: Left) -> Iterator[Kill]:
         for _ in range(rng.choice((1, 1, 2, 3))):

@@ -49,9 +49,9 @@ def damaged(content: bytes, rng: random.Random) -> bytes:
 
 
 def lost(path: Path, right: bytes, wrong: bytes, steps: int, output: str) -> str | None:
-    """Return what a resumed run has lost of a table without a word, or None.
+    """Return the rows of a table that a resumed run has lost without a word, or None.
 
-    The table held what is right at first, and what is wrong after the damage; then the command printed what it output.
+    The table was `right` before the damage and `wrong` after it; `output` is what the command printed.
     """
     held = {*path.read_bytes().splitlines()}
     rows = {row for row in right.splitlines()[1:] if int(row.split(b",")[0]) <= steps}

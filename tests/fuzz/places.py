@@ -45,7 +45,7 @@ class Places:
         self.n += 1
 
     def install(self) -> None:
-        """Have every operation of this process observed to this object."""
+        """Report every file operation of this process to this object."""
         write, fsync, open_file = os.write, os.fsync, io.open
 
         def observed_write(number: int, content: Any) -> int:

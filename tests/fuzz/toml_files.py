@@ -21,7 +21,7 @@ NAMES = [*TrainConfig().entries]
 
 
 def as_toml(value: Any) -> str:
-    """A value as TOML; what TOML has not, such as null, in a way that it cannot read."""
+    """Write a value as TOML; values without a TOML form, such as null, become invalid TOML."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{json.dumps(name)} = {as_toml(one)}" for name, one in value.items()) + "}"
     if isinstance(value, list):

@@ -20,7 +20,7 @@ def runs(tmp_path):
 
 @pytest.fixture
 def compare(tmp_path, monkeypatch, capsys):
-    """Run the command in an empty folder; returns the text it prints. The figure, which takes its time, is left out."""
+    """Run the command in an empty folder; returns the text it prints. It draws no figure by default: that is slow."""
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
     monkeypatch.setenv("COLUMNS", "120")

@@ -49,13 +49,13 @@ SCORES = st.integers(1, 6).flatmap(lambda n: arrays(float, (n, 1), elements=st.i
 
 
 @given(SCORES, SCORES)
-def test_probability_of_improvement_is_the_statistic_of_mann_and_whitney(ours, theirs):
+def test_probability_of_improvement_equals_mann_whitney_statistic(ours, theirs):
     found = probability_of_improvement([ours], [theirs])[0]
     assert found == pytest.approx(stats.mannwhitneyu(ours[:, 0], theirs[:, 0]).statistic / (len(ours) * len(theirs)))
     assert found + probability_of_improvement([theirs], [ours])[0] == pytest.approx(1)
 
 
-def test_an_interval_is_that_of_all_resamples():
+def test_interval_equals_quantiles_of_all_resamples():
     runs = np.array([0.1, 0.2, 0.4, 0.8])
     exact = np.sort([np.mean(sample) for sample in product(runs, repeat=4)])
     found = estimate([stratum(*runs)], mean, resamples=20_000, seed=0)
@@ -69,7 +69,7 @@ def test_runs_are_resampled_within_their_stratum():
     assert (found.lows, found.values, found.highs) == ([0.5], [0.5], [0.5])
 
 
-def test_a_run_evaluated_on_many_graphs_is_one_run():
+def test_run_on_many_graphs_is_resampled_as_one():
     once = np.random.default_rng(1).random((5, 1, 2))
     copied = np.repeat(once, 8, axis=1)
     one, many = (estimate([scores], mean, resamples=500, seed=3) for scores in (once, copied))
@@ -78,7 +78,7 @@ def test_a_run_evaluated_on_many_graphs_is_one_run():
     assert (apart.highs - apart.lows < 0.6 * (one.highs - one.lows)).all()
 
 
-def test_the_seed_fixes_the_interval_and_batches_do_not_matter(monkeypatch):
+def test_seed_fixes_the_interval_regardless_of_batches(monkeypatch):
     strata = [np.random.default_rng(2).random((4, 1, 3))]
     first, again, other = (estimate(strata, mean, resamples=300, seed=seed) for seed in (0, 0, 1))
     np.testing.assert_array_equal(first.lows, again.lows)
@@ -94,7 +94,7 @@ def test_one_run_has_no_interval():
     assert np.isnan([found.lows, found.highs]).all()
 
 
-def test_what_a_run_lacks_is_not_estimated():
+def test_missing_values_are_not_estimated():
     scores = np.array([[[1.0, np.nan, 3.0]], [[2.0, 5.0, 4.0]]])
     found = estimate([scores], mean, resamples=200, seed=0)
     np.testing.assert_array_equal(np.isnan(found.values), [False, True, False])
@@ -103,7 +103,7 @@ def test_what_a_run_lacks_is_not_estimated():
 
 
 @pytest.mark.parametrize("statistic", [interquartile_mean, mean])
-def test_intervals_cover_the_truth(statistic):
+def test_intervals_cover_the_true_value(statistic):
     """Ten runs on each of three graphs: the true value is in nearly 95% of the intervals.
 
     A bootstrap takes the variance with 10 in place of 9 below, so of the mean, with 27 degrees of freedom, it covers
@@ -122,14 +122,14 @@ def curve(steps, values):
     return Curve(np.array(steps, float), np.array(values, float))
 
 
-def test_area_by_hand():
+def test_curve_area_by_hand():
     assert curve([0, 10], [0, 1]).area == pytest.approx(0.5)
     # two trapezoids: 10 x 0.25 and 30 x 0.75, over 40 steps
     assert curve([0, 10, 40], [0, 0.5, 1]).area == pytest.approx(25 / 40)
     assert curve([5, 10], [3, 3]).area == 3
 
 
-def test_a_part_of_a_curve():
+def test_curve_between_two_steps_by_hand():
     part = curve([0, 10, 40], [0, 0.5, 1]).between(5, 25)
     assert part.steps.tolist() == [5, 10, 25]
     assert part.values == pytest.approx([0.25, 0.5, 0.75])
@@ -137,7 +137,7 @@ def test_a_part_of_a_curve():
     assert whole.steps.tolist() == [0, 10, 40]
 
 
-def test_steps_to_a_level():
+def test_steps_to_a_level_by_hand():
     rising = curve([0, 10, 40], [0, 0.5, 1])
     assert rising.steps_to(0) == 0
     assert rising.steps_to(0.25) == pytest.approx(5)
@@ -148,7 +148,7 @@ def test_steps_to_a_level():
     assert curve([0, 10, 20], [np.nan, 0.7, 1]).steps_to(0.5) == 10
 
 
-def test_curves_with_other_points_share_steps():
+def test_mean_curve_interpolates_curves_with_different_points():
     one, other = curve([0, 10, 40], [0, 0.5, 1]), curve([2, 10, 30], [1, 1, 1])
     assert shared_steps([one, other]).tolist() == [2, 10, 30]
     average = mean_curve([one, other])
@@ -156,7 +156,7 @@ def test_curves_with_other_points_share_steps():
     assert average.values == pytest.approx([0.55, 0.75, (0.5 + 20 / 30 * 0.5 + 1) / 2])
 
 
-def test_a_curve_without_a_value_at_first():
+def test_curve_without_first_value_has_no_area():
     late = curve([0, 10, 20], [np.nan, 3, 1])
     np.testing.assert_array_equal(late.at(np.array([0.0, 5, 10, 15, 20])), [np.nan, np.nan, 3, 2, 1])
     assert np.isnan(late.area)
@@ -164,7 +164,7 @@ def test_a_curve_without_a_value_at_first():
 
 
 @given(arrays(float, 5, elements=st.floats(0, 1)), st.lists(st.integers(1, 99), max_size=6, unique=True))
-def test_more_points_on_the_same_lines_change_no_area(values, more):
+def test_interpolated_points_leave_the_area_unchanged(values, more):
     coarse = curve([0, 20, 50, 70, 100], values)
     steps = np.union1d(coarse.steps, more)
     assert Curve(steps, coarse.at(steps)).area == pytest.approx(coarse.area)

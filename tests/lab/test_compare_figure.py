@@ -12,7 +12,7 @@ from hierroom.runs.logs.plots import step_unit
 
 
 @pytest.mark.parametrize(("graphs", "size"), [("c", 1), ("abcdefg", 8)])
-def test_the_figure(tmp_path, compare, graphs, size):
+def test_compare_figure_size_colours_and_fonts(tmp_path, compare, graphs, size):
     for n, meta in enumerate(("fixed-dfs", "random")):
         for graph in graphs:
             for seed in range(2):
@@ -45,11 +45,11 @@ def test_many_graphs_have_one_panel(tmp_path, compare):
     assert len(rows("compare/summary.csv")) == 27
 
 
-def test_no_two_lines_of_a_figure_look_the_same():
+def test_line_styles_of_a_figure_all_differ():
     styles = [line_style(number) for number in range(MAX_GROUPS)]
     assert len(set(styles)) == MAX_GROUPS == len(COLOURS) * len(DASHES)
     assert all(one[0] != other[0] and one[1] != other[1] for one, other in pairwise(styles))
 
 
-def test_steps_are_counted_in_thousands_where_there_are_few():
+def test_short_axes_count_steps_in_thousands():
     assert [step_unit(most)[1] for most in (20_480, 199_999, 200_000, 10**7)] == [*["thousands"] * 2, *["millions"] * 2]

@@ -40,7 +40,7 @@ WARM = {"warm_start": "runs/hippo-a-seed{seed}"}
         ([{}], "num_envs, meta-ppo.gamma", ["num_envs 64, meta_ppo.gamma 0.998"], "meta_ppo.gamma 0.998"),
     ],
 )
-def test_runs_are_grouped_by_the_entries_that_are_given_or_that_differ(tmp_path, compare, choices, by, groups, said):
+def test_runs_are_grouped_by_given_or_differing_entries(tmp_path, compare, choices, by, groups, said):
     printed = " ".join(compare(make_runs(tmp_path / "r", *choices), by=by).split())
     assert groups_in(tmp_path / "here" / "compare") == groups
     assert said in printed
@@ -53,7 +53,7 @@ def test_returns_of_different_rewards_are_not_comparable(tmp_path, compare):
     assert "differ also in" not in printed  # meta-controller and reward follow from the method
 
 
-def test_what_a_sweep_calls_a_run_is_what_it_is_called_here(tmp_path, compare, refused):
+def test_compare_groups_runs_by_sweep_variant(tmp_path, compare, refused):
     runs, out = tmp_path / "r", tmp_path / "here" / "compare"
     for seed in range(2):
         for name, entries in {"slow, HiPPO": {"gamma": 0.9, "learning_rate": 1e-4}, "quick": {"gamma": 0.99}}.items():
@@ -92,12 +92,12 @@ def test_what_a_sweep_calls_a_run_is_what_it_is_called_here(tmp_path, compare, r
         ("seedling-seed1s", "seedling-seed1s"),
     ],
 )
-def test_a_folder_is_named_without_its_seed_wherever_that_stands(tmp_path, folder, name):
+def test_warm_start_name_leaves_out_the_seed(tmp_path, folder, name):
     run = make_run(tmp_path / "run", {"a": line(0.5)}, warm_start=f"runs/{folder}")
     assert read_run(run).choice("warm_start") == name
 
 
-def test_what_a_folder_calls_a_run_is_one_line_that_no_terminal_obeys(tmp_path):
+def test_control_characters_in_run_names_are_escaped(tmp_path):
     path = make_run(tmp_path / "run", {"a\x1b[31m": line(0.5)}, graph="a", network="own:\udcff")
     (path / "provenance.json").write_text(r'{"sessions": [{"variant": "=x\ud800\u001b[31m\n"}]}')
     run = read_run(path)
@@ -105,7 +105,7 @@ def test_what_a_folder_calls_a_run_is_one_line_that_no_terminal_obeys(tmp_path):
     assert [*run.curves] == [r"a\x1b[31m"]
 
 
-def test_runs_that_are_mixed_are_reported(tmp_path, compare):
+def test_group_of_differing_runs_is_reported(tmp_path, compare):
     for seed, gamma in enumerate((0.9, 0.95)):
         make_run(tmp_path / "r" / f"{seed}", {"c": line(0.5)}, seed=seed, gamma=gamma, size=11 + 2 * seed)
     assert "hippo mixes runs that differ in size (11, 13), gamma (0.9, 0.95)" in compare(tmp_path / "r", by="method")
@@ -144,7 +144,7 @@ def test_runs_of_different_code_are_reported(tmp_path, monkeypatch, differs):
     assert ("9.9.9" in note) == (differs in ("hierroom", "numpy"))
 
 
-def test_runs_that_do_not_say_their_code_are_reported(tmp_path, compare):
+def test_runs_without_recorded_code_are_reported(tmp_path, compare):
     paths = [make_run(tmp_path / "r" / f"{seed}", {"c": line(0.5)}, seed=seed) for seed in range(3)]
     for path in paths:
         record_session(path, RunFolder(path).config())

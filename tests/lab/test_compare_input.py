@@ -10,7 +10,7 @@ from evaluated_runs import line, make_run, row, rows
 from hierroom.lab.compare.evaluated_run import find_runs
 
 
-def test_what_is_not_a_run(tmp_path, runs, compare, refused):
+def test_folder_without_a_valid_run_raises_input_error(tmp_path, runs, compare, refused):
     refused("nowhere is neither a run folder", tmp_path / "nowhere")
     (tmp_path / "empty").mkdir()
     refused("empty is neither a run folder", tmp_path / "empty")
@@ -20,7 +20,7 @@ def test_what_is_not_a_run(tmp_path, runs, compare, refused):
     refused(r"cannot read .*random-0.config\.json: Expecting", runs / "random-0")
 
 
-def test_a_run_without_evaluations(runs, compare, refused):
+def test_run_without_evaluations_is_left_out(runs, compare, refused):
     without = (runs / "random-3").rename(runs / "\x1b[31m")
     (without / "evaluations.csv").unlink()
     printed = compare(runs, by="meta")
@@ -32,18 +32,18 @@ def test_a_run_without_evaluations(runs, compare, refused):
     refused("no run in .* has evaluations", runs)
 
 
-def test_a_run_evaluated_only_at_the_start(runs, refused):
+def test_run_evaluated_only_at_step_0_raises_input_error(runs, refused):
     alone = make_run(runs / "random-9", {"c": line(0.8)}, steps=(0,), meta="random", seed=9)
     refused("random-9 was evaluated up to 0 steps only", alone, *runs.glob("random-0"))
     assert find_runs([runs])[1] == [alone]  # among others in a folder it is left out
 
 
-def test_a_copy_of_a_run(runs, refused):
+def test_copy_of_a_run_raises_input_error(runs, refused):
     shutil.copytree(runs / "random-0", runs / "random-copy")
     refused("random-0 and .*random-copy have the same seed, 0, and differ at most in steps", runs)
 
 
-def test_a_run_that_a_sweep_evaluated_otherwise_later_counts_once(tmp_path, compare):
+def test_superseded_run_of_a_sweep_is_left_out(tmp_path, compare):
     for digest in ("aaaaaa", "bbbbbb"):
         make_run(tmp_path / "s" / "runs" / f"hippo-a-seed0-{digest}", {"a": line(0.5)})
     (tmp_path / "s" / "sweep.csv").write_text("method,digest\nhippo,bbbbbb0123456789\n")
@@ -53,20 +53,20 @@ def test_a_run_that_a_sweep_evaluated_otherwise_later_counts_once(tmp_path, comp
     compare(tmp_path / "s")
 
 
-def test_two_graphs_of_the_same_name(tmp_path, refused):
+def test_two_graphs_with_one_name_raise_input_error(tmp_path, refused):
     for keys in ("[0, 1, 0]", "[0, 0, 0]"):
         (tmp_path / "mine.toml").write_text(f"key_rooms = {keys}\nexit_room = 3\n")
         make_run(tmp_path / "r" / keys, {"mine": line(0.5)}, graph=str(tmp_path / "mine.toml"))
     refused("two different goal graphs or layouts are called mine", tmp_path / "r")
 
 
-def test_groups_without_a_graph_in_common(tmp_path, refused):
+def test_groups_without_common_graph_raise_input_error(tmp_path, refused):
     make_run(tmp_path / "r" / "a", {"a": line(0.5)}, meta="random")
     make_run(tmp_path / "r" / "c", {"c": line(0.5)})
     refused(r"no goal graph in common \(random: a; fixed-dfs: c\); add graph to --by", tmp_path / "r", by="meta")
 
 
-def test_too_many_groups(tmp_path, refused):
+def test_more_than_28_groups_raise_input_error(tmp_path, refused):
     for n in range(29):
         make_run(tmp_path / "r" / str(n), {"c": line(0.5)}, num_envs=n + 1)
     refused("by num_envs there are 29 groups; at most 28", tmp_path / "r")
@@ -108,7 +108,7 @@ def test_broken_evaluations_are_left_out_with_their_line(tmp_path, compare, refu
     refused(f"evaluations.csv is broken: .*{match}", tmp_path / "r" / "1")
 
 
-def test_a_folder_of_something_else_is_not_touched(tmp_path, compare, refused):
+def test_compare_refuses_a_foreign_output_folder(tmp_path, compare, refused):
     run = make_run(tmp_path / "r", {"c": line(0.5)})
     Path("mine").mkdir()
     Path("mine/curves.csv").write_text("precious", encoding="utf-8")

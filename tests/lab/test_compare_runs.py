@@ -9,7 +9,7 @@ import pytest
 from evaluated_runs import line, make_run, row, rows
 
 
-def test_the_numbers(runs, compare):
+def test_summary_improvement_and_curves_by_hand(runs, compare):
     printed = compare(runs, by="meta")
     random = row("compare/summary.csv", meta="random", graph="c")
     # 0.2, 0.4, 0.6 and 0.8: the middle two are 0.4 and 0.6; half of that is under straight lines from 0
@@ -48,7 +48,7 @@ def test_less_is_better_for_lengths(runs, compare):
     assert "less is better" in printed
 
 
-def test_a_metric_without_values_at_first(runs, compare):
+def test_metric_without_first_values_has_no_area(runs, compare):
     path = runs / "random-2" / "evaluations.csv"
     *before, last = path.read_text().splitlines(keepends=True)
     path.write_text("".join([*before, last.rpartition(",")[0], ",nan\n"]))
@@ -63,7 +63,7 @@ def test_a_metric_without_values_at_first(runs, compare):
     assert "random-0, " in printed.partition("random has no")[2]  # where nobody escapes, none has a value
 
 
-def test_json_is_what_was_written(runs, compare):
+def test_printed_json_equals_the_written_file(runs, compare):
     printed = json.loads(compare(runs, "--json", by="meta"))
     assert printed == json.loads(Path("compare/comparison.json").read_text(encoding="utf-8"))
     assert printed["by"] == ["meta"]
@@ -77,7 +77,7 @@ def test_json_is_what_was_written(runs, compare):
                 assert (float(one[name]) if one[name] else None) == value, name
 
 
-def test_graphs_are_strata_of_a_group_or_groups_of_their_own(tmp_path, compare):
+def test_graphs_are_strata_unless_grouped_by_graph(tmp_path, compare):
     for graph, end in (("a", 1.0), ("g", 0.5)):
         for seed in range(3):
             make_run(tmp_path / "r" / f"{graph}{seed}", {graph: line(end)}, seed=seed)
@@ -92,7 +92,7 @@ def test_graphs_are_strata_of_a_group_or_groups_of_their_own(tmp_path, compare):
     assert float(row("compare/summary.csv", group="graph g", graph="all")["final_mean"]) == 0.5
 
 
-def test_an_unfinished_run_ends_the_comparison(runs, compare):
+def test_unfinished_run_limits_the_compared_steps(runs, compare):
     shutil.rmtree(runs / "random-3")
     make_run(runs / "random-3", {"c": line(0.8)}, steps=(0, 100_000, 500_000), meta="random", seed=3)
     printed = compare(runs, by="meta")
@@ -115,7 +115,7 @@ def test_unequal_lengths_and_episodes_are_reported(runs, compare):
     assert "random has unequal" not in printed
 
 
-def test_other_points_are_interpolated(tmp_path, compare):
+def test_evaluations_at_different_steps_are_interpolated(tmp_path, compare):
     make_run(tmp_path / "r" / "0", {"c": line(0.4)}, steps=(0, 300, 1_000_000), seed=0, num_envs=8)
     make_run(tmp_path / "r" / "1", {"c": line(0.8)}, steps=(0, 12_345, 500_000, 1_000_900), seed=1)
     printed = compare(tmp_path / "r", by="method")
@@ -127,7 +127,7 @@ def test_other_points_are_interpolated(tmp_path, compare):
     assert "intervals from fewer than 5 runs on a graph are too narrow: hippo (2)" in printed
 
 
-def test_a_single_run_is_a_learning_curve_without_a_band(tmp_path, compare):
+def test_single_run_has_no_interval(tmp_path, compare):
     make_run(tmp_path / "r", {"c": line(0.4)})
     for out in ("compare", "compare-2"):
         printed = compare(tmp_path / "r", out=None, resamples=100)
@@ -139,7 +139,7 @@ def test_a_single_run_is_a_learning_curve_without_a_band(tmp_path, compare):
         assert rows(f"{out}/improvement.csv") == []
 
 
-def test_graphs_that_not_all_have_are_left_out(tmp_path, compare):
+def test_graphs_missing_from_a_group_are_left_out(tmp_path, compare):
     for meta, graphs in (("fixed-dfs", "abc"), ("random", "bcd")):
         for graph in graphs:
             for seed in range(2):
@@ -153,7 +153,7 @@ def test_a_run_given_twice_counts_once(runs, compare):
     assert row("compare/summary.csv", group="random", graph="all")["n_runs"] == "4"
 
 
-def test_brackets_are_no_markup(tmp_path, compare):
+def test_brackets_in_names_are_printed_literally(tmp_path, compare):
     for seed in range(2):
         make_run(tmp_path / "r" / f"[red]{seed}", {"c": line(0.5)}, seed=seed, network="own:[bold]")
     printed = compare(tmp_path / "r", by="network", out="[blue]")

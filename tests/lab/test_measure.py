@@ -43,12 +43,12 @@ def node_by_hand(level):
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_every_state_has_one_node(drop_key):
+def test_node_map_equals_the_plain_mapping(drop_key):
     rng, seen = np.random.default_rng(0), set()
     for graph in [*NAMED_GRAPHS.values(), enumerate_graphs(7)[100]]:
         augmented = AugmentedGraph(graph, drop_key)
         node_of, turns = NodeMap(augmented, NO_MAPS), turns_in(graph, n=12, drop_key=drop_key, max_steps=2000)
-        # shortest solutions up to where a dice says otherwise: far into the room, and off the straight way
+        # first shortest solutions, then random actions: far into the level and off the shortest way
         steer = OraclePlayer()
         for _ in range(40):
             steer.step(turns)
@@ -71,7 +71,7 @@ def test_oracle_takes_the_shortest_solutions():
     assert report.chain.expected_steps == pytest.approx(shortest.mean(), rel=1e-9)
 
 
-def test_a_random_policy_against_its_own_first_passage_times():
+def test_measured_random_policy_matches_its_episode_lengths():
     turns = turns_in(NAMED_GRAPHS["a"], n=100, max_steps=100_000)
     report = measure(turns, RandomPlayer(np.random.default_rng(5)), episodes=400)
     lengths = report.counts.lengths
@@ -81,13 +81,13 @@ def test_a_random_policy_against_its_own_first_passage_times():
     standard_error = lengths.std() / np.sqrt(len(lengths))
     assert low == pytest.approx(lengths.mean() - 1.96 * standard_error, rel=0.05)
     assert high == pytest.approx(lengths.mean() + 1.96 * standard_error, rel=0.05)
-    # the whole curve is not an identity: it holds as far as the goal states are Markov
+    # the whole curve is not an identity: it agrees as far as the goal states are Markov
     times = np.quantile(lengths, np.linspace(0.02, 0.98, 25)).astype(int)
     gap = np.abs(report.chain.reach_probability(times) - report.empirical_reach(times))
     assert gap.max() < 0.12
 
 
-def test_goals_on_the_way_take_the_measured_chain_as_long_as_the_episodes():
+def test_measured_steps_to_goals_equal_the_played_ones():
     graph = NAMED_GRAPHS["c"]
     first = {"key 1": [], "door 1": [], "key 2": [], "door 2": []}
 
@@ -116,7 +116,7 @@ class Spinner:
         return turns.step(np.ones(len(turns), int))
 
 
-def test_as_many_episodes_as_asked_for_are_counted_and_truncation_restarts():
+def test_count_transitions_counts_truncated_episodes_as_restarts():
     turns = turns_in(NAMED_GRAPHS["a"], n=4, max_steps=7)
     counts = count_transitions(turns, Spinner(), episodes=10)
     assert counts.lengths.tolist() == [7] * 10
@@ -124,7 +124,7 @@ def test_as_many_episodes_as_asked_for_are_counted_and_truncation_restarts():
     assert counts.total().toarray()[0, 0] == 10 * 8
 
 
-def test_the_goal_graph_is_that_of_the_environments():
+def test_measuring_needs_one_graph_and_an_episode():
     graph = NAMED_GRAPHS["g"]
     assert graph_of(turns_in(graph, n=2)) == graph
     with pytest.raises(InputError, match="environments of one goal graph, not of 2"):
@@ -142,7 +142,7 @@ def test_the_goal_graph_is_that_of_the_environments():
         (ComplexityArguments(from_play="random", episodes=0), "episodes must be at least 1, not 0"),
     ],
 )
-def test_one_clear_message(options, message):
+def test_invalid_from_play_options_raise_input_error(options, message):
     with pytest.raises(InputError, match=message):
         show(options)
 
@@ -159,7 +159,7 @@ def test_a_trained_agent_is_measured_from_its_run_folder(tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_an_agent_of_many_graphs_is_measured_in_one_of_them(tmp_path, capsys):
+def test_agent_of_many_graphs_is_measured_on_one(tmp_path, capsys):
     config = TrainConfig(EnvConfig("hitting_time:8..13", exclude="a", size=11, max_steps=60), num_envs=4)
     folder = RunFolder.create(tmp_path / "run", config)
     folder.save_checkpoint(Trainer(config).state_dict())

@@ -27,11 +27,11 @@ def row(method: str, graph: str, seed: int, success: float, length: float) -> di
     return {"method": method, "graph": graph, **numbers, "digest": f"{method}{graph}{seed}"}
 
 
-def test_a_mean_has_the_interval_of_student():
+def test_mean_and_interval_uses_student_t():
     mean, half_width = mean_and_interval(np.array([1.0, 2.0, 3.0]))
     assert mean == 2
     assert half_width == pytest.approx(4.302653 * 1 / np.sqrt(3), rel=1e-6)  # t of 2 degrees of freedom, deviation 1
-    assert np.isnan(mean_and_interval(np.array([[1.0, 2.0]]))[1]).all(), "one seed tells of no spread"
+    assert np.isnan(mean_and_interval(np.array([[1.0, 2.0]]))[1]).all(), "one seed has no interval"
 
 
 def curve(*points: tuple[int, float]) -> pd.DataFrame:
@@ -42,7 +42,7 @@ def cells_of(rows: list[dict[str, str]], curves: dict[str, pd.DataFrame]) -> pd.
     return table_3(pd.DataFrame(rows), curves, (19,))
 
 
-def test_our_cells_stand_beside_those_of_the_paper():
+def test_table_3_has_our_cells_and_the_papers():
     rows = [row("hippo", "a", seed, success, 300) for seed, success in enumerate((0.5, 0.7))]
     curves = {"hippoa0": curve((0, 0), (1000, 1)), "hippoa1": curve((0, 0), (1000, 0.749), (2000, 0.9))}
     (cell,) = cells_of([*rows, row("hippo", "a", 5, 0.1, 9) | {"size": "31"}], curves).itertuples()
@@ -56,7 +56,7 @@ def test_our_cells_stand_beside_those_of_the_paper():
     assert (cell.steps_to_95_low, cell.steps_to_95_high) == (pytest.approx(950), np.inf)
 
 
-def test_a_success_below_one_percent_is_not_waited_for_and_a_curve_must_be_there():
+def test_table_3_needs_curves_and_ignores_tiny_success():
     (cell,) = cells_of([row("ppo", "c", 0, 0, 1000)], {"ppoc0": curve((0, 0), (1000, 0.99))}).itertuples()
     assert PAPER_TABLE_3["ppo", "c"].success == 0.2
     assert np.isnan(cell.steps_to_paper)
@@ -65,7 +65,7 @@ def test_a_success_below_one_percent_is_not_waited_for_and_a_curve_must_be_there
         cells_of([row("ppo", "c", 0, 0, 1000)], {})
 
 
-def test_what_the_paper_prints_is_in_the_table():
+def test_published_table_3_has_the_papers_numbers():
     assert len(PAPER_TABLE_3) == 28
     assert PAPER_TABLE_3["ppo", "c"].length is None
     assert [PAPER_TABLE_3["hippo", graph].success for graph in "abcdefg"] == [74.9, 57.0, 60.8, 48.0, 29.9, 11.2, 19.0]
@@ -87,7 +87,7 @@ def compared(*ours: tuple[str, float, float] | tuple[str, float, float, float]) 
     return pd.DataFrame(cells).astype({"paper_length": float})
 
 
-def test_the_order_of_the_methods_is_that_of_the_means_and_intervals_tell_them_apart():
+def test_method_orders_follow_means_and_intervals():
     cells = compared(("ppo", 40, 6), ("ppo-bonus", 90, 1), ("ppo-sketch", 50, 5), ("hippo", 80, 2))
     (by_success,), (by_length,) = (method_orders(cells, quantity) for quantity in ("success", "length"))
     assert by_success.paper == "HiPPO > PPO+Bonus > PPO+Sketch > PPO"
@@ -104,24 +104,24 @@ def test_the_order_of_the_methods_is_that_of_the_means_and_intervals_tell_them_a
     )
 
 
-def test_methods_of_the_same_mean_have_the_same_number():
+def test_method_orders_tie_equal_means():
     cells = compared(("ppo", 10, 1), ("hippo", 10, np.nan), ("ppo-bonus", 10.5, 1))
     assert method_orders(cells, "success")[0].ours == "PPO+Bonus ~ PPO = HiPPO"
 
 
-def test_seeds_that_all_end_alike_tell_no_more_than_their_episodes():
+def test_equal_seeds_keep_the_interval_of_their_episodes():
     cells = compared(("hippo", 100, 0), ("ppo", 99.9, 0), ("ppo-sketch", 0, 0))
     assert method_orders(cells, "success")[0].ours == "HiPPO ~ PPO > PPO+Sketch"
 
 
-def test_the_order_of_the_seeds_does_not_matter():
+def test_method_orders_ignore_the_order_of_seeds():
     means = [float(np.mean(values)) for values in ((99, 99.9, 95.8), (99, 95.8, 99.9))]
     assert means[0] != means[1]
     cells = compared(("hippo", means[0], 1), ("ppo", means[1], 1))
     assert method_orders(cells, "success")[0].ours in ("HiPPO = PPO", "PPO = HiPPO")
 
 
-def test_one_seed_tells_no_order():
+def test_single_seed_gives_no_method_order():
     cells = compared(("ppo", 10, np.nan), ("hippo", 90, np.nan))
     assert method_orders(cells, "success")[0].ours == "HiPPO ~ PPO"
     assert pair_counts(cells, "success") == PairCounts(0, 0, 1)
@@ -133,7 +133,7 @@ def test_one_seed_tells_no_order():
     assert output.startswith("Table 3, ours after 2M steps on grids of 19 (")
 
 
-def test_the_hitting_time_is_ranked_against_what_was_learned():
+def test_prediction_ranks_hitting_time_against_results():
     """Times of c, f, g, a in this order of difficulty: 15.1, 29.2, 27.5, 8.4."""
     learned = {"a": (90, 10, 1e6), "c": (70, 20, 2e6), "g": (80, 30, 3e6), "f": (60, 40, np.inf)}
     cells = pd.DataFrame(
@@ -150,7 +150,7 @@ def test_the_hitting_time_is_ranked_against_what_was_learned():
     assert "steps to 95% in our runs none (all are equal)." in prediction(cells.assign(steps_to_95=np.inf))
 
 
-def test_the_methods_are_compared_where_one_of_them_has_the_papers_success():
+def test_cells_where_reached_compare_at_the_papers_success():
     """HiPPO's seeds have the paper's 74.9% on a after 749 and 1498 steps: all methods are read at 1123.5 of them."""
     rows = [row(method, "a", seed, 1, 30) for method in ("ppo", "hippo") for seed in range(2)]
     rows += [row(method, "f", 0, 0, 1000) for method in ("ppo", "hippo")]
@@ -171,12 +171,12 @@ def test_the_methods_are_compared_where_one_of_them_has_the_papers_success():
     assert "By success where HiPPO first has the paper's: Of 1 pairs of methods" in output
 
 
-def test_table_3_has_one_format(tmp_path):
+def test_table_3_takes_one_output_format(tmp_path):
     with pytest.raises(InputError, match="give --csv or --markdown, not both"):
         Table3(PaperRuns(out=tmp_path), csv=True, markdown=True)
 
 
-def test_its_csv_is_empty_where_nothing_is_known(tmp_path, capsys):
+def test_table_3_csv_has_empty_unknown_cells(tmp_path, capsys):
     shutil.copytree(Path(__file__).parents[2] / "benchmarks" / "results" / "paper", tmp_path / "p")
     Table3(PaperRuns(out=tmp_path / "p", seeds=1, sizes=(19,)), csv=True).run()
     text = capsys.readouterr().out
@@ -188,12 +188,12 @@ def test_its_csv_is_empty_where_nothing_is_known(tmp_path, capsys):
     assert rows["ppo", "c"]["steps_to_95"] == "inf"
 
 
-def test_an_episode_that_misses_a_goal_counts_as_the_limit():
+def test_missed_goal_counts_as_the_step_limit():
     points = pd.DataFrame({"achieved_key_1": [0.25, 0, np.nan], "steps_to_key_1": [100, np.nan, np.nan]})
     assert [*_limited({"d": points}, "key_1")["d"]["steps_to_key_1"]] == [0.25 * 100 + 0.75 * 1000, 1000]
 
 
-def test_what_the_paper_has_not_is_refused(tmp_path):
+def test_invalid_paper_runs_raise_input_error(tmp_path):
     with pytest.raises(InputError, match="this needs one of the paper's graphs a, b"):
         PaperRuns(out=tmp_path, graphs=("a", "z")).train("abcdefg")
     with pytest.raises(InputError, match=r"the paper's graphs .* not 'a bc'"):
@@ -207,7 +207,7 @@ def test_what_the_paper_has_not_is_refused(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_failed_run_is_no_wrong_input(tmp_path):
+def test_failed_run_raises_run_error(tmp_path):
     runs = PaperRuns(out=tmp_path, graphs=("a",), seeds=1, processes=1)
     folder = tmp_path / "runs" / runs.sweep("a", ["hippo"]).plan.runs()[0].name
     folder.mkdir(parents=True)
@@ -217,7 +217,7 @@ def test_a_failed_run_is_no_wrong_input(tmp_path):
 
 
 @pytest.mark.slow
-def test_all_from_nothing_and_nothing_twice(tmp_path):
+def test_paper_all_trains_once_and_reuses_rows(tmp_path):
     words = "all --graphs c --seeds 1 --steps 1000 --evaluations 1 --evaluation-episodes 4 --episodes 4 --out p"
     command = [sys.executable, "-m", "hierroom", "paper", *words.split()]
     first = run_child(command, cwd=tmp_path, check=True)
@@ -236,7 +236,7 @@ def test_all_from_nothing_and_nothing_twice(tmp_path):
     assert Path(tmp_path / "p" / "sweep.csv").read_bytes() == table
 
 
-def test_table_2_in_markdown_and_one_format_at_a_time(capsys):
+def test_table_2_prints_markdown_and_takes_one_format(capsys):
     assert main(["table2", "--markdown"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[:2] == [
@@ -248,7 +248,7 @@ def test_table_2_in_markdown_and_one_format_at_a_time(capsys):
         main(["table2", "--markdown", "--csv"])
 
 
-def test_figure_4_is_not_drawn_of_another_graph(tmp_path):
+def test_figure_4_of_another_graph_raises_input_error(tmp_path):
     with pytest.raises(InputError, match="figure 4 is of graph c alone, not of a"):
         main(["figure4", "--graphs", "a", "--out", str(tmp_path / "out")])
     assert not (tmp_path / "out").exists()

@@ -1,4 +1,4 @@
-"""Playing oneself: the game by its rules, and the command."""
+"""The command `play` and the rules of its game."""
 
 import os
 from pathlib import Path
@@ -28,7 +28,7 @@ def plan_of(game):
 
 
 @pytest.mark.parametrize("graph", ["a", "d", "f"])
-def test_the_oracles_way_reaches_each_goal_and_the_exit(graph):
+def test_shortest_plan_reaches_each_goal_and_the_exit(graph):
     game = new_game(graph=(graph,), seed=3)
     plan, said = plan_of(game), []
     assert len(plan) == game.shortest
@@ -49,7 +49,7 @@ def test_the_oracles_way_reaches_each_goal_and_the_exit(graph):
     assert game.message.startswith("the level has ended")
 
 
-def test_levels_begin_again_and_anew():
+def test_restart_repeats_and_next_level_changes_the_level():
     game = new_game(graph=("c",), seed=1)
     first = game.state
     for _ in range(2):
@@ -66,7 +66,7 @@ def test_levels_begin_again_and_anew():
     assert new_game(graph=("c",), seed=1).state.grids.tolist() != game.state.grids.tolist()
 
 
-def test_the_limit_of_steps():
+def test_game_ends_at_max_steps():
     game = new_game(max_steps=4)
     for _ in range(4):
         game.step(LEFT)
@@ -75,7 +75,7 @@ def test_the_limit_of_steps():
     assert game.message == "the limit of 4 steps is reached"
 
 
-def test_space_picks_up_and_opens_and_says_why_not():
+def test_use_picks_up_opens_or_says_why_not():
     game = new_game(graph=("a",), seed=0)
     messages = set()
     for n_steps, action in enumerate(plan_of(game)):
@@ -84,7 +84,7 @@ def test_space_picks_up_and_opens_and_says_why_not():
             game.use()
         else:
             if not int(level.keys):
-                game.use()  # no key yet: whatever is in front, nothing happens
+                game.use()  # no key yet: nothing to use in front of the agent
                 messages.add(game.message)
                 assert int(game.state.levels[0].steps) == n_steps
             game.step(action)
@@ -109,7 +109,7 @@ def stand_before_door(game):
     game.turns.set_state(state)
 
 
-def test_what_was_seen_grows_and_fog_hides_the_rest():
+def test_fog_hides_unseen_cells():
     game = new_game(graph=("f",), seed=2)
     game.has_fog = True
     side, size = tile_size(13), 13
@@ -125,7 +125,7 @@ def test_what_was_seen_grows_and_fog_hides_the_rest():
 
 
 @pytest.mark.parametrize("taken_over_after", [0, 1, 7, 60])
-def test_an_agent_that_takes_over_remembers_what_it_looked_on_to(played, taken_over_after):
+def test_agent_taking_over_remembers_earlier_steps(played, taken_over_after):
     agent = hierroom.load(played)
     episode = next(hierroom.rollout(agent, None, 1, seed=4))
     game = new_game(agent=played, seed=4)
@@ -139,14 +139,14 @@ def test_an_agent_that_takes_over_remembers_what_it_looked_on_to(played, taken_o
     np.testing.assert_array_equal(game.state.grids, last.grids)
 
 
-def test_an_agent_elsewhere(played):
+def test_agent_plays_another_graph_and_size(played):
     game = new_game(agent=played, graph=("c",), size=15, max_steps=20)
     assert (game.graph.name, game.state.size, int(game.state.levels[0].max_steps)) == ("c", 15, 20)
     game.step()
     assert int(game.state.levels[0].steps) == 1
 
 
-def test_the_command(played, monkeypatch):
+def test_play_command_starts_the_game(played, monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     opened = []
 
@@ -162,14 +162,14 @@ def test_the_command(played, monkeypatch):
     assert opened[1].agent is not None
 
 
-def test_an_agent_of_another_world_is_refused(monkeypatch):
+def test_workshop_agent_raises_input_error(monkeypatch):
     agent = SimpleNamespace(config=SimpleNamespace(env=EnvConfig(task="workshop:2")))
     monkeypatch.setattr("hierroom.runs.trained_agent.load", lambda *_, **__: agent)
     with pytest.raises(InputError, match="play shows levels of EscapeRooms, and the agent of mine plays workshop:2"):
         new_game(agent=Path("mine"))
 
 
-def test_what_cannot_be_used_is_one_line(played, monkeypatch, tmp_path, capfd):
+def test_invalid_options_or_missing_screen_raise_input_error(played, monkeypatch, tmp_path, capfd):
     for argv, message in (
         (["--size", "5"], "size must be a whole number from 11 to 63, not 5"),
         (["--agent", str(tmp_path)], "is not a run folder"),

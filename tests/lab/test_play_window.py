@@ -1,4 +1,4 @@
-"""The window of play by posted keys, on no screen."""
+"""The window of `play`, driven by posted keys without a screen."""
 
 from itertools import pairwise
 
@@ -52,7 +52,7 @@ def shown(app):
     return pygame.surfarray.array3d(app.surface).swapaxes(0, 1)
 
 
-def test_a_level_played_by_keys(app):
+def test_keys_play_a_level_to_the_exit(app):
     opened = app(graph=("d",), seed=5)
     game, pictures = opened.game, [shown(opened)]
     assert pictures[0].shape[:2] == window_size(13)[::-1]
@@ -71,7 +71,7 @@ def test_a_level_played_by_keys(app):
     assert not opened.is_open
 
 
-def test_the_goal_graph_lights_up(app):
+def test_achieved_goals_light_up_in_the_goal_graph(app):
     opened = app(graph=("c",), seed=5)
     game, panel = opened.game, slice(tile_size(13) * 13, None)
     colours = [RGB[colour] for colour in game.state.levels[0].colours[:2].tolist()]
@@ -92,7 +92,7 @@ def test_the_goal_graph_lights_up(app):
     assert key1[1] == door1[1] == key2[0] == door2[0] == 0
 
 
-def test_hint_fog_and_what_is_not_there(app):
+def test_keys_toggle_hint_and_fog_or_explain(app):
     opened = app(graph=("f",), seed=2)
     plain = shown(opened)
     press(opened, pygame.K_o)
@@ -112,7 +112,7 @@ def test_hint_fog_and_what_is_not_there(app):
     assert int(opened.game.state.levels[0].steps) == 0
 
 
-def test_keys_are_dropped(app):
+def test_drop_key_puts_the_key_down(app):
     opened = app(graph=("a",), drop_key=True)
     game = opened.game
     for action in plan_of(game):
@@ -136,7 +136,7 @@ def test_an_agent_takes_over_and_hands_back(app, played):
     assert 4 <= steps <= 6
     opened.frame(1)  # it is not due yet
     assert int(game.state.levels[0].steps) == steps
-    press(opened, pygame.K_LEFT)  # who moves has taken over
+    press(opened, pygame.K_LEFT)  # a move of the user takes over
     assert not game.is_piloted
     opened.frame(1000)
     assert int(game.state.levels[0].steps) == steps + 1
@@ -146,7 +146,7 @@ def test_an_agent_takes_over_and_hands_back(app, played):
     assert game.has_ended
 
 
-def test_the_close_button(app):
+def test_close_button_closes_the_window(app):
     opened = app()
     pygame.event.post(pygame.event.Event(pygame.QUIT))
     opened.run()

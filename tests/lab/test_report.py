@@ -1,4 +1,4 @@
-"""The page of a report shows what the runs were, and nothing that a run says can be anything but text."""
+"""The page of a report shows its runs, and escapes all texts that come from a run."""
 
 import json
 import re
@@ -45,7 +45,7 @@ def page(runs, tmp_path_factory):
     return report(tmp_path_factory.mktemp("page"), runs)
 
 
-def test_the_page_loads_nothing(page):
+def test_page_loads_no_external_resources(page):
     assert not [(tag, name) for tag, names in page.elements for name in names if name in ("src", "srcset", "action")]
     links = [names["href"] for tag, names in page.elements if "href" in names]
     assert links
@@ -55,20 +55,20 @@ def test_the_page_loads_nothing(page):
     assert len(page.source) < 3e6
 
 
-def test_each_link_and_label_leads_somewhere(page):
+def test_links_and_labels_have_targets(page):
     ids = [names["id"] for _, names in page.elements if "id" in names]
     assert len(ids) == len(set(ids))
     assert {names["href"][1:] for _, names in page.elements if "href" in names} <= set(ids)
     assert {names["aria-labelledby"] for _, names in page.elements if "aria-labelledby" in names} <= set(ids)
 
 
-def test_the_chart_library_is_whole(page):
+def test_embedded_plotly_is_complete(page):
     from plotly.offline import get_plotlyjs
 
     assert page.plotly == get_plotlyjs()
 
 
-def test_the_tables_tell_of_the_runs(page, runs):
+def test_tables_show_runs_and_groups(page, runs):
     for name in ("dfs0", "dfs1", "learned"):
         assert name in page.text
         rows = RunFolder(runs / "runs" / name).evaluations.read()
@@ -78,11 +78,11 @@ def test_the_tables_tell_of_the_runs(page, runs):
     assert "learning_rate" in page.text
 
 
-def test_a_single_run_shows_all_its_entries_and_where_it_came_from(runs, tmp_path):
+def test_single_run_shows_entries_and_provenance(runs, tmp_path):
     page = report(tmp_path, runs / "runs" / "dfs0")
     for name, value in (("max_steps", "60"), ("num_envs", "16"), ("meta", "fixed-dfs")):
         assert f"{name}{value}" in "".join(page.text.split())
-    assert "meta_ppo" not in page.text  # no learned meta-controller, so nothing of its learner's
+    assert "meta_ppo" not in page.text  # no learned meta-controller, so no entries of its learner
     assert "numpy" in page.text
     bold = page.source.split('<tr class="other">')[1:]
     assert [part.split("</th>")[0].removeprefix('<th scope="row">') for part in bold] == [
@@ -90,7 +90,7 @@ def test_a_single_run_shows_all_its_entries_and_where_it_came_from(runs, tmp_pat
     ]  # fmt: skip
 
 
-def test_curves_are_those_of_a_comparison(page, runs):
+def test_report_curves_equal_compare_curves(page, runs):
     groups = group_runs([read_run(path) for path in runs_inside(runs)], ("meta",))
     tasks = Tasks.common(groups)
     for metric in ("success_rate", "length"):
@@ -108,7 +108,7 @@ def test_curves_are_those_of_a_comparison(page, runs):
             np.testing.assert_allclose(lows, summary.curve.lows, rtol=1e-4)
 
 
-def test_graphs_that_not_every_group_has_have_curves_too(tmp_path):
+def test_graph_missing_from_a_group_has_curves(tmp_path):
     for name, meta, graph in (("one", "fixed-dfs", "a"), ("two", "random", "a"), ("three", "random", "b")):
         make_run(tmp_path / name, {graph: line(1.0)}, meta=meta)
     curves = compare_runs(read_runs([tmp_path])[0], None)
@@ -116,7 +116,7 @@ def test_graphs_that_not_every_group_has_have_curves_too(tmp_path):
     assert found == {("fixed-dfs", "a", 1), ("random", "a", 1), ("random", "b", 1)}
 
 
-def test_steps_to_a_success_rate_stand_beside_the_complexity_of_each_graph_and_reading(tmp_path, capsys):
+def test_report_pairs_steps_to_success_with_complexity(tmp_path, capsys):
     for graph, end, start, drops in (("a", 1.0, 0.0, False), ("c", 0.4, 0.0, False), ("a", 1.0, 1.0, True)):
         make_run(tmp_path / "in" / f"{graph}{drops}", {graph: line(end, start)}, drop_key=drops)
     page = report(tmp_path, tmp_path / "in")
@@ -135,7 +135,7 @@ def test_steps_to_a_success_rate_stand_beside_the_complexity_of_each_graph_and_r
     assert '<section id="replay"' not in page.source
 
 
-def test_runs_that_cannot_be_played_take_no_place_of_those_that_can(runs, tmp_path, capsys):
+def test_unplayable_runs_do_not_count_as_replays(runs, tmp_path, capsys):
     for name in ("one", "two"):
         make_run(tmp_path / "in" / name, {"a": line(1.0)})
     shutil.copytree(runs / "runs" / "dfs0", tmp_path / "in" / "whole")
@@ -147,7 +147,7 @@ def test_runs_that_cannot_be_played_take_no_place_of_those_that_can(runs, tmp_pa
     assert "episodes were played by 1 of 4 runs; --replays N plays more\n" in capsys.readouterr().out
 
 
-def test_runs_that_cannot_be_compared_are_shown_one_by_one(tmp_path):
+def test_incomparable_runs_are_shown_one_by_one(tmp_path):
     for name in ("one", "same"):
         make_run(tmp_path / "in" / name, {"a": line(1.0)})
     page = report(tmp_path, tmp_path / "in", "--replays", 0)
@@ -171,7 +171,7 @@ def test_a_run_without_evaluations_has_no_curve_but_a_replay(runs, tmp_path):
     assert len(page.data["replays"][0]["episodes"]) == 2
 
 
-def test_each_played_run_has_episodes_with_what_was_computed(page):
+def test_replays_have_a_value_for_each_action(page):
     assert {replay["run"] for replay in page.data["replays"]} == {"dfs0", "learned"}  # the first of each group
     for replayed in page.data["replays"]:
         assert len(replayed["episodes"]) == 3
@@ -179,7 +179,7 @@ def test_each_played_run_has_episodes_with_what_was_computed(page):
             assert len(one["controller"]["values"]) == len(one["actions"]) == len(one["views"]) - 1
 
 
-def test_steps_per_goal_are_those_of_an_evaluation(page, runs):
+def test_steps_per_goal_equal_an_evaluation(page, runs):
     from hierroom.runs.evaluation import evaluate
 
     agent = hierroom.load(runs / "runs" / "dfs0")
@@ -191,7 +191,7 @@ def test_steps_per_goal_are_those_of_an_evaluation(page, runs):
     }
 
 
-def test_goals_while_training(tmp_path):
+def test_training_goals_are_binned_by_steps(tmp_path):
     folder = RunFolder.create(tmp_path / "run", hierroom.TrainConfig())
     goals = ["", "key 1", "key 1 > coin", "key 1 > coin > exit"] * 200  # a coin, as in a task
     columns = {"env": 0, "graph": "a", "success": 0, "length": 5, "return": 0.0}
@@ -209,7 +209,7 @@ def test_goals_while_training(tmp_path):
         training_goals(few)
 
 
-def test_a_run_that_trains_on_is_shown_as_it_was_read(tmp_path):
+def test_report_ignores_rows_added_after_reading(tmp_path):
     table = make_run(tmp_path / "run", {"a": line(0.5)}) / "evaluations.csv"
     runs, _ = read_runs([tmp_path / "run"])
     curves = compare_runs(runs, None)
@@ -220,7 +220,7 @@ def test_a_run_that_trains_on_is_shown_as_it_was_read(tmp_path):
     assert read_run(tmp_path / "run").last_steps == 2_000_000
 
 
-def test_what_a_run_says_is_text(tmp_path, capsys):
+def test_hostile_run_is_escaped_as_text(tmp_path, capsys):
     page = report(tmp_path, hostile_run(tmp_path))
     tags = [tag for tag, _ in page.elements]
     assert tags.count("script") == 4
@@ -231,10 +231,10 @@ def test_what_a_run_says_is_text(tmp_path, capsys):
     assert "</dd></dl><script>alert(4)</script>" in page.text
     assert "<script>alert" not in page.source
     assert page.data["runs"][0]["name"] == HOSTILE
-    assert "{{7*7}}" in page.text  # nothing is a template but the templates
+    assert "{{7*7}}" in page.text  # texts of runs are not templates
 
 
-def test_a_note_that_names_a_hostile_folder_is_one_line_without_control_characters(tmp_path, capsys):
+def test_note_about_hostile_folder_is_one_safe_line(tmp_path, capsys):
     make_run(tmp_path / "\x1b[31m\n", {"a": line(1.0)}, steps=[0])
     report(tmp_path, tmp_path)
     printed = capsys.readouterr().out
@@ -242,7 +242,7 @@ def test_a_note_that_names_a_hostile_folder_is_one_line_without_control_characte
     assert r"\x1b[31m\n was evaluated only once so far: it has no learning curve" in printed
 
 
-def test_json_in_a_script_cannot_end_it():
+def test_script_json_cannot_close_the_script():
     value = {"</script>": ["<!--", "\u2028\u2029&amp;", float("nan"), float("inf")]}
     text = script_json(value)
     assert not set("<>&\u2028\u2029") & set(text)
@@ -259,7 +259,7 @@ def test_json_in_a_script_cannot_end_it():
         (["{run}", "--by", "gama"], "is it gamma?"),
     ],
 )
-def test_what_cannot_be_used_is_one_line(arguments, message, runs, tmp_path, monkeypatch):
+def test_invalid_report_options_raise_input_error(arguments, message, runs, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     given = [argument.replace("{run}", str(runs / "runs" / "dfs0")) for argument in arguments]
     with pytest.raises(InputError, match=re.escape(message)):

@@ -1,4 +1,4 @@
-"""The report as its reader uses it: opened from disk in a browser, clicked through, with no word on the console."""
+"""The report opened from disk in a browser and clicked through, with no message on the console."""
 
 import base64
 import io
@@ -149,7 +149,7 @@ def test_the_replay_steps_scrubs_and_plays(reader):
     reader.wait(f"Number(byId('scrub').value) === {last} && byId('play').textContent === 'Play'")  # it stops by itself
 
 
-def test_the_keyboard(reader):
+def test_keyboard_controls_the_replay(reader):
     from selenium.webdriver.common.keys import Keys
 
     reader.ask("byId('replay').scrollIntoView()")
@@ -205,7 +205,7 @@ def test_graph_subgoal_probabilities_and_value_follow_the_step(reader):
     assert reader.ask(f"byId('subgoals').children[{n - 1}].firstChild.getAttribute('aria-current')") == "true"
 
 
-def test_episodes_are_chosen(reader):
+def test_choosing_an_episode_restarts_the_replay(reader):
     said = reader.text("replay-said")
     reader.click("forward")
     reader.choose("replay-episode", 1)
@@ -252,7 +252,7 @@ def test_charts_are_drawn_zoomed_and_toggled(reader):
     assert sorted(depths) == [2, 2]
 
 
-def test_dark_and_light(browser, report):
+def test_theme_button_switches_dark_and_light(browser, report):
     for scheme in ("light", "dark"):
         reader = Reader(browser, report, scheme=scheme)
         paper = "getComputedStyle(document.body).backgroundColor"
@@ -270,7 +270,7 @@ def test_dark_and_light(browser, report):
 
 
 @pytest.mark.parametrize("width", [1280, 768, 390, 320])
-def test_the_page_fits_a_screen(browser, report, width):
+def test_page_fits_wide_and_narrow_screens(browser, report, width):
     reader = Reader(browser, report, width=width)
     assert reader.ask("document.documentElement.scrollWidth") <= width
     assert 0.9 * min(width, 500) * 0.85 <= reader.ask("byId('level').getBoundingClientRect().width") <= width
@@ -278,11 +278,11 @@ def test_the_page_fits_a_screen(browser, report, width):
         box = reader.ask(f"byId('{button}').getBoundingClientRect().toJSON()")
         assert box["left"] >= 0
         assert box["right"] <= width
-        assert min(box["width"], box["height"]) >= 35  # a finger hits it
+        assert min(box["width"], box["height"]) >= 35  # large enough for a finger
     reader.assert_quiet()
 
 
-def test_what_a_run_says_is_text_in_the_browser_too(browser, tmp_path):
+def test_hostile_run_is_text_in_the_browser(browser, tmp_path):
     main([str(hostile_run(tmp_path)), "--out", str(tmp_path / "report.html")])
     reader = Reader(browser, tmp_path / "report.html")
     assert reader.ask("document.querySelectorAll('img, b, #main script').length") == 0
@@ -292,7 +292,7 @@ def test_what_a_run_says_is_text_in_the_browser_too(browser, tmp_path):
     reader.assert_quiet()
 
 
-def test_what_was_reached_before_training_has_a_mark_on_a_logarithmic_axis(browser, tmp_path):
+def test_zero_steps_have_a_mark_on_log_axis(browser, tmp_path):
     for name, start in (("warm", 1.0), ("cold", 0.0)):
         curve = {"a": evaluated_runs.line(1.0, start)}
         evaluated_runs.make_run(tmp_path / "in" / name, curve, gamma=0.9 + start / 20)

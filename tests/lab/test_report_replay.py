@@ -59,7 +59,7 @@ def test_a_replay_has_every_state(entries):
 
 
 @pytest.mark.parametrize("greedy", [False, True])
-def test_a_replay_has_what_the_agents_computed(tmp_path, greedy):
+def test_replay_has_the_decisions_of_both_agents(tmp_path, greedy):
     entries = {"meta": "learned", "meta_start_success": 0.0, "num_envs": 8, "minibatches": 2, "steps": 512}
     begin(TrainConfig(EnvConfig("a", size=11, max_steps=60)).changed(**entries), tmp_path / "run")
     agent = hierroom.load(tmp_path / "run", greedy=greedy)

@@ -1,4 +1,4 @@
-"""Sweeps: what is trained, and what fails or is refused."""
+"""Sweeps: the runs that they train, failures and refusals."""
 
 import json
 import shlex
@@ -21,7 +21,7 @@ from hierroom.runs.session import begin, resume
 from hierroom.support.errors import InputError
 
 
-def test_a_sweep_trains_what_is_missing_and_each_folder_is_complete(tmp_path):
+def test_sweep_trains_missing_runs_completely(tmp_path):
     sweep = Sweep(plan("method=hippo,ppo", seeds=1, metas=("random",)), tmp_path / "out")
     assert sweep.fill(processes=2, command="made so").failures == ()
     rows = sweep.rows().to_dict("records")
@@ -45,14 +45,14 @@ def test_a_sweep_trains_what_is_missing_and_each_folder_is_complete(tmp_path):
         assert {"success_rate", "length", "achieved_key_1", "steps_to_exit"} <= {*points}
     before = (tmp_path / "out" / "sweep.csv").read_bytes()
     assert sweep.fill(processes=2).failures == ()
-    assert (tmp_path / "out" / "sweep.csv").read_bytes() == before, "there was nothing to do"
+    assert (tmp_path / "out" / "sweep.csv").read_bytes() == before, "no run was missing"
     more = Sweep(plan("method=hippo,ppo", seeds=2, metas=("random",)), tmp_path / "out")
     more.fill(processes=1)
     assert len(more.rows()) == 4
 
 
 @pytest.mark.slow
-def test_graphs_that_are_excluded_are_evaluated_too(tmp_path):
+def test_excluded_graphs_are_evaluated(tmp_path):
     of_some = plan('graph=[["rooms:2", "rooms:3"]]', 'exclude=[["b", "c"]]', "method=hippo", "max_steps=500", seeds=1)
     sweep = Sweep(of_some, tmp_path / "out")
     assert sweep.fill(processes=1).failures == ()
@@ -66,7 +66,7 @@ def test_graphs_that_are_excluded_are_evaluated_too(tmp_path):
     assert "excluded graphs" not in summarise(plan("seed=0").runs(), rows[:0]).headings
 
 
-def test_a_run_that_fails_is_reported_and_the_rest_goes_on(tmp_path):
+def test_failed_run_is_reported_and_others_continue(tmp_path):
     sweep = Sweep(plan("meta=fixed-dfs,none", "seed=0"), tmp_path / "out")
     config = tmp_path / "out" / "runs" / sweep.plan.runs()[0].name / "config.json"
     config.parent.mkdir(parents=True)
@@ -78,7 +78,7 @@ def test_a_run_that_fails_is_reported_and_the_rest_goes_on(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_run_begun_by_another_version_is_not_resumed_and_the_way_on_is_reported(tmp_path):
+def test_run_of_another_version_fails_with_advice(tmp_path):
     sweep = Sweep(plan("seed=0"), tmp_path / "out")
     (run,) = sweep.plan.runs()
     folder = RunFolder.create(tmp_path / "out" / "runs" / run.name, run.config)
@@ -98,7 +98,7 @@ def test_a_run_begun_by_another_version_is_not_resumed_and_the_way_on_is_reporte
         ((), ("nobody",), "a meta-controller is one of .*, not 'nobody'"),
     ],
 )
-def test_what_no_run_can_use_is_refused_before_any_is_trained(tmp_path, words, metas, message):
+def test_invalid_entries_raise_input_error_before_training(tmp_path, words, metas, message):
     with pytest.raises(InputError, match=message):
         Sweep(plan(*words, seeds=1, metas=metas), tmp_path / "out").fill(processes=1)
     assert not (tmp_path / "out").exists()
@@ -108,12 +108,12 @@ def test_what_no_run_can_use_is_refused_before_any_is_trained(tmp_path, words, m
     ("given", "steps", "length", "played"),
     [
         (7, 8_000, 1000.0, [7]),
-        (None, 8_000, 1000.0, [100]),  # no fewer, however few steps there were
+        (None, 8_000, 1000.0, [100]),  # the least number, for any number of steps
         (None, 800_000, 260.0, [100, 300]),  # 384 episodes take an eighth of the steps, and there are two evaluations
         (None, 8_000_000, 50.0, [100, 1000]),
     ],
 )
-def test_the_evaluations_at_the_end_take_at_most_a_quarter_of_the_steps(given, steps, length, played):
+def test_final_evaluations_take_at_most_a_quarter_of_steps(given, steps, length, played):
     asked = []
 
     def evaluate(episodes, **kind):
@@ -138,26 +138,26 @@ def test_the_evaluations_at_the_end_take_at_most_a_quarter_of_the_steps(given, s
         ),
     ],
 )
-def test_a_sweep_says_where_evaluations_were_cut_short(rows, said):
+def test_note_reports_shortened_evaluations(rows, said):
     note = sweep_command._on_few_episodes(pd.DataFrame(rows, dtype=str))
     assert note.startswith(said)
     assert bool(note) == bool(said)
 
 
-def test_a_run_that_another_process_trains_is_busy(tmp_path):
+def test_run_in_training_raises_run_locked_error(tmp_path):
     run = plan("method=ppo").runs()[0]
     folder = RunFolder.create(tmp_path / "run", run.config)
     with folder.lock, pytest.raises(RunLockedError, match="is being trained by another process"):
         job.Job(run, tmp_path / "run", 4, (), "").work(print)
 
 
-def test_a_file_is_no_folder_of_a_sweep(tmp_path):
+def test_file_as_sweep_folder_raises_input_error(tmp_path):
     (tmp_path / "out").write_text("mine")
     with pytest.raises(InputError, match=r"written to a folder; .*out is none"):
         Sweep(plan(), tmp_path / "out")
 
 
-def test_a_sweep_does_not_mix_with_a_run(tmp_path):
+def test_sweep_into_a_run_folder_raises_input_error(tmp_path):
     begin(plan().runs()[0].config, tmp_path / "run")[1].lock.release()
     before = sorted(path.name for path in (tmp_path / "run").iterdir())
     with pytest.raises(InputError, match=r"run is the folder of a single run; choose another --out$"):
@@ -166,7 +166,7 @@ def test_a_sweep_does_not_mix_with_a_run(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_row_in_the_place_of_another_is_reported(tmp_path, capsys):
+def test_replacing_a_row_prints_a_warning(tmp_path, capsys):
     words = tiny_words("method=ppo", "seed=0", "evaluations=0")
     for gamma in ("gamma=0.9", "gamma=0.8"):
         assert main([*words, gamma, "--out", str(tmp_path / "s"), "--processes", "1", "--episodes", "2"]) == 0
@@ -174,20 +174,20 @@ def test_a_row_in_the_place_of_another_is_reported(tmp_path, capsys):
         assert ("stands in the place of one of another config; give both values" in said) == (gamma == "gamma=0.8")
 
 
-def test_as_many_processes_as_there_can_be(tmp_path):
+def test_invalid_number_of_processes_raises_input_error(tmp_path):
     for processes in (0, -1, 1025):
         with pytest.raises(InputError, match=rf"processes must be at (least 1|most 1024), not {processes}$"):
             Sweep(plan("seed=0"), tmp_path / "s").fill(processes=processes)
 
 
-def test_a_shard_of_no_runs_does_nothing(tmp_path, capsys):
+def test_empty_shard_does_nothing(tmp_path, capsys):
     for option in ((), ("--list",), ("--markdown",)):
         assert main(["method=hippo", "graph=a", "--shard", "3/8", "--out", str(tmp_path / "out"), *option]) == 0
         assert capsys.readouterr().out == "shard 3/8 holds none of the 1 runs\n"
     assert not (tmp_path / "out").exists()
 
 
-def test_entries_may_stand_behind_options(monkeypatch, capsys, tmp_path):
+def test_entries_and_options_take_any_order(monkeypatch, capsys, tmp_path):
     output = []
     for words in (
         ("steps=1e3", "gamma=0.9", "--graphs", "a", "b", "--out", "x=y", "--list"),
@@ -214,6 +214,6 @@ def test_entries_may_stand_behind_options(monkeypatch, capsys, tmp_path):
         (("task=workshop:1", "--list"), "the number of goals of a workshop must be at least 2, not 1"),
     ],
 )
-def test_a_sweep_of_nothing_is_refused(words, message):
+def test_invalid_command_lines_raise_input_error(words, message):
     with pytest.raises(InputError, match=message):
         main(words)

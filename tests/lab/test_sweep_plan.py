@@ -25,7 +25,7 @@ def test_every_combination_is_planned_once_with_seeds_outermost():
     assert len({run.name for run in runs}) == len(runs)
 
 
-def test_a_file_and_words_make_a_plan(tmp_path):
+def test_file_and_command_line_make_a_plan(tmp_path):
     path = tmp_path / "sweep.toml"
     path.write_text(
         'method = ["hippo", "ppo"]\nsteps = 1000\nseeds = 3\nfeatures = [["view", "goal"]]\n'
@@ -44,7 +44,7 @@ def test_a_file_and_words_make_a_plan(tmp_path):
     }
 
 
-def test_a_word_for_one_seed_or_graph_takes_the_place_of_several(tmp_path):
+def test_seed_and_graph_words_override_the_file(tmp_path):
     path = tmp_path / "sweep.toml"
     path.write_text('graphs = ["a", "b"]\nseeds = 2\nmethod = "hippo"\n')
     assert len(read_plan(path).runs()) == 4
@@ -60,7 +60,7 @@ def test_a_word_for_one_seed_or_graph_takes_the_place_of_several(tmp_path):
         ({"graph": ["a"]}, None, {"graphs": ("b",)}, "graph and graphs"),
     ],
 )
-def test_one_and_several_of_the_same_are_not_both_given(values, variants, settings, names):
+def test_singular_and_plural_entries_together_raise_input_error(values, variants, settings, names):
     with pytest.raises(InputError, match=f"{names} are both given and mean the same; leave one out"):
         Plan(values, variants=variants, **settings)
 
@@ -78,12 +78,12 @@ def test_one_and_several_of_the_same_are_not_both_given(values, variants, settin
         (("method=dqn",), "the methods are"),
     ],
 )
-def test_what_cannot_be_planned_is_said_in_one_line(words, message):
+def test_invalid_plan_words_raise_input_error(words, message):
     with pytest.raises(InputError, match=message.replace("(", r"\(")):
         plan(*words).runs()
 
 
-def test_two_variants_that_are_the_same_are_reported_by_their_names():
+def test_equal_variants_raise_input_error_with_names():
     with pytest.raises(InputError, match=r"two runs of the sweep are the same: .* with variant two; leave one out"):
         Plan({}, variants={"one": {"gamma": [0.9]}, "two": {"gamma": [0.9]}}).runs()
 
@@ -100,7 +100,7 @@ def test_two_variants_that_are_the_same_are_reported_by_their_names():
         ("[[variants]]\nname = 'a'\nepisodes = 3", "variant a: episodes is no entry of a run"),
     ],
 )
-def test_what_a_file_holds_wrongly_is_said_with_its_path(tmp_path, text, message):
+def test_invalid_plan_file_raises_input_error_with_path(tmp_path, text, message):
     path = tmp_path / "s.toml"
     path.write_text(text)
     with pytest.raises(InputError, match=message) as error:
@@ -108,7 +108,7 @@ def test_what_a_file_holds_wrongly_is_said_with_its_path(tmp_path, text, message
     assert str(path) in str(error.value)
 
 
-def test_shards_are_all_runs_each_once():
+def test_shards_cover_each_run_once():
     runs = plan("gamma=0.9,0.95,0.99", seeds=3).runs()
     parts = [Shard.parse(f"{n}/4").of(runs) for n in range(1, 5)]
     assert sorted(run.digest for part in parts for run in part) == sorted(run.digest for run in runs)
@@ -117,7 +117,7 @@ def test_shards_are_all_runs_each_once():
             Shard.parse(wrong)
 
 
-def test_the_digest_knows_what_decides_a_row_and_nothing_else():
+def test_digest_changes_only_with_deciding_entries():
     (one,), (other,) = plan("seed=0").runs(), plan("seed=0", "threads=2").runs()
     assert one.digest == other.digest, "threads decide nothing"
     changes = (("gamma=0.5",), ("steps=301",), ("evaluations=3",), ("meta_ppo.gamma=0.5",))
@@ -126,7 +126,7 @@ def test_the_digest_knows_what_decides_a_row_and_nothing_else():
     assert len({one.digest, *digests}) == len(changes) + 4
 
 
-def test_the_digest_of_a_run_that_excludes_graphs_is_not_that_of_before_these_were_evaluated(monkeypatch):
+def test_digest_of_excluded_graphs_has_an_extra_part(monkeypatch):
     decided = []
     monkeypatch.setattr("hierroom.lab.sweep.plan.to_json", lambda decides: decided.append(decides) or to_json(decides))
     for words in ((), ("exclude=b",)):
@@ -134,7 +134,7 @@ def test_the_digest_of_a_run_that_excludes_graphs_is_not_that_of_before_these_we
     assert [len(decides) for decides in decided] == [4, 5]
 
 
-def test_an_entry_that_is_new_leaves_digests_as_they_are_and_another_default_does_not():
+def test_digest_ignores_entries_at_their_default():
     """If this fails: an entry with another default needs another RESULTS_VERSION; for a new entry renew the text."""
     defaults = json.dumps(json.loads(to_json(TrainConfig(threads=1).to_dict())), sort_keys=True)
     assert (RESULTS_VERSION, hashlib.sha256(defaults.encode()).hexdigest()[:16]) == (1, "ec365100f3ec7bda")
@@ -143,7 +143,7 @@ def test_an_entry_that_is_new_leaves_digests_as_they_are_and_another_default_doe
     assert run.digest != plan("seed=0", "stagger_clocks=false").runs()[0].digest
 
 
-def test_two_graphs_that_are_called_alike_are_refused(tmp_path):
+def test_two_graphs_with_one_name_raise_input_error(tmp_path):
     for folder, rooms in (("x", [0, 1]), ("y", [0, 0])):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "g.toml").write_text(f"key_rooms = {rooms}\nexit_room = 1\n")

@@ -18,13 +18,13 @@ from hierroom.support.errors import InputError
 pytestmark = pytest.mark.slow
 
 
-def test_without_ray_one_line_says_what_to_install(tmp_path, monkeypatch):
+def test_missing_ray_raises_input_error(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "ray", None)
     with pytest.raises(InputError, match="--ray needs Ray: pip install 'hierroom\\[ray\\]'"):
         Sweep(plan("seed=0"), tmp_path).fill(ray="auto")
 
 
-def test_a_folder_that_comes_back_takes_the_place_of_a_part(tmp_path, monkeypatch):
+def test_unpacked_folder_replaces_a_partial_one(tmp_path, monkeypatch):
     whole, part = tmp_path / "whole", tmp_path / "runs" / "run"
     for folder, names in ((whole, ("config.json", "evaluations.csv")), (part, ("config.json", "metrics.csv"))):
         folder.mkdir(parents=True)
@@ -53,7 +53,7 @@ def test_a_folder_that_comes_back_takes_the_place_of_a_part(tmp_path, monkeypatc
     assert [path.name for path in part.parent.iterdir()] == ["run"]
 
 
-def test_a_folder_that_cannot_be_unpacked_fails_its_run_alone(tmp_path, monkeypatch):
+def test_unpack_error_fails_only_its_run(tmp_path, monkeypatch):
     link = tmp_path / "link" / "x"
     link.parent.mkdir()
     link.symlink_to("/etc/passwd")
@@ -87,13 +87,13 @@ def cluster():
     cluster.shutdown()
 
 
-def test_no_cluster_is_one_line(tmp_path):
+def test_missing_cluster_raises_input_error(tmp_path):
     pytest.importorskip("ray", reason="the extra ray is not installed")
     with pytest.raises(InputError, match=r"there is no Ray cluster at '127\.0\.0\.1:1'"):
         Sweep(plan("seed=0"), tmp_path).fill(ray="127.0.0.1:1")
 
 
-def test_a_node_that_is_killed_loses_nothing(tmp_path, cluster):
+def test_killed_node_loses_no_runs(tmp_path, cluster):
     doomed = cluster.add_node(num_cpus=1)
     settings = ("method=hippo,ppo", "steps=20000")
     elsewhere = Sweep(plan(*settings, seeds=2), tmp_path / "cluster")

@@ -65,7 +65,7 @@ def test_two_sweeps_on_one_folder_share_the_runs(tmp_path, undisturbed):
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="children are looked up in /proc")
-def test_a_process_that_alone_is_asked_to_stop_is_replaced(tmp_path, undisturbed):
+def test_terminated_worker_is_replaced(tmp_path, undisturbed):
     process = start(tmp_path)
     assert wait_for(lambda: [*tmp_path.glob("runs/*/metrics.csv")], process)
     for pid in children(process):
@@ -76,7 +76,7 @@ def test_a_process_that_alone_is_asked_to_stop_is_replaced(tmp_path, undisturbed
 
 
 @pytest.mark.slow
-def test_a_sweep_that_is_stopped_says_how_to_go_on_and_does(tmp_path, undisturbed):
+def test_stopped_sweep_prints_its_command_and_resumes(tmp_path, undisturbed):
     process = start(tmp_path)
     assert wait_for(lambda: [*tmp_path.glob("runs/*/metrics.csv")], process)
     process.send_signal(signal.SIGTERM)
@@ -89,8 +89,8 @@ def test_a_sweep_that_is_stopped_says_how_to_go_on_and_does(tmp_path, undisturbe
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="children are looked up in /proc")
-def test_ctrl_c_twice_reaches_the_sweep_and_not_its_processes(tmp_path, undisturbed):
-    """As a terminal sends it, to all; the first says to stop, and the processes save what they do."""
+def test_ctrl_c_stops_the_sweep_without_killing_workers(tmp_path, undisturbed):
+    """A terminal sends Ctrl-C to all processes: the first one asks to stop, and each process saves its run."""
     process = start(tmp_path)
     # Once while they load their modules, and once while they train.
     for is_time in (lambda: len(children(process)) == 2, lambda: [*tmp_path.glob("runs/*/metrics.csv")]):

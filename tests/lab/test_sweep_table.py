@@ -16,7 +16,7 @@ from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
 
 
-def test_a_row_of_an_older_preset_is_made_again_and_others_stay(tmp_path):
+def test_row_of_another_config_is_replaced_alone(tmp_path):
     table = SweepTable(tmp_path)
     (old,), (new,) = plan("gamma=0.9", "seed=0").runs(), plan("gamma=0.8", "seed=0").runs()
     (other,) = plan("gamma=0.9", "seed=1").runs()
@@ -34,7 +34,7 @@ NUMBERS = {"success_rate": 0.5, "length": 40.0, "length_over_shortest": 2.0, "gr
 
 
 @pytest.mark.parametrize("entry", ["gamma=0.9{}0.99", "steps=300{}400"])
-def test_more_values_add_to_what_is_there(tmp_path, entry):
+def test_adding_values_keeps_existing_rows(tmp_path, entry):
     table, points = SweepTable(tmp_path), [{"steps": "100", "graph": "c", "success_rate": "0.5"}]
     first, rest = (plan(*entry.format(between).split()[:1], "seed=0").runs() for between in (" ", ","))
     table.add(first[0], NUMBERS, points)
@@ -49,7 +49,7 @@ def test_more_values_add_to_what_is_there(tmp_path, entry):
     assert [*rows[column]] == entry.partition("=")[2].split("{}")
 
 
-def test_a_row_tells_the_value_of_a_column_that_another_sweep_made(tmp_path):
+def test_row_fills_a_column_of_another_sweep(tmp_path):
     table = SweepTable(tmp_path)
     several, (single,) = plan("gamma=0.9,0.99", "seed=0").runs(), plan("gamma=0.95", "seed=0").runs()
     assert [table.add(run, NUMBERS) for run in (*several, single)] == [False] * 3
@@ -58,13 +58,13 @@ def test_a_row_tells_the_value_of_a_column_that_another_sweep_made(tmp_path):
     assert "learning_rate" not in table.read()
 
 
-def test_whether_a_row_stands_in_the_place_of_another_is_reported(tmp_path):
+def test_add_returns_whether_it_replaces_a_row(tmp_path):
     table = SweepTable(tmp_path)
     (old,), (new,) = plan("gamma=0.9", "seed=0").runs(), plan("gamma=0.8", "seed=0").runs()
     assert [table.add(old, NUMBERS), table.add(old, NUMBERS), table.add(new, NUMBERS)] == [False, False, True]
 
 
-def test_a_row_without_exclusions_stays_beside_one_with(tmp_path):
+def test_row_without_exclusions_stays_next_to_excluding_row(tmp_path):
     table = SweepTable(tmp_path)
     of_several = plan("graph=rooms:3", "method=ppo", 'exclude=[[], ["b"]]', "seed=0").runs()
     for run in of_several:
@@ -74,7 +74,7 @@ def test_a_row_without_exclusions_stays_beside_one_with(tmp_path):
     assert {*table.read()["digest"]} == {of_several[0].digest, other.digest}
 
 
-def test_only_what_is_empty_is_filled(tmp_path):
+def test_complete_fills_only_empty_cells(tmp_path):
     table = SweepTable(tmp_path)
     (run,), grown = plan("gamma=0.9", "seed=0").runs(), plan("gamma=0.9,0.99", "seed=0").runs()
     table.add(replace(run, identity={**run.identity, "variant": "mine"}), NUMBERS)
@@ -118,7 +118,7 @@ def test_a_row_is_never_without_its_learning_curve(tmp_path, monkeypatch, n_writ
     assert {len(curve) for curve in table.curves().values()} == {1}
 
 
-def test_a_table_of_something_else_is_refused(tmp_path):
+def test_foreign_csv_raises_input_error(tmp_path):
     path = tmp_path / "sweep.csv"
     path.write_text("a,b\n1,2\n")
     with pytest.raises(InputError, match="is no table of a sweep"):
@@ -138,7 +138,7 @@ def test_a_table_of_something_else_is_refused(tmp_path):
         ("0.25,1", "line 2 has not as many entries as the line that names them"),
     ],
 )
-def test_a_broken_cell_is_one_line_before_anything_is_trained(name, cell, said, tmp_path):
+def test_broken_cell_raises_input_error_before_training(name, cell, said, tmp_path):
     sweep = Sweep(plan("seed=0,1"), tmp_path)
     points = [{"steps": "100", "graph": "c", "success_rate": "0.25"}]
     sweep.table.add(sweep.plan.runs()[0], {**NUMBERS, "success_rate": 0.25}, points)
@@ -150,7 +150,7 @@ def test_a_broken_cell_is_one_line_before_anything_is_trained(name, cell, said, 
     assert not (tmp_path / "runs").exists()
 
 
-def test_a_table_that_a_spreadsheet_has_saved_goes_on(tmp_path):
+def test_table_saved_by_a_spreadsheet_takes_new_rows(tmp_path):
     table, (first, second) = SweepTable(tmp_path), plan("seed=0,1").runs()
     points = [{"steps": "100", "graph": "c", "success_rate": "0.25"}]
     table.add(first, NUMBERS, points)
@@ -168,7 +168,7 @@ def test_a_table_that_a_spreadsheet_has_saved_goes_on(tmp_path):
         assert table.path.read_text() == "".join(left)
 
 
-def test_a_column_of_notes_that_somebody_adds_stays_and_is_no_number_of_a_curve(tmp_path):
+def test_added_notes_column_is_kept(tmp_path):
     table, (first, second) = SweepTable(tmp_path), plan("seed=0,1").runs()
     points = [{"steps": "100", "graph": "c", "success_rate": "0.25"}]
     table.add(first, NUMBERS, points)
@@ -180,7 +180,7 @@ def test_a_column_of_notes_that_somebody_adds_stays_and_is_no_number_of_a_curve(
     assert [[*curve] for curve in table.curves().values()] == [["steps", "success_rate"]] * 2
 
 
-def test_a_graph_that_looks_like_a_formula_is_a_text_in_the_table(tmp_path):
+def test_formula_like_graph_name_is_quoted(tmp_path):
     table, (run,) = SweepTable(tmp_path), plan("seed=0", graphs=(GoalGraph((0, 1, 0), 3, "=cmd"),)).runs()
     for _ in range(2):
         table.add(run, NUMBERS)
@@ -189,7 +189,7 @@ def test_a_graph_that_looks_like_a_formula_is_a_text_in_the_table(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["sweep.csv", "curves.csv", ".sweep.csv.lock"])
-def test_a_link_in_the_place_of_a_table_is_refused_before_anything_is_trained(name, tmp_path):
+def test_symlinked_table_raises_input_error_before_training(name, tmp_path):
     (tmp_path / "mine").write_text("precious")
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / name).symlink_to(tmp_path / "mine")
@@ -219,7 +219,7 @@ def test_a_summary_has_medians_and_their_spread():
     assert summary.table().row_count == 2
 
 
-def test_a_summary_of_tasks_names_them_and_leaves_out_what_nobody_knows():
+def test_task_summary_leaves_out_unknown_columns():
     runs = Plan({"task": ["tests.chest_task:chest", "chest_task:free"]}).runs()
     numbers = {"success_rate": "0.5", "length": "40", "length_over_shortest": ""}
     summary = summarise(runs, pd.DataFrame([{**run.identity, **numbers, "digest": run.digest} for run in runs]))

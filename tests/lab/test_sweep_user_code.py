@@ -1,4 +1,4 @@
-"""Sweeps of runs with custom code: what a row says of it, and what happens when it changes."""
+"""Sweeps of runs with user code: its digest in the rows, and the effect of a change."""
 
 import sys
 from pathlib import Path
@@ -16,13 +16,13 @@ from hierroom.support.errors import InputError
 
 @pytest.fixture
 def user_code(tmp_path, monkeypatch):
-    """Modules are written to the folder of the test, which is the current one."""
+    """Make the folder of the test current and importable, for modules that tests write there."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
 
 
 @pytest.mark.slow
-def test_a_row_names_the_user_code_that_made_it(user_code, tmp_path, capsys):
+def test_row_has_the_digest_of_user_code(user_code, tmp_path, capsys):
     own = tmp_path / "own_reward_of_a_sweep.py"
     own.write_text("import numpy as np\n\ndef none(step):\n    return np.zeros(len(step.events))\n")
     words = tiny_words(f"reward={own.stem}:none,intrinsic", "method=ppo", "seed=0")
@@ -42,7 +42,7 @@ def test_a_row_names_the_user_code_that_made_it(user_code, tmp_path, capsys):
     assert results(tmp_path / "out" / "sweep.csv") == rows
 
 
-def test_user_code_that_is_not_found_is_not_said_to_have_changed(user_code, tmp_path):
+def test_missing_user_code_does_not_count_as_changed(user_code, tmp_path):
     sweep = Sweep(plan("reward=a_reward_that_moves:none", "method=ppo", "seed=0"), tmp_path / "out")
     (run,) = sweep.plan.runs()
     Path("a_reward_that_moves.py").write_text("", encoding="utf-8")
@@ -54,7 +54,7 @@ def test_user_code_that_is_not_found_is_not_said_to_have_changed(user_code, tmp_
 
 
 @pytest.mark.slow
-def test_user_code_of_other_meta_controllers_is_compared_too(user_code, tmp_path):
+def test_user_code_of_metas_is_compared(user_code, tmp_path):
     Path("a_meta_of_a_sweep.py").write_text(
         "def first(level):\n    return level.goals[0] if level.goals else None\n", encoding="utf-8"
     )
@@ -68,7 +68,7 @@ def test_user_code_of_other_meta_controllers_is_compared_too(user_code, tmp_path
 
 
 @pytest.mark.slow
-def test_a_run_does_not_go_on_with_other_code(user_code, tmp_path):
+def test_run_is_not_resumed_with_changed_code(user_code, tmp_path):
     own = Path("a_reward_that_changes.py")
     own.write_text("import numpy as np\n\ndef none(step):\n    return np.zeros(len(step.events))\n", encoding="utf-8")
     sweep = Sweep(plan(f"reward={own.stem}:none", "method=ppo", "seed=0"), tmp_path / "out")
@@ -86,7 +86,7 @@ def test_a_run_does_not_go_on_with_other_code(user_code, tmp_path):
     assert sweep.made_with_other_code() == []
 
 
-def test_a_process_does_not_mix_code_that_it_loaded_with_code_that_it_did_not(user_code, tmp_path, monkeypatch):
+def test_code_changed_during_a_sweep_raises_input_error(user_code, tmp_path, monkeypatch):
     monkeypatch.setattr(job, "_loaded_files", {})
     own = Path("a_reward_edited_meanwhile.py")
     own.write_text(

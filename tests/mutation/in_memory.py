@@ -1,4 +1,4 @@
-"""Imports the package with another source in the place of one module, and as much of it compiled as that allows."""
+"""Imports the package with another source for one module; modules that do not import it stay compiled."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class InMemory:
         self._path, self._source, self._interpreted = path, source, interpreted(path)
 
     def find_spec(self, fullname: str, path: object = None, target: object = None) -> ModuleSpec | None:
-        """As Python's import asks it."""
+        """Return the spec of a module for Python's import."""
         if not fullname.startswith("hierroom."):
             return None
         spec = PathFinder.find_spec(fullname, path)  # pyright: ignore[reportArgumentType] - a package's __path__
@@ -48,7 +48,7 @@ class _Loader(SourceFileLoader):
         return super().get_code(fullname) if self._source is None else compile(self._source, self.path, "exec")
 
     def exec_module(self, module: ModuleType) -> None:
-        with patch.object(config, "DISABLE_JIT", self._is_interpreted):  # what each kernel asks as it is defined
+        with patch.object(config, "DISABLE_JIT", self._is_interpreted):  # each kernel reads it as it is defined
             super().exec_module(module)
 
 

@@ -40,7 +40,7 @@ class Mutant:
 
 
 def mutants(source: str) -> Iterator[Mutant]:
-    """Each mutant of a module that Python can tell from it by more than annotations."""
+    """Yield each mutant of a module that differs from it by more than annotations."""
     tree, right = get_ast(source), _meaning(source)
     for name in OPERATORS:
         operator, seen = get_operator(f"core/{name}")(), set()

@@ -32,7 +32,7 @@ TARGETS: Mapping[str, tuple[str, str, int]] = {
     "loss": ("learners/fused/loss_kernels.py", "learner_kernels", 1),
     "adam": ("learners/fused/adam_kernels.py", "learner_kernels", 1),
 }
-"""By name a module, the tests that must notice an error in it, and of how many mutants no test can: see the docs."""
+"""By name: a module, the tests that must notice an error in it, and how many mutants no test can notice."""
 
 
 def files_of_tests(names: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""Chains on named nodes: what is refused, each in one line."""
+"""Chains on named nodes: invalid input raises an InputError of one line."""
 
 import numpy as np
 import pytest
@@ -22,14 +22,14 @@ W = sp.csr_array(np.array([[0.0, 0.5, 0.0], [0.1, 0.0, 0.2], [0.0, 0.0, 0.0]]))
         (("a", "b", "c"), 0, {}, "a chain needs a goal 'exit'; there is none"),
     ],
 )
-def test_a_chain_that_makes_no_sense_is_one_clear_line(labels, source, goals, message):
+def test_invalid_chains_raise_input_error(labels, source, goals, message):
     with pytest.raises(InputError, match=message) as caught:
         Chain(W, labels, source, goals)
     assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("label", ["key 9", "room 1", 3, None, ["exit"]])
-def test_an_unknown_label_is_one_clear_line(label):
+def test_unknown_label_raises_input_error(label):
     chain = analyze("c").chain
     for ask in (
         chain.expected_steps_to, chain.hitting_time_to, chain.hitting_probability, chain.expected_visits,

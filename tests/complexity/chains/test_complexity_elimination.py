@@ -55,7 +55,7 @@ def test_means_and_variances_of_ill_conditioned_walks(weights):
 
 @settings(max_examples=60)
 @given(walks())
-def test_several_small_walks_at_once(weights):
+def test_solve_several_equals_exact_means(weights):
     target = len(weights) - 1
     within, leaving = weights[:target, :target], weights[:target, target]
     order = np.arange(target)[::-1]
@@ -66,7 +66,7 @@ def test_several_small_walks_at_once(weights):
     np.testing.assert_allclose(found, [means, means[order]], rtol=1e-13)
 
 
-def test_a_mean_beyond_all_floats_is_one_clear_line():
+def test_mean_beyond_floats_raises_input_error():
     weights = np.array([[0, 1e-200, 0], [0.5, 0, 1e-200], [0, 0, 0]])
     for attempt in (mean_first_passage_time, lambda weights, target: expected_visits(weights, 0, target)):
         with pytest.raises(InputError, match=r"at most about 1e\+290 steps"):
@@ -84,7 +84,7 @@ def test_visits_of_ill_conditioned_walks(weights):
         assert expected_visits(weights, 0, target)[i] == pytest.approx(more, rel=1e-12, abs=0)
 
 
-def test_chances_far_from_certain():
+def test_tiny_hitting_probabilities_are_accurate():
     up, down = 2.0**-30, 0.5
     ruin = np.diag([0.0] + [up] * 5, 1) + np.diag([down] * 5 + [0.0], -1)
     odds = down / up
@@ -103,14 +103,14 @@ def test_chances_far_from_certain():
         (8, Walk(0, 0.5, 0.5), 3179151358.000000384),
     ],
 )
-def test_chains_of_rooms_that_take_long(n_doors, walk, expected):
+def test_expected_steps_of_long_room_chains(n_doors, walk, expected):
     report = analyze(GoalGraph(tuple(range(n_doors)), n_doors), walk.stay > 0, walk)
     assert report.expected_steps == pytest.approx(expected, rel=1e-14)
     assert report.std == pytest.approx(expected, rel=1e-7)  # nearly geometric, so its deviation is its mean
 
 
-def test_sensitivities_of_a_walk_that_takes_long():
-    """Means of 10^18 steps differ by less than their floats can tell, and the slopes are made of differences."""
+def test_sensitivities_of_a_long_walk():
+    """Slopes are made of differences of means, which for long walks are less than the floats resolve."""
     unrolled = AugmentedGraph(GoalGraph(tuple(range(8)), 8), drop_key=True, walk=Walk(0.5, 0.1, 0.4))
     weights = unrolled.weights.toarray()
     means, _ = passage_exactly(weights, unrolled.exit)
@@ -125,7 +125,7 @@ def test_sensitivities_of_a_walk_that_takes_long():
 
 
 @pytest.mark.parametrize("n", [1, 2, 60, 65, 130, 200])
-def test_sizes_around_a_block_of_columns(n):
+def test_elimination_at_sizes_around_a_block(n):
     rng = np.random.default_rng(n)
     moves = rng.random((n, n)) * (rng.random((n, n)) < 0.1)
     np.fill_diagonal(moves, 0)
@@ -137,7 +137,7 @@ def test_sizes_around_a_block_of_columns(n):
     np.testing.assert_allclose(elimination.solve_transposed(b), np.linalg.solve(system.T, b), rtol=1e-10)
 
 
-def test_the_kernel_is_its_own_source(monkeypatch):
+def test_compiled_kernel_equals_its_own_source(monkeypatch):
     unrolled = AugmentedGraph(GoalGraph((0, 0, 1, 2), 4), drop_key=True)
     moves, leaving = unrolled.weights[:-1][:, :-1], np.ones(len(unrolled.nodes) - 1) * 1e-3
     compiled = Elimination(moves, leaving).solve(np.ones(len(leaving)))
@@ -146,7 +146,7 @@ def test_the_kernel_is_its_own_source(monkeypatch):
     assert Elimination(moves, leaving).solve(np.ones(len(leaving))).tolist() == compiled.tolist()
 
 
-def test_a_walk_too_long_for_floats_is_one_clear_line():
+def test_walk_too_long_for_floats_raises_input_error():
     with pytest.raises(InputError, match=r"at most about 1e\+290 steps, as 64-bit floats"):
         analyze(GoalGraph(tuple(range(20)), 20), True, Walk(0, 1e-8, 1 - 1e-8)).expected_steps  # noqa: B018
     report = analyze(GoalGraph(tuple(range(15)), 15), True, Walk(0, 1e-6, 1 - 1e-6))
@@ -156,19 +156,19 @@ def test_a_walk_too_long_for_floats_is_one_clear_line():
     assert report.std == pytest.approx(report.expected_steps), "nearly all walks start again many times"
 
 
-def test_a_system_of_no_nodes_has_a_solution_of_none():
+def test_empty_system_has_an_empty_solution():
     empty = Elimination(sp.csr_array((0, 0)), np.empty(0))
     assert empty.solve([]).shape == empty.solve_transposed([]).shape == (0,)
 
 
-def test_the_least_rate_is_still_held_and_less_is_refused():
+def test_rate_below_least_rate_raises_input_error():
     alone = sp.csr_array((1, 1))
     assert Elimination(alone, np.array([module.LEAST_RATE])).solve([1.0]) == 1 / module.LEAST_RATE
     with pytest.raises(InputError, match="a walk may take at most about"):
         Elimination(alone, np.array([module.LEAST_RATE / 2]))
 
 
-def test_what_stays_is_ignored():
+def test_self_loops_are_ignored():
     moves, leaving = np.random.default_rng(2).random((6, 6)), np.array([0, 0, 0.5, 0, 0, 0.1])
     others = moves * (1 - np.eye(6))
     found, expected = (Elimination(sp.csr_array(each), leaving).solve(np.arange(6)) for each in (moves, others))

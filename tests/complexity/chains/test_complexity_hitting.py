@@ -52,7 +52,7 @@ def test_mean_and_variance_on_a_complete_graph(form):
     np.testing.assert_allclose(variances, expected * (1 - chance) / chance**2, rtol=1e-12)
 
 
-def test_staying_written_out_or_left_out_is_the_same():
+def test_diagonal_of_weights_may_be_left_out():
     moves = birth_death([0.2, 0.3], [0.1, 0.4])
     written_out = moves + np.diag(1 - moves.sum(axis=1))
     np.testing.assert_allclose(mean_first_passage_time(moves, 2), mean_first_passage_time(written_out, 2), rtol=1e-12)
@@ -60,7 +60,7 @@ def test_staying_written_out_or_left_out_is_the_same():
 
 
 @FORMS
-def test_gamblers_ruin(form):
+def test_hitting_probability_of_gamblers_ruin(form):
     n, p = 8, 0.45
     ruin = birth_death(np.r_[0.0, np.full(n - 1, p)], np.r_[np.full(n - 1, 1 - p), 0.0])
     odds = (1 - p) / p
@@ -91,7 +91,7 @@ def test_absorbing_and_unreachable_targets_are_exact():
 
 
 @pytest.mark.parametrize("letter", ["a", "c", "e", "g"])
-def test_sensitivity_is_the_slope(letter):
+def test_sensitivity_equals_numerical_slope(letter):
     unrolled = AugmentedGraph(NAMED_GRAPHS[letter], drop_key=True)
     weights = unrolled.weights.toarray()
     slopes = passage_time_sensitivity(weights, 0, unrolled.exit)
@@ -120,19 +120,19 @@ def test_sensitivity_is_the_slope(letter):
         ([[0.0, 3.0], [1.0, 0.0]], "row 0 of W sums to 3 \\(2 too much\\); divide rates, counts or rounded numbers by"),
     ],
 )
-def test_one_clear_message_about_w(weights, message):
+def test_invalid_weights_raise_input_error(weights, message):
     with pytest.raises(InputError, match=message) as caught:
         mean_first_passage_time(weights, 1)
     assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("node", [2, -1, 0.5, True, "exit"])
-def test_one_clear_message_about_a_node(node):
+def test_invalid_node_raises_input_error(node):
     with pytest.raises(InputError, match="a node must be a whole number from 0 to 1, not"):
         expected_visits(np.eye(2), node, 1)
 
 
-def test_variance_of_a_walk_that_hardly_ever_waits():
+def test_variance_of_a_walk_that_rarely_waits():
     """The second moment less the squared mean would lose seven digits of it."""
     up = np.full(50, 1 - 2.0**-20)
     expected = ((1 - up) / up**2)[::-1].cumsum()[::-1]
@@ -147,7 +147,7 @@ def restarts(n):
 
 
 def test_variance_of_a_walk_that_restarts():
-    """That over the first step would lose ten digits of it: the means are large and lie close together."""
+    """The equation over the first step would lose ten digits: the means are large and nearly equal."""
     n = 40
     mean = 2 ** (n + 1) - 2
     means = [mean - 2 ** (i + 1) + 2 for i in range(n)] + [0]
@@ -160,12 +160,12 @@ def test_variance_of_a_walk_that_restarts():
     np.testing.assert_allclose(first_passage_variance(restarts(n), n)[:-1], expected, rtol=1e-13)
 
 
-def test_sensitivity_where_means_are_too_large_to_tell_apart():
+def test_sensitivity_with_nearly_equal_large_means():
     slopes = passage_time_sensitivity(restarts(60), 0, 60)
     assert slopes[0, 1] == pytest.approx(-(2.0**61), rel=1e-12)  # 2^60 visits of 0, two steps saved by each
 
 
-def test_sensitivity_has_the_edges_that_are_walked_and_no_others():
+def test_sensitivity_has_only_walked_edges():
     w = np.zeros((5, 5))
     w[0, 1], w[0, 2], w[1, 3], w[2, 3], w[4, 0] = 0.25, 0.75, 1, 0.5, 1
     slopes = passage_time_sensitivity(w, 0, 3)
@@ -183,15 +183,15 @@ def test_targets_may_be_any_iterable():
 
 
 @pytest.mark.parametrize("chance_to_miss", [0.5, 1.0])
-def test_sensitivity_where_the_target_may_be_missed(chance_to_miss):
+def test_sensitivity_is_nan_if_target_may_be_missed(chance_to_miss):
     w = np.zeros((3, 3))
     w[0, 1], w[0, 2] = chance_to_miss, 1 - chance_to_miss
     assert np.isnan(passage_time_sensitivity(w, 0, 2).data).all()
 
 
 @pytest.mark.parametrize("scale", [1e-25, 1e-35])
-def test_variance_of_a_walk_that_hardly_ever_ends(scale):
-    """Means so large that one step's difference of two of them is rounding: only the second moment is right."""
+def test_variance_of_a_walk_that_rarely_ends(scale):
+    """The means are so large that their differences are rounding: only the second moment is right."""
     rng, n = np.random.default_rng(0), 5
     moves = rng.random((n, n)) * ~np.eye(n, dtype=bool)
     weights = np.zeros((n + 1, n + 1))

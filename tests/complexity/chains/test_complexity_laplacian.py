@@ -34,14 +34,14 @@ def dense_hitting_time(weights, source, target):
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_the_two_digits_of_the_specification(drop_key):
+def test_hitting_times_equal_the_papers_two_digits(drop_key):
     values = [analyze(letter, drop_key).hitting_time for letter in NAMED_GRAPHS]
     assert tuple(round(value, 2) for value in values) == TO_TWO_DIGITS[drop_key]
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
 @pytest.mark.parametrize("n_rooms", [2, 3, 4, 5])
-def test_every_graph_against_a_dense_pseudo_inverse(n_rooms, drop_key):
+def test_hitting_time_equals_dense_pseudo_inverse(n_rooms, drop_key):
     for graph in enumerate_graphs(n_rooms):
         unrolled = AugmentedGraph(graph, drop_key)
         dense = dense_hitting_time(unrolled.weights.toarray(), unrolled.start, unrolled.exit)
@@ -93,7 +93,7 @@ def corridor(n, ahead, back):
 
 
 @pytest.mark.parametrize(("n", "ahead", "back"), [(6, 0.9, 0.001), (8, 0.9, 0.001), (20, 0.9, 0.1)])
-def test_a_corridor_in_exact_fractions_however_its_nodes_are_numbered(n, ahead, back):
+def test_corridor_equals_exact_fractions_in_any_order(n, ahead, back):
     weights, b = corridor(n, ahead, back), [1] + [0] * (n - 2) + [-1]
     exact = [[Fraction(float(value)) for value in row] for row in weights]
     k = [[sum(row) * (i == j) - value for j, value in enumerate(row)] for i, row in enumerate(exact)]
@@ -115,7 +115,7 @@ def by_visits(chain, restart):
 @pytest.mark.parametrize("walk", [Walk(), Walk(0.5, 0.3, 0.2), Walk(0.9, 0.0999, 0.0001)])
 @pytest.mark.parametrize("drop_key", [False, True])
 @pytest.mark.parametrize("n_rooms", [2, 3, 4, 5])
-def test_it_follows_from_the_visits_before_the_exit(n_rooms, drop_key, walk):
+def test_hitting_time_follows_from_visits_before_the_exit(n_rooms, drop_key, walk):
     """Equation (2) of `hierroom.complexity.chains.laplacian`."""
     for graph in enumerate_graphs(n_rooms):
         report = analyze(graph, drop_key, walk)
@@ -123,7 +123,7 @@ def test_it_follows_from_the_visits_before_the_exit(n_rooms, drop_key, walk):
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_it_exceeds_its_limit_where_many_steps_are_spent_at_the_start(drop_key):
+def test_hitting_time_exceeds_100_with_many_start_visits(drop_key):
     above = 0
     for n_rooms in range(2, 13):
         report = analyze(GoalGraph(tuple(range(n_rooms - 1)), n_rooms - 1), drop_key)
@@ -133,7 +133,7 @@ def test_it_exceeds_its_limit_where_many_steps_are_spent_at_the_start(drop_key):
     assert 0 < above < 11
 
 
-def test_with_symmetric_weights_it_is_the_effective_resistance():
+def test_symmetric_weights_give_the_effective_resistance():
     resistors = np.array([2.0, 3.0, 5.0])
     in_a_row = np.diag(1 / resistors, 1) + np.diag(1 / resistors, -1)
     assert laplacian_hitting_time(in_a_row, 0, 3) == pytest.approx(10, rel=1e-12)
@@ -141,7 +141,7 @@ def test_with_symmetric_weights_it_is_the_effective_resistance():
     assert laplacian_hitting_time(complete, 1, 4) == pytest.approx(2 / 6, rel=1e-12)
 
 
-def test_it_saturates_at_the_inverse_of_the_chance_to_leave_the_exit():
+def test_hitting_time_saturates_at_inverse_restart_probability():
     rows = [analyze(GoalGraph(tuple(range(n_rooms - 1)), n_rooms - 1)) for n_rooms in (8, 20)]
     assert [round(row.hitting_time, 1) for row in rows] == [98.7, 100.0]
     assert rows[1].expected_steps > 1000 * rows[0].expected_steps
@@ -149,7 +149,7 @@ def test_it_saturates_at_the_inverse_of_the_chance_to_leave_the_exit():
     assert rarer.hitting_time == pytest.approx(200, rel=5e-3)
 
 
-def test_walks_of_any_shape_against_the_pseudo_inverse():
+def test_random_walks_equal_the_pseudo_inverse():
     rng = np.random.default_rng(3)
     several_ends = compared = 0
     for _ in range(400):
@@ -167,7 +167,7 @@ def test_walks_of_any_shape_against_the_pseudo_inverse():
     assert several_ends > 20
 
 
-def test_unreachable_is_infinite():
+def test_unreachable_target_has_infinite_hitting_time():
     one_way = np.array([[0.0, 0.0], [0.3, 0.0]])
     assert laplacian_hitting_time(one_way, 0, 1) == np.inf
     assert laplacian_hitting_time(np.zeros((3, 3)), 0, 2) == np.inf
@@ -176,7 +176,7 @@ def test_unreachable_is_infinite():
 
 @pytest.mark.parametrize("drop_key", [False, True])
 @pytest.mark.parametrize("letter", ["a", "d", "g"])
-def test_sensitivity_is_the_slope(letter, drop_key):
+def test_sensitivity_equals_numerical_slope(letter, drop_key):
     unrolled = AugmentedGraph(NAMED_GRAPHS[letter], drop_key)
     weights = unrolled.weights.toarray()
     for i, j, slope in zip(*sp.find(laplacian_sensitivity(weights, 0, unrolled.exit)), strict=True):
@@ -187,13 +187,13 @@ def test_sensitivity_is_the_slope(letter, drop_key):
         assert slope == pytest.approx((more - less) / 2e-6, rel=1e-4, abs=1e-2)
 
 
-def test_sensitivity_of_a_time_that_is_infinite():
+def test_sensitivity_of_infinite_hitting_time_is_nan():
     w = np.array([[0, 0.5, 0], [0.5, 0, 0], [0.3, 0, 0]])
     assert laplacian_hitting_time(w, 0, 2) == np.inf
     assert np.isnan(laplacian_sensitivity(w, 0, 2).data).all()
 
 
-def test_nodes_that_hang_together_with_nothing_do_not_matter():
+def test_isolated_nodes_do_not_change_sensitivity():
     loop = np.array([[0, 0.3, 0], [0.1, 0, 0.2], [0.01, 0, 0]])
     apart = np.zeros((5, 5))
     apart[np.ix_([0, 2, 4], [0, 2, 4])] = loop
@@ -201,6 +201,6 @@ def test_nodes_that_hang_together_with_nothing_do_not_matter():
     np.testing.assert_allclose(slopes[np.ix_([0, 2, 4], [0, 2, 4])], laplacian_sensitivity(loop, 0, 2).toarray())
 
 
-def test_sensitivity_needs_one_place_to_end_up():
+def test_sensitivity_with_two_ends_raises_input_error():
     with pytest.raises(InputError, match="2 parts that are never left"):
         laplacian_sensitivity(np.array([[0, 0.1, 0.1], [0, 0, 0], [0, 0, 0]]), 0, 1)

@@ -23,14 +23,14 @@ def complete(n):
 
 @pytest.mark.parametrize("n", [5, 150])  # by squaring and by stepping
 @pytest.mark.parametrize("form", [np.asarray, sp.csr_array])
-def test_complete_graph(n, form):
+def test_reach_on_a_complete_graph(n, form):
     missed = (1 - 1 / (n - 1)) ** TIMES
     np.testing.assert_allclose(reach_probability(form(complete(n)), 0, 1, TIMES), 1 - missed, atol=1e-12)
     np.testing.assert_allclose(expected_states(form(complete(n)), 0, TIMES), 1 + (n - 1) * (1 - missed), rtol=1e-10)
 
 
 @pytest.mark.parametrize("small", [0, 10**9])
-def test_powers_of_the_matrix(monkeypatch, small):
+def test_reach_equals_powers_of_the_matrix(monkeypatch, small):
     monkeypatch.setattr(reach_module, "SMALL", small)
     weights = AugmentedGraph(NAMED_GRAPHS["c"], drop_key=True).weights.toarray()
     chances = weights + np.diag(1 - weights.sum(axis=1))
@@ -53,7 +53,7 @@ def test_a_slow_walk_that_never_restarts_falls_back_to_squaring(monkeypatch):
 
 
 @pytest.mark.parametrize("small", [0, 10**9])
-def test_a_target_that_may_be_missed(monkeypatch, small):
+def test_reach_of_a_target_that_may_be_missed(monkeypatch, small):
     monkeypatch.setattr(reach_module, "SMALL", small)
     w = np.zeros((4, 4))
     w[0, 1], w[0, 2] = 0.3, 0.1  # node 3 is alone
@@ -67,7 +67,7 @@ def test_a_target_that_may_be_missed(monkeypatch, small):
 
 @pytest.mark.parametrize("drop_key", [False, True])
 @pytest.mark.parametrize("letter", NAMED_GRAPHS)
-def test_against_simulated_walks(letter, drop_key):
+def test_reach_agrees_with_simulated_walks(letter, drop_key):
     report = analyze(letter, drop_key)
     n_walks, times = 100_000, np.array([5, 20, 60, 150, 400])
     for goal in ("exit", "door 1"):
@@ -78,7 +78,7 @@ def test_against_simulated_walks(letter, drop_key):
         assert (abs((simulated[:, None] <= times).mean(axis=0) - exact) < 4.5 * error).all()
 
 
-def test_the_whole_curve_of_a_ten_room_star():
+def test_reach_curve_sums_to_expected_steps():
     report = analyze(GoalGraph((0,) * 9, 1))
     curve = report.reach_probability(np.arange(2001))
     assert (np.diff(curve) >= -1e-15).all()
@@ -89,20 +89,20 @@ def test_the_whole_curve_of_a_ten_room_star():
 
 
 @pytest.mark.parametrize("letter", NAMED_GRAPHS)
-def test_expected_states_of_the_first_step_and_of_ever(letter):
+def test_expected_states_after_one_and_many_steps(letter):
     report = analyze(letter)
     states = report.expected_states([0, 1, 10**6])
     np.testing.assert_allclose(states, [1, 1.19, report.nodes], atol=1e-9)
 
 
-def test_times_keep_their_shape():
+def test_results_keep_the_shape_of_times():
     report = analyze("b")
     assert report.reach_probability(5).shape == ()
     assert report.reach_probability([[1, 2, 3], [4, 5, 6]]).shape == (2, 3)
     assert report.expected_states([]).shape == (0,)
 
 
-def test_a_time_without_end_changes_nothing_before_it():
+def test_huge_times_leave_earlier_values_unchanged():
     report = analyze(GoalGraph((0,) * 7, 1), drop_key=True)
     weights, exit_node = report.chain.weights, report.augmented.exit
     times = np.array([0, 50, 300, 2000, 10**5])
@@ -112,18 +112,18 @@ def test_a_time_without_end_changes_nothing_before_it():
         np.testing.assert_allclose(reached, [*expected, 1], atol=1e-11)
 
 
-def test_no_nodes_are_no_states():
+def test_expected_states_without_nodes_are_zero():
     assert expected_states(np.eye(3), 0, [0, 5], nodes=[]).tolist() == [0, 0]
 
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("times", [-1, 0.5, [1, -2], np.nan, "soon", np.inf, 1e30, 2**63, True])
-def test_one_clear_message_about_times(times):
+def test_invalid_times_raise_input_error(times):
     with pytest.raises(InputError, match="numbers of steps must be whole numbers from 0"):
         analyze("a").reach_probability(times)
 
 
-def test_a_walk_that_alternates_needs_no_powers(monkeypatch):
+def test_alternating_walk_needs_no_powers(monkeypatch):
     """The walk on a grid is at even cells after an even number of steps; its decay is geometric in two steps."""
     monkeypatch.setattr(reach_module, "later_by_squaring", None)
     grid = nx.to_numpy_array(nx.grid_2d_graph(10, 11))
@@ -134,7 +134,7 @@ def test_a_walk_that_alternates_needs_no_powers(monkeypatch):
     np.testing.assert_allclose(reach_probability(chances, 0, 109, times), expected, atol=1e-10)
 
 
-def test_powers_are_taken_only_where_they_cost_less_than_steps(monkeypatch):
+def test_powers_are_used_only_if_cheaper_than_steps(monkeypatch):
     def squared(*_):
         raise AssertionError("squared")
 
@@ -147,7 +147,7 @@ def test_powers_are_taken_only_where_they_cost_less_than_steps(monkeypatch):
         reach_probability(path.toarray()[:120, :120], 0, 119, 5000)
 
 
-def test_what_takes_long_is_said_on_standard_error(monkeypatch, capfd):
+def test_slow_reach_curve_reports_on_stderr(monkeypatch, capfd):
     monkeypatch.setattr(slow, "FIRST_SECONDS", 0.01)
     monkeypatch.setattr(reach_module, "LONG", 0)
     monkeypatch.setattr(reach_module, "_geometric_tail", lambda *_: None)

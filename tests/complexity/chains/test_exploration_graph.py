@@ -33,7 +33,7 @@ def test_weights_are_probabilities_or_rates():
     assert Chain.from_networkx(counted, "a", "b").expected_steps == pytest.approx(1 + 1 / 3)
 
 
-def test_nodes_of_a_matrix_have_names():
+def test_matrix_nodes_take_labels():
     names = ["hall", "cellar", "garden"]
     chain = Chain.from_matrix([[0, 1, 1], [1, 0, 0], [0, 0, 0]], "hall", "garden", names, rates=True)
     assert chain.expected_steps == pytest.approx(3)
@@ -69,7 +69,7 @@ def test_invalid_graphs_and_matrices_raise_input_error(make, arguments, message)
 
 
 @pytest.mark.parametrize("n", [3, 6, 12, 24])
-def test_a_target_that_is_never_left_has_no_hitting_time_of_the_paper(n):
+def test_absorbing_target_has_no_hitting_time(n):
     """Its value would be the steps spent at the start, n - 1, while the mean is (n - 1)^2."""
     line = nx.path_graph(n).to_directed()
     line.remove_edge(n - 1, n - 2)
@@ -83,7 +83,7 @@ def test_a_target_that_is_never_left_has_no_hitting_time_of_the_paper(n):
 
 
 @pytest.mark.parametrize("leak", [0, 1, 5])
-def test_a_walk_that_may_never_come_back_has_no_hitting_time_of_the_paper(leak):
+def test_walk_without_return_has_no_hitting_time(leak):
     """From the start, on the way or from the target: its value would be 5 again, the steps spent at the start."""
     line = nx.path_graph(6).to_directed()
     nx.add_cycle(line, ["elsewhere", "for ever"])
@@ -93,7 +93,7 @@ def test_a_walk_that_may_never_come_back_has_no_hitting_time_of_the_paper(leak):
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_the_papers_walk_on_a_graph_of_networkx_gives_the_papers_numbers(drop_key):
+def test_papers_walk_on_networkx_equals_the_augmented_graph(drop_key):
     report = analyze("c", drop_key)
     unrolled = report.augmented.to_networkx()
     unrolled.add_edge("exit", "start", weight=1.0)  # of a target only the restart counts
@@ -103,7 +103,7 @@ def test_the_papers_walk_on_a_graph_of_networkx_gives_the_papers_numbers(drop_ke
     np.testing.assert_allclose(chain.weights.toarray(), report.chain.weights.toarray())
 
 
-def test_the_papers_walk_divides_a_move_by_the_weights():
+def test_papers_walk_divides_moves_by_edge_weights():
     """The start's edges weigh 1 + 1 and 2; the dead end has only the restart, and the target too."""
     graph = nx.MultiDiGraph([("s", "t"), ("s", "t"), ("s", "dead end"), ("t", "dead end")])
     chain = Chain.from_networkx(graph, "s", "t", walk=Walk(0.7, 0.2, 0.1))
@@ -137,14 +137,14 @@ def test_rows_may_exceed_one_by_the_rounding_of_their_dtype(matrix):
     assert Walk(*np.array([0.8, 0.19, 0.01], np.float32)).restart == pytest.approx(0.01)
 
 
-def test_weights_of_edges_may_be_rounded_too():
+def test_edge_weights_may_be_rounded_to_float32():
     graph = nx.DiGraph()
     graph.add_weighted_edges_from([(0, j, np.float32(1 / 6)) for j in range(6)] + [(1, 0, np.float32(1))])
     assert Chain.from_networkx(graph, 0, 1).expected_steps == float("inf")
 
 
 @pytest.mark.parametrize("is_list", [False, True])
-def test_numbers_of_thousands_of_digits_are_one_clear_line(is_list):
+def test_numbers_with_thousands_of_digits_raise_input_error(is_list):
     huge = [10**5000] if is_list else 10**5000
     chain = Chain.from_matrix([[0, 1], [1, 0]], 0, 1)
     for attempt in (

@@ -1,4 +1,4 @@
-"""The long run of a walk against closed forms."""
+"""Measures of the long run of a walk against closed forms."""
 
 import math
 from dataclasses import asdict
@@ -41,7 +41,7 @@ def random_chain(seed, n=6):
 
 
 @given(st.floats(0.01, 1.0), st.floats(0.01, 1.0))
-def test_two_nodes(there, back):
+def test_measures_of_a_walk_on_two_nodes(there, back):
     """pi = (back, there) / (there + back); the other eigenvalue is 1 - there - back; E T = 1 / there."""
     weights = np.array([[0, there], [back, 0]])
     pi, other = np.array([back, there]) / (there + back), abs(1 - there - back)
@@ -63,7 +63,7 @@ def test_a_walk_that_swaps_two_nodes_never_mixes():
 
 
 @pytest.mark.parametrize("n", [3, 5, 8])
-def test_cover_times_with_closed_forms(n):
+def test_cover_times_equal_closed_forms(n):
     """Complete graph (n - 1) H_(n-1), cycle n (n - 1) / 2, path from its end (n - 1)^2."""
     harmonic = sum(1 / i for i in range(1, n))
     assert cover_time(uniform_walk(nx.complete_graph(n)), 0) == pytest.approx((n - 1) * harmonic)
@@ -79,7 +79,7 @@ def test_sampled_cover_times_agree_with_exact_ones(seed):
     assert abs(mean - cover_time(weights, 0)) < 4.5 * error
 
 
-def test_commute_times_are_resistances():
+def test_commute_times_equal_effective_resistances():
     """2 |E| times the effective resistance (Levin and Peres, proposition 10.7), which networkx has."""
     graph = nx.petersen_graph()
     weights = uniform_walk(graph)
@@ -96,7 +96,7 @@ def test_committors_of_the_gamblers_ruin():
 
 @pytest.mark.parametrize("most_dense_nodes", [2000, 10])
 @pytest.mark.parametrize("n", [60, 200])
-def test_the_gap_of_a_corridor_however_its_nodes_are_numbered(n, most_dense_nodes, monkeypatch):
+def test_spectral_gap_of_a_corridor_in_any_order(n, most_dense_nodes, monkeypatch):
     """Its eigenvalues are 1 and 2 sqrt(f b) cos(pi k / n), with the chances f and b to go ahead and back."""
     monkeypatch.setattr(ergodic, "MAX_DENSE_NODES", most_dense_nodes)
     weights = np.diag(np.full(n - 1, 0.9), 1) + np.diag(np.full(n - 1, 0.1), -1)
@@ -105,20 +105,20 @@ def test_the_gap_of_a_corridor_however_its_nodes_are_numbered(n, most_dense_node
         assert spectral_gap(one) == pytest.approx(1 - 0.6 * math.cos(math.pi / n), rel=1e-9)
 
 
-def test_the_gap_of_a_walk_with_several_ends_and_nodes_that_are_left():
+def test_spectral_gap_with_absorbing_and_transient_nodes():
     assert spectral_gap(np.array([[0, 0.5, 0.25], [0, 0, 0], [0, 0, 0]])) == 0, "it remembers where it ends"
     assert spectral_gap(np.array([[0, 0.25, 0], [0, 0, 1.0], [0, 0.5, 0]])) == pytest.approx(1 - 0.75)
 
 
 @pytest.mark.parametrize("n", [6, 8])
-def test_the_cover_time_of_a_corridor_against_the_stream(n):
+def test_cover_time_of_a_corridor_against_the_drift(n):
     weights = np.diag(np.full(n - 1, 0.9), 1) + np.diag(np.full(n - 1, 0.001), -1)
     exact = passage_exactly(weights, 0)[0][n - 1]
     assert exact > 10**14
     assert cover_time(weights, n - 1) == pytest.approx(float(exact), rel=1e-13)
 
 
-def test_large_graphs_find_the_same_gap(monkeypatch):
+def test_sparse_spectral_gap_equals_dense_gap(monkeypatch):
     weights = random_chain(1, n=12)
     expected = spectral_gap(weights)
     monkeypatch.setattr("hierroom.complexity.chains.ergodic.MAX_DENSE_NODES", 5)
@@ -127,7 +127,7 @@ def test_large_graphs_find_the_same_gap(monkeypatch):
         mixing_time(weights)
 
 
-def test_transient_nodes_and_nodes_out_of_reach():
+def test_measures_with_transient_and_unreachable_nodes():
     into_a_pair = np.array([[0, 0.5, 0.5], [0, 0, 1.0], [0, 0.5, 0]])
     np.testing.assert_allclose(stationary_distribution(into_a_pair), [0, 1 / 3, 2 / 3])
     assert cover_time(into_a_pair, 1) == math.inf
@@ -138,7 +138,7 @@ def test_transient_nodes_and_nodes_out_of_reach():
         stationary_distribution(np.zeros((2, 2)))
 
 
-def test_measures_of_the_paper_s_walk():
+def test_measures_of_the_papers_walk():
     """The commute time is the mean time to the exit and 100 steps, the mean time until the walk restarts."""
     chain = analyze("c").chain
     found = measure_walk(chain)
@@ -152,7 +152,7 @@ def test_measures_of_the_paper_s_walk():
     )
 
 
-def test_bad_input_is_one_line():
+def test_invalid_walk_measures_raise_input_error():
     weights = np.array([[0, 1.0], [1.0, 0]])
     for attempt, words in (
         (lambda: mixing_time(weights, 0), "between 0 and 1"),
@@ -166,7 +166,7 @@ def test_bad_input_is_one_line():
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_walk_measures_the_same_with_and_without_its_diagonal(seed):
+def test_walk_measures_ignore_the_diagonal(seed):
     moves = random_chain(seed)
     whole = moves + np.diag(1 - moves.sum(axis=1))
     one, other = (measure_walk(Chain.from_matrix(weights, 0, 5)) for weights in (moves, whole))

@@ -83,7 +83,7 @@ def test_minimum_k_and_window_equal_their_definition(seed, horizon):
     assert effective_planning_window(mdp, horizon) == slow_minimum_k(mdp, horizon, begin_with_rewards=True)
 
 
-def test_published_numbers_of_a_minigrid_level():
+def test_measures_equal_published_numbers_of_a_minigrid_level():
     """MiniGrid-KeyCorridorS3R1-v0 in BRIDGE, as its authors' repository holds it (consolidated_analyzed.json)."""
     env = gymnasium.make("MiniGrid-KeyCorridorS3R1-v0")
     mdp = enumerate_env(env, minigrid_state, actions=range(6), reward=lambda earned: float(earned > 0))
@@ -111,8 +111,8 @@ def test_gorp_on_a_lock_by_hand():
 
 
 @pytest.mark.parametrize(("most", "rollouts"), [(100, 15), (15, 15), (14, None)])
-def test_gorp_tries_as_many_rollouts_as_may_be(most, rollouts, monkeypatch):
-    """Of a lock of six 15 do, which is no power of two."""
+def test_gorp_tries_at_most_max_rollouts(most, rollouts, monkeypatch):
+    """A lock of six steps needs 15 rollouts, which is no power of two."""
     monkeypatch.setattr(gorp, "MAX_ROLLOUTS", most)
     assert Gorp(lock(6), 6).rollouts().rollouts == rollouts
 
@@ -130,7 +130,7 @@ def test_gorp_equals_real_rollouts(k, m):
 
 @settings(max_examples=30)
 @given(st.lists(st.sampled_from([0.0, 0.01, 0.2, 0.5, 0.9, 1.0]), min_size=4, max_size=4), st.integers(1, 8))
-def test_choices_equal_all_outcomes_added_up(chances, m):
+def test_choice_probabilities_equal_summed_outcomes(chances, m):
     nodes, weights = np.polynomial.legendre.leggauss(1)
     found = choice_probabilities(np.array(chances), 2, m, (nodes + 1) / 2, weights / 2)
     at = [stats.binom.pmf(np.arange(m + 1), m, chance) for chance in chances]
@@ -142,7 +142,7 @@ def test_choices_equal_all_outcomes_added_up(chances, m):
     np.testing.assert_allclose(found, [wins, 1 - wins], atol=1e-9)
 
 
-def test_many_rollouts_are_counted_by_a_window():
+def test_choice_probabilities_of_a_million_rollouts():
     nodes, weights = np.polynomial.legendre.leggauss(1)
     found = choice_probabilities(np.array([0.3, 0.3005]), 2, 1_000_000, (nodes + 1) / 2, weights / 2)
     deviation = math.sqrt(1e6 * (0.3 * 0.7 + 0.3005 * 0.6995))
@@ -152,8 +152,8 @@ def test_many_rollouts_are_counted_by_a_window():
 
 @pytest.mark.parametrize("chance", [1 - 1e-15, 1 - 1e-12, 0.999])
 @pytest.mark.parametrize("m", [20, 21, 64, 1024])
-def test_what_succeeds_almost_surely_is_chosen(chance, m):
-    """The numbers of successes far below its mean are no floats."""
+def test_choice_probabilities_with_almost_sure_success(chance, m):
+    """The probabilities of far fewer successes than the mean are too small for floats."""
     nodes, weights = np.polynomial.legendre.leggauss(1)
     found = choice_probabilities(np.array([0.4, chance]), 2, m, (nodes + 1) / 2, weights / 2)
     n = np.arange(m + 1)
@@ -162,7 +162,7 @@ def test_what_succeeds_almost_surely_is_chosen(chance, m):
     np.testing.assert_allclose(found, [wins, 1 - wins], atol=1e-9)
 
 
-def test_more_rollouts_on_a_long_horizon_do_no_harm():
+def test_gorp_success_stays_1_with_more_rollouts():
     gorp = Gorp(graph_mdp(AugmentedGraph(NAMED_GRAPHS["a"])), 300)
     for m in (1, 20, 21, 64, 1024):
         assert gorp.success_probability(m) == pytest.approx(1)
@@ -212,7 +212,7 @@ def test_policy_information_of_returns_by_hand():
     assert policy_information([[0, 1], [1, 0]]).pic == pytest.approx(0)
 
 
-def test_the_mdp_of_graph_c():
+def test_graph_mdp_of_graph_c():
     augmented = AugmentedGraph(NAMED_GRAPHS["c"])
     mdp = graph_mdp(augmented)
     assert (mdp.n_states, mdp.n_actions, mdp.shortest_solution()) == (9, 3, 5)
@@ -222,13 +222,13 @@ def test_the_mdp_of_graph_c():
     assert mdp.rewards.sum() == (augmented.edges[:, 1] == augmented.exit).sum()
 
 
-def test_all_measures_at_once():
+def test_measure_mdp_returns_all_measures():
     found = measure_mdp(lock(3), 3)
     assert (found.states, found.actions, found.shortest, found.k, found.planning_window) == (5, 2, 3, 1, 3)
     assert (found.rollouts, found.effective_horizon, found.samples) == (2, 2.0, 9 * 4)
 
 
-def test_bad_input_is_one_line():
+def test_invalid_mdp_input_raises_input_error():
     mdp = lock(2)
     bad = [
         (lambda: DeterministicMDP(np.zeros((2, 2), int), np.zeros((2, 3))), "shape"),
@@ -254,7 +254,7 @@ def test_bad_input_is_one_line():
         assert "\n" not in str(caught.value)
 
 
-def test_what_no_float_holds_is_infinite_or_left_out():
+def test_values_beyond_floats_are_infinite_or_left_out():
     """The gaps of a long lock have squares, and its chances inverses, that are too small or too large for floats."""
     assert effective_horizon(lock(182, 8), 182).value == 182
     measured = measure_mdp(lock(367, 8), 367, n_policies=2)

@@ -33,7 +33,7 @@ def measured():
     return MeasuredReport(report, count_transitions(episodes, report.nodes, 0, report.augmented.exit)), episodes
 
 
-def test_counting_by_hand():
+def test_count_transitions_by_hand():
     counts = count_transitions([[0, 0, 1, 2], [0, 1, 1, 1]], n_nodes=3, start=0, exit_node=2)
     assert counts.lengths.tolist() == [3, 3]
     assert counts.escaped.tolist() == [True, False]
@@ -42,7 +42,7 @@ def test_counting_by_hand():
     assert counts.total([2, 0]).toarray().tolist() == [[2, 2, 0], [0, 0, 2], [0, 0, 0]]
 
 
-def test_the_chain_of_a_walk_is_that_walk(measured):
+def test_measured_chain_recovers_the_assumed_walk(measured):
     report, _ = measured
     for name, interval in report.intervals.items():
         assert interval.low <= interval.value <= interval.high
@@ -52,7 +52,7 @@ def test_the_chain_of_a_walk_is_that_walk(measured):
 
 
 @pytest.mark.slow
-def test_intervals_hold_the_truth_about_as_often_as_they_say():
+def test_intervals_cover_the_true_value_at_their_level():
     assumed, rng = analyze("a"), np.random.default_rng(2)
     held = 0
     for _ in range(20):
@@ -71,7 +71,7 @@ def test_the_same_seed_gives_the_same_intervals(measured):
     assert once != other
 
 
-def test_nobody_escapes():
+def test_report_without_escapes_is_infinite():
     assumed = analyze("a")
     report = MeasuredReport(assumed, count_transitions([[0, 0, 1], [0, 0, 0]], 5, 0, 4), n_resamples=5)
     assert report.empirical_steps == np.inf
@@ -84,19 +84,19 @@ def test_nobody_escapes():
     assert "nobody escaped" in str(report)
 
 
-def test_a_measured_chain_answers_what_an_assumed_one_does(measured):
+def test_measured_report_has_measured_and_assumed_numbers(measured):
     report, _ = measured
     table = report.to_dict()
     assert table["measured"]["steps to key 2"]["value"] == report.chain.expected_steps_to("key 2")
     assert table["assumed"]["steps to key 2"] == report.assumed.expected_steps_to("key 2")
     assert table["expected_states"]["100"] == report.chain.expected_states(100)
     assert min(table["goal_sensitivity"]) == min(report.assumed.goal_sensitivity())
-    # a node that nobody came to hangs together with nothing, and is no reason to refuse
+    # a node without visits is isolated, and raises no error
     partly = MeasuredReport(analyze("b"), count_transitions([[0, 1, 3, 12]], 13, 0, 12))
     assert sum(edge.elasticity for edge in partly.chain.edge_sensitivity()) == pytest.approx(-1, rel=1e-9)
 
 
-def test_moves_name_what_differs():
+def test_moves_list_edges_missing_from_the_assumed_walk():
     assumed = analyze("a")
     report = MeasuredReport(assumed, count_transitions([[0, 1, 2, 3, 4]] * 3, 5, 0, 4), n_resamples=5)
     moves = {(move.source, move.target): move for move in report.moves()}
@@ -105,7 +105,7 @@ def test_moves_name_what_differs():
     assert "3 of 12 steps took an edge that the assumed walk lacks" in str(report)
 
 
-def test_counts_of_another_graph_are_refused():
+def test_counts_of_another_graph_raise_input_error():
     counts = count_transitions([[0, 1, 2]], 3, 0, 2)
     with pytest.raises(InputError, match="over 3 nodes, but goal graph c has 9"):
         MeasuredReport(analyze("c"), counts)
@@ -133,7 +133,7 @@ def test_passages_go_on_through_truncated_episodes():
     assert counts.passages().tolist() == [2, 4 + 2]  # three steps and a restart, then two steps
 
 
-def test_no_interval_without_a_width():
+def test_few_or_equal_episodes_have_no_interval():
     assumed = analyze("a")
     alike = MeasuredReport(assumed, count_transitions([[0, 1, 3, 4]] * 12, 5, 0, 4))
     one = MeasuredReport(assumed, count_transitions([[0, 0, 0, 1, 3, 4]], 5, 0, 4))
@@ -146,7 +146,7 @@ def test_no_interval_without_a_width():
         assert "none: the episodes are too few, or too much alike" in str(report)
 
 
-def test_resamples_one_after_the_other_are_those_drawn_at_once(measured):
+def test_observed_resamples_equal_one_large_draw(measured):
     counts, n = measured[0].counts, 400
     rng = np.random.default_rng(3)
     draws = rng.multinomial(n, np.full(n, 1 / n), size=50)
@@ -159,7 +159,7 @@ def test_resamples_one_after_the_other_are_those_drawn_at_once(measured):
         assert found[name][1:] == pytest.approx(tuple(ends), rel=1e-12)
 
 
-def test_wilsons_interval():
+def test_wilson_interval_by_hand():
     # 10 of 50 in the tables of Brown, Cai and DasGupta's formula, worked out by hand: z = 1.96, z^2 = 3.8415
     value, low, high = wilson_interval(0.2, 50, 0.95)
     assert (value, round(low, 4), round(high, 4)) == (0.2, 0.1124, 0.3304)
@@ -167,7 +167,7 @@ def test_wilsons_interval():
     assert wilson_interval(1.0, 300, 0.95).low == pytest.approx(300 / 303.8415, rel=1e-4)
 
 
-def test_the_walk_itself_is_markov():
+def test_markov_test_accepts_the_assumed_walk():
     assumed, rng = analyze("a"), np.random.default_rng(5)
     tests = []
     for _ in range(100):
@@ -180,7 +180,7 @@ def test_the_walk_itself_is_markov():
     assert (chances < 0.01).sum() <= 5
 
 
-def test_a_walk_with_a_memory_is_not():
+def test_markov_test_rejects_a_walk_with_memory():
     """Every stay lasts three steps exactly: the chain's mean is right, its deviation is not, and the test says so."""
     assumed, rng = analyze("a"), np.random.default_rng(6)
     episodes = [
@@ -198,7 +198,7 @@ def test_a_walk_with_a_memory_is_not():
     assert report.to_dict()["markov_test"]["p_value"] < 1e-6
 
 
-def test_the_test_on_a_table_worked_by_hand():
+def test_markov_test_on_a_table_by_hand():
     # at node 1: from 0 to 2 30 times and to 3 10, from 4 10 and 30: chi-squared = 80 (30^2 - 10^2)^2 / 40^4 = 20
     triples = np.array([[0, 1, 2, 30], [0, 1, 3, 10], [4, 1, 2, 10], [4, 1, 3, 30], [2, 5, 0, 3], [3, 5, 2, 2]])
     statistic, degrees, p_value = markov_test(triples)
@@ -208,7 +208,7 @@ def test_the_test_on_a_table_worked_by_hand():
     assert "too few steps to test" in str(MeasuredReport(analyze("a"), count_transitions([[0, 1, 3, 4]], 5, 0, 4)))
 
 
-def test_rare_branches_do_not_look_like_a_memory():
+def test_markov_test_accepts_rare_branches():
     rng, chances = np.random.default_rng(7), []
     for rare, n in ((0.01, 1000), (0.1, 600)):
         for _ in range(100):

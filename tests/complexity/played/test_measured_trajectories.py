@@ -33,7 +33,7 @@ def cell(env):
     return env.unwrapped.cell
 
 
-def test_trajectories_by_hand():
+def test_measure_trajectories_by_hand():
     """a b (goal) after two steps; a a b b misses after three, so that b leads back to a."""
     played = measure_trajectories([["a", "b", "goal", "left out"], ["a", "a", "b", "b"]], "goal")
     assert played.chain.labels == ("a", "b", "goal")
@@ -53,12 +53,12 @@ def test_trajectories_by_hand():
         lambda walks: any(3 in walk for walk in walks)
     )
 )
-def test_the_mean_of_the_chain_is_the_observed_one_whatever_the_trajectories(walks):
+def test_chain_mean_equals_observed_mean(walks):
     played = measure_trajectories([[0, *walk] for walk in walks], 3)
     assert played.chain.expected_steps == pytest.approx(played.empirical_steps)
 
 
-def test_a_target_never_reached():
+def test_unreached_target_is_infinite_with_a_warning():
     played = replace(measure_trajectories([["a", "b"]], "goal", may_miss=True), n_resamples=5)
     assert played.empirical_steps == played.chain.expected_steps == float("inf")
     assert "0.0% reached the exit, 'goal'" in str(played)
@@ -68,7 +68,7 @@ def test_a_target_never_reached():
 
 
 @pytest.mark.parametrize(("second", "words"), [(4, "a node that is not the target"), (2, "not at 2 and 0")])
-def test_an_episode_that_begins_elsewhere_is_refused_before_the_next_one(second, words):
+def test_episode_with_another_start_raises_input_error(second, words):
     done = []
 
     def later(env):
@@ -79,7 +79,7 @@ def test_an_episode_that_begins_elsewhere_is_refused_before_the_next_one(second,
     assert done == [1]
 
 
-def test_random_play_in_a_gymnasium_environment():
+def test_measure_env_of_random_play():
     """A walk that stays at the wall half of the time needs 4 * 5 steps; its nodes are Markov states."""
     done = []
     played = measure_env(Corridor(), cell, 4, episodes=400, seed=1, progress=done.append)
@@ -96,8 +96,8 @@ def test_random_play_in_a_gymnasium_environment():
     assert replace(again, n_resamples=20).to_dict() == replace(played, n_resamples=20).to_dict()
 
 
-def test_a_memory_is_seen():
-    """Whoever came to the fork from the left goes right: the chain of places says that one in two turns back."""
+def test_markov_test_rejects_trajectories_with_memory():
+    """From the left the fork always leads right, but the chain of places says that one in two turns back."""
     walks = [["left", "fork", "right", "goal"], ["left", "start", "left", "fork", "right", "goal"]] * 20
     walks += [["left", "start", "right", "fork", "left", "fork", "right", "goal"]] * 20
     played = replace(measure_trajectories(walks, "goal"), n_resamples=5)
@@ -127,7 +127,7 @@ class TwoArms(gymnasium.Env):
         return 0, 0.0, has_ended, False, {}
 
 
-def test_an_episode_that_fails_never_escapes_and_one_that_is_truncated_may_have():
+def test_reach_is_known_after_failure_unknown_after_truncation():
     played = replace(measure_env(TwoArms(), lambda env: env.unwrapped.place, "goal", episodes=200), n_resamples=5)
     share = played.success_rate
     assert 0.3 < share < 0.7

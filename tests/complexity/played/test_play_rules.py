@@ -22,7 +22,7 @@ from hierroom.worlds.make import find_task
 
 
 def played(rules, n_episodes, seed=0, most=60):
-    """The goals of episodes in which any rule that applies is taken at random until the target is there."""
+    """Yield the goals of episodes that take applicable rules at random until the target is reached."""
     rng, target = np.random.default_rng(seed), rules.facts.index(rules.target)
     for _ in range(n_episodes):
         marking, achieved = rules.start_marking, []
@@ -46,20 +46,20 @@ def plain(rules):
 
 
 @pytest.mark.parametrize("letter", "abcdefg")
-def test_the_rules_of_a_goal_graph_are_found_from_two_hundred_random_walks(letter):
+def test_rules_of_goal_graphs_are_found_from_random_walks(letter):
     declared = GoalGraph.named(letter).rules()
     found = PlayedRules.of(played(declared, 200), declared.names, "exit")
     assert found.never == ()
     assert plain(found.rules) == plain(declared)
 
 
-def test_what_is_achieved_or_not_is_never_asked_for_twice():
+def test_goals_achieved_once_are_needed_once():
     episodes = [["edge", "edge", "gift"]]
     assert PlayedRules.of(episodes, ["edge", "gift"], "gift").ways["gift"] == ({"edge": 2},)
     assert PlayedRules.of(episodes, ["edge", "gift"], "gift", once=["edge"]).ways["gift"] == ({"edge": 1},)
 
 
-def test_a_task_of_truths_and_counts_counts_the_counts_alone():
+def test_play_rules_count_only_counted_goals():
     class Walk(gymnasium.Env):
         observation_space, action_space = gymnasium.spaces.Discrete(9), gymnasium.spaces.Discrete(2)
 
@@ -78,7 +78,7 @@ def test_a_task_of_truths_and_counts_counts_the_counts_alone():
     assert found.ways["end"] == ({"pair": 4},)  # which asks for odd itself, once
 
 
-def test_alternatives_and_counts_are_found():
+def test_play_rules_find_alternatives_and_counts():
     declared = Rules(
         {
             "wood": {"gives": "wood"},
@@ -95,13 +95,13 @@ def test_alternatives_and_counts_are_found():
 
 
 def all_needs(needs, goal):
-    """Everything that must have been achieved before a goal, by sets of what each needs."""
+    """Return all goals that must be achieved before a goal, directly or through others."""
     direct = {name for way in needs[goal] for name, _ in way}
     return direct.union(*(all_needs(needs, name) for name in direct))
 
 
 @pytest.mark.parametrize("spec", ["workshop:4", "workshop:6", "workshop:8"])
-def test_what_a_workshop_needs_is_found_from_five_hundred_random_walks(spec):
+def test_needs_of_workshops_are_found_from_random_walks(spec):
     workshop = find_task(spec)
     found = PlayedRules.of(played(workshop.rules, 500, most=200), workshop.rules.names, workshop.goal_set.names[-1])
     ours, theirs = plain(found.rules), plain(workshop.rules)
@@ -113,7 +113,7 @@ def test_what_a_workshop_needs_is_found_from_five_hundred_random_walks(spec):
 
 
 @pytest.mark.parametrize(("spec", "episodes"), [("workshop:4", 100), ("workshop:6", 300)])
-def test_what_a_real_workshop_needs_is_found_from_some_hundred_episodes_of_random_actions(spec, episodes):
+def test_needs_of_workshops_are_found_from_random_actions(spec, episodes):
     declared = find_task(spec).rules
     found = play_rules(Turns(EnvConfig(task=spec), 50, seed=1), make_player("random", 1), episodes).rules
     ours, theirs = plain(found), plain(declared)
@@ -123,7 +123,7 @@ def test_what_a_real_workshop_needs_is_found_from_some_hundred_episodes_of_rando
     assert analyze(found).fewest == analyze(declared).fewest
 
 
-def test_what_was_always_there_by_chance_is_needed_until_it_was_missing_once():
+def test_coincidental_need_disappears_with_a_counterexample():
     first = PlayedRules.of([["coin", "key", "door"]], ("coin", "key", "door"), "door")
     assert first.ways["door"] == ({"key": 1},)  # of which the coin was there before, too
     assert first.ways["key"] == ({"coin": 1},)
@@ -137,7 +137,7 @@ def test_what_was_always_there_by_chance_is_needed_until_it_was_missing_once():
     ]
 
 
-def test_a_target_that_was_never_achieved_is_refused_in_one_line():
+def test_never_achieved_target_raises_input_error():
     found = PlayedRules.of([["key"]], ("key", "door"), "door")
     assert found.never == ("door",)
     with pytest.raises(InputError, match="the target 'door' was never achieved in 1 episodes of play"):
@@ -145,13 +145,13 @@ def test_a_target_that_was_never_achieved_is_refused_in_one_line():
 
 
 @pytest.mark.parametrize("letter", "abcdefg")
-def test_the_rules_of_real_levels_are_found_from_a_trained_agent_with_random_goals(letter):
+def test_rules_of_levels_are_found_from_a_trained_agent(letter):
     agent = hierroom.load(letter, meta="random")
     found = play_rules(agent.turns(100, seed=1), agent.pair(100, seed=1), 300)
     assert plain(found.rules) == plain(GoalGraph.named(letter).rules())
 
 
-def test_the_command_prints_and_writes_the_rules_that_play_showed(tmp_path, monkeypatch, capsys):
+def test_command_prints_and_writes_played_rules(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert (
         complexity(["--task", "chest_task:free", "--from-play", "random", "--episodes", "200", "--out", "found.toml"])
