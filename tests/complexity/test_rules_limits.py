@@ -2,13 +2,14 @@
 
 import dataclasses
 import time
+from contextlib import nullcontext
 from itertools import pairwise
 
 import pytest
 from plain_rules import TUNNEL
 
 from hierroom import Rules
-from hierroom.complexity import analyze
+from hierroom.complexity import analyze, markings
 from hierroom.support.errors import InputError
 
 
@@ -69,3 +70,11 @@ def test_many_counts_and_facts_give_exact_markings():
         {"f79": 3},
     )
     assert analyze(wide).nodes == 80 + 3 + 1
+
+
+@pytest.mark.parametrize(("limit", "is_refused"), [(302, False), (301, True)])
+def test_rules_with_as_many_nodes_as_the_limit_are_analyzed(limit, is_refused, monkeypatch):
+    monkeypatch.setattr(markings, "MAX_NODES", limit)
+    counter = Rules({"a": {"gives": "a"}, "t": {"needs": {"a": 5}, "gives": "t"}}, "t", {"a": 300})
+    with pytest.raises(InputError, match="at most 301 markings") if is_refused else nullcontext():
+        assert analyze(counter).nodes == 302

@@ -67,9 +67,7 @@ def test_class_names_are_unique():
 
 @pytest.mark.parametrize("path", architecture.files(), ids=lambda path: path.relative_to(architecture.ROOT).as_posix())
 def test_no_file_is_long(path):
-    """House style: 60 to 200 lines, 300 is a smell; two files that are lists of rules have more."""
-    limit = {"ppo.py": 360, "turns.py": 350}.get(path.name, 300)
-    assert len(path.read_text().splitlines()) <= limit
+    assert len(path.read_text().splitlines()) <= 300
 
 
 CONTRIBUTING = (architecture.ROOT / "CONTRIBUTING.md").read_text()

@@ -73,7 +73,6 @@ OF_WORKSHOPS = {
     "meta's view": lambda turns: turns.situation(EVERYWHERE).view.things,
     "final view": lambda turns: turns.final_observation(CONTROLLER, turns.last_step, EVERYWHERE).view.things,
 }
-TASK_ARRAYS = ("counts", "markings", "lengths", "seeds", "numbers", "indices", "has_ended")
 OF_TASKS = {
     **{
         name: lambda turns, name=name: getattr(turns.world, name) for name in ("counts", "markings", "lengths", "seeds")

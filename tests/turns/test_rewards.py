@@ -9,7 +9,7 @@ from turns_helpers import make
 
 import hierroom
 from hierroom.agents.player import OraclePlayer
-from hierroom.goals import EXIT_GOAL, N_COLOURS
+from hierroom.goals import EXIT_GOAL
 from hierroom.meta import make_meta, take_turn
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.trainer import Trainer
@@ -130,7 +130,6 @@ def test_state_distances_equal_level_distances():
     mixed = state.distances(np.array([-1, EXIT_GOAL] * 4))
     assert (mixed[::2] == 0).all()
     assert (mixed[1::2] == state.distances(np.full(8, EXIT_GOAL))[1::2]).all()
-    assert N_COLOURS == 6
 
 
 def test_reward_is_found_by_module_and_name(tmp_path, monkeypatch):

@@ -119,7 +119,7 @@ def test_drawn_actions_follow_a_softmax():
 
 @pytest.mark.parametrize("can_drop", [False, True])
 def test_state_bits_differ_exactly_if_states_differ(can_drop):
-    world, rng = Engine([GoalGraph((0, 0), 2)], 64, size=11, drop_key=can_drop, seed=3, max_steps=10**9), None
+    world = Engine([GoalGraph((0, 0), 2)], 64, size=11, drop_key=can_drop, seed=3, max_steps=10**9)
     state, rng = world.state[np.zeros(64, int)], np.random.default_rng(0)
     of_state: dict[bytes, int] = {}
     for _ in range(400):

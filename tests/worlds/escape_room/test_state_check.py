@@ -75,12 +75,6 @@ def key_twice(level, grid):
     inside[row, col] = constants.KEY + level.colours[0]
 
 
-def hold_all(level, grid):
-    level.keys = level.found = 3
-    level.bag_size = 6
-    level.bag[:] = 0
-
-
 BREAK = {
     "the goal graph is a tree of its rooms": lambda level, grid: level.key_rooms.__setitem__(0, 1),
     "branches is the inverse of colours": lambda level, grid: level.colours.__setitem__(0, level.colours[1]),
