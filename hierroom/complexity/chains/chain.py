@@ -84,6 +84,8 @@ class Chain:
         as_node(self.source, n)
         for nodes in self.goals.values():
             as_nodes(nodes, n)
+        if len(self.goals[EXIT]) != 1:
+            raise InputError(f"the goal {EXIT!r} of a chain must be one node, not {len(self.goals[EXIT])}")
         if self.source in self.goals[EXIT]:
             raise InputError(f"a chain's start and exit must be two nodes, but both are {self.labels[self.source]!r}")
 

@@ -20,6 +20,8 @@ W = sp.csr_array(np.array([[0.0, 0.5, 0.0], [0.1, 0.0, 0.2], [0.0, 0.0, 0.0]]))
         (("a", "b", "c"), 0, {"exit": ("c",)}, "a node must be a whole number from 0 to 2, not 'c'"),
         (("a", "b", "c"), 0, {"key 1": (1,)}, "a chain needs a goal 'exit'; there is 'key 1'"),
         (("a", "b", "c"), 0, {}, "a chain needs a goal 'exit'; there is none"),
+        (("a", "b", "c"), 0, {"exit": ()}, "the goal 'exit' of a chain must be one node, not 0"),
+        (("a", "b", "c"), 0, {"exit": (1, 2)}, "the goal 'exit' of a chain must be one node, not 2"),
     ],
 )
 def test_a_chain_that_makes_no_sense_is_one_clear_line(labels, source, goals, message):
