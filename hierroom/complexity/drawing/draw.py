@@ -39,11 +39,6 @@ EXIT_COLOUR = "#35a853"
 INK, FAINT = "#333333", "#9a9a9a"
 
 
-def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
-    """Draw a goal graph next to its augmented graph into a .png (the default), .pdf or .svg file."""
-    save_figure(figure_of_graph(augmented), path)
-
-
 def svg_of(figure: Figure) -> str:
     """Return a figure as the text of an SVG document."""
     picture = io.StringIO()
@@ -117,7 +112,7 @@ def picture_file(path: str | Path) -> Path:
 
 
 def save_figure(figure: Figure, path: str | Path) -> None:
-    """Write a figure to a file atomically; see `draw_graph` for the formats."""
+    """Write a figure atomically to a .png (the default), .pdf or .svg file."""
     path, picture = picture_file(path), io.BytesIO()
     figure.savefig(picture, format=path.suffix[1:].lower(), dpi=150, facecolor="white")
     write_atomically(path, picture.getvalue())
