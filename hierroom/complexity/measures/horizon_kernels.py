@@ -57,20 +57,6 @@ def look_ahead_variances(transitions, variances):
 
 
 @njit(cache=True, nogil=True)
-def mark_optimal(transitions, rewards, best, is_optimal):
-    """Write which actions are optimal [T + 1, S, A], given the greatest values; values within `TIE` count as equal."""
-    n_states, n_actions = transitions.shape
-    for h in range(1, best.shape[0]):
-        row = best[h - 1]
-        for state in range(n_states):
-            top = best[h, state]
-            least = top - TIE * abs(top)
-            for action in range(n_actions):
-                after = np.uint64(transitions[state, action])
-                is_optimal[h, state, action] = rewards[state, action] + row[after] >= least
-
-
-@njit(cache=True, nogil=True)
 def greedy_is_optimal(transitions, rewards, values, is_optimal, start):
     """Return whether every policy that is greedy in Q takes only optimal actions, whatever it does at ties."""
     n_states, n_actions = transitions.shape

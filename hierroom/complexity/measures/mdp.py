@@ -101,8 +101,11 @@ class DeterministicMDP:
 
     def optimal_actions(self, horizon: int) -> NDArray[np.bool_]:
         """Return whether each action earns the greatest return: [T + 1, S, A] bool; row 0 is False."""
+        values = self.optimal_values(horizon)
         is_optimal = np.zeros((horizon + 1, *self.transitions.shape), bool)
-        kernels.mark_optimal(self.transitions, self.rewards, self.optimal_values(horizon), is_optimal)
+        for h in range(1, horizon + 1):
+            least = values[h] - kernels.TIE * np.abs(values[h])
+            is_optimal[h] = self.rewards + values[h - 1][self.transitions] >= least[:, None]
         return is_optimal
 
     def random_success(self, horizon: int) -> float:
