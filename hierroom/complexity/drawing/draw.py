@@ -39,13 +39,6 @@ EXIT_COLOUR = "#35a853"
 INK, FAINT = "#333333", "#9a9a9a"
 
 
-def svg_of(figure: Figure) -> str:
-    """Return a figure as the text of an SVG document."""
-    picture = io.StringIO()
-    figure.savefig(picture, format="svg", facecolor="white")
-    return picture.getvalue()
-
-
 def draw_goal_graph(graph: GoalGraph, axes: Axes, scale: float = 1.0) -> None:
     """Draw a goal graph onto an Axes: the start at the top, and below each node the nodes that it makes possible."""
     places = place_goals(graph)
