@@ -123,7 +123,7 @@ class AgentsConfig:
         require_number("curiosity_weight", self.curiosity_weight, 0)
         require_number("meta_start_success", self.meta_start_success, 0, 1)
 
-    def resolved_method(self, reward: Any = None) -> Method:
-        """Return the method with the config's meta-controller and a given reward instead of its own."""
+    def resolved_method(self, reward: Any) -> Method:
+        """Return the method with the config's meta-controller and reward instead of its own; None keeps its own."""
         method = METHODS[self.method]
         return replace(method, meta=self.meta or method.meta, reward=method.reward if reward is None else reward)

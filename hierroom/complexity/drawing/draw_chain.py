@@ -28,7 +28,7 @@ from hierroom.support.errors import InputError
 DEAD_COLOUR, USED_COLOUR = "#e15759", "#e15759"
 
 
-def figure_of_chain(chain: Chain, unrolled: MarkingGraph | None = None, restarts: bool = True) -> Figure:
+def figure_of_chain(chain: Chain, unrolled: MarkingGraph | None = None, *, restarts: bool) -> Figure:
     """Return the figure of a chain; a marking chain is drawn next to the goals of its rules.
 
     Args:

@@ -146,13 +146,11 @@ def measure_graphs(
         mdp = measure_mdp(graph_mdp(report.augmented), horizon)
         return MeasuredGraph(graph.name, mdp, measure_walk(report.chain))
 
-    return with_progress(measure, graphs, "measuring")
+    return with_progress(measure, graphs)
 
 
-def with_progress(
-    measure: Callable[[Item], MeasuredGraph], items: Iterable[Item], description: str
-) -> list[MeasuredGraph]:
+def with_progress(measure: Callable[[Item], MeasuredGraph], items: Iterable[Item]) -> list[MeasuredGraph]:
     """Measure each item, with a progress bar that disappears."""
     console = Console(stderr=True)  # not shown in files, where the bar would leave an empty line
-    tracked = track(list(items), description, console=console, transient=True, disable=not console.is_terminal)
+    tracked = track(list(items), "measuring", console=console, transient=True, disable=not console.is_terminal)
     return [measure(item) for item in tracked]
