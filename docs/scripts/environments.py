@@ -18,7 +18,6 @@ from PIL import Image
 
 import hierroom
 from hierroom.complexity import analyze
-from hierroom.complexity.drawing.draw import draw_graph
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.support.files import write_atomically
 from hierroom.worlds.escape_room.render import draw_level
@@ -93,7 +92,7 @@ def main() -> None:
     write_atomically(PICTURES / "pettingzoo.svg", badge())
     os.environ["SOURCE_DATE_EPOCH"] = "0"  # the same file whenever it is drawn
     with matplotlib.rc_context({"svg.hashsalt": "hierroom"}):
-        draw_graph(analyze("f").augmented, PICTURES / "graph-f.svg")
+        analyze("f").draw(PICTURES / "graph-f.svg")
     page = DOCS / "environments.md"
     before, rest = page.read_text().split(MARKS[0])
     write_atomically(page, f"{before}{MARKS[0]}{table()}{MARKS[1]}{rest.split(MARKS[1])[1]}".encode())

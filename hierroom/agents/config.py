@@ -35,31 +35,24 @@ ESCAPE_ROOM_FEATURES = (
 
 
 @dataclass(frozen=True)
-class Controller:
-    """The ``controller_0`` of a method: its usual reward, whether it sees the goal, and whether it has `Curiosity`."""
-
-    reward: Any
-    sees_goal: bool = False
-    is_curious: bool = False
-
-
-@dataclass(frozen=True)
 class Method:
-    """A pair of agents: its usual ``meta_0``, as in `meta.META_CONTROLLERS`, and its ``controller_0``."""
+    """A pair of agents: the usual ``meta_0``, as in `meta.META_CONTROLLERS`, and what ``controller_0`` is given."""
 
     meta: str
-    controller: Controller
+    reward: Any  # the usual one
+    sees_goal: bool = False
+    is_curious: bool = False  # whether it has `Curiosity`
 
 
 MethodName = Literal["ppo", "ppo-bonus", "ppo-sketch", "hippo", "ppo-novelty", "ppo-rnd"]
 
 METHODS: Mapping[str, Method] = {
-    "ppo": Method("none", Controller("extrinsic")),
-    "ppo-bonus": Method("none", Controller("bonus")),
-    "ppo-sketch": Method("fixed-dfs", Controller("extrinsic", sees_goal=True)),
-    "hippo": Method("fixed-dfs", Controller("intrinsic", sees_goal=True)),
-    "ppo-novelty": Method("none", Controller("novelty")),
-    "ppo-rnd": Method("none", Controller("extrinsic", is_curious=True)),
+    "ppo": Method("none", "extrinsic"),
+    "ppo-bonus": Method("none", "bonus"),
+    "ppo-sketch": Method("fixed-dfs", "extrinsic", sees_goal=True),
+    "hippo": Method("fixed-dfs", "intrinsic", sees_goal=True),
+    "ppo-novelty": Method("none", "novelty"),
+    "ppo-rnd": Method("none", "extrinsic", is_curious=True),
 }
 
 
@@ -130,8 +123,7 @@ class AgentsConfig:
         require_number("curiosity_weight", self.curiosity_weight, 0)
         require_number("meta_start_success", self.meta_start_success, 0, 1)
 
-    def resolved_method(self, reward: Any = None) -> Method:
-        """Return the method with the config's meta-controller and a given reward instead of its own."""
+    def resolved_method(self, reward: Any) -> Method:
+        """Return the method with the config's meta-controller and reward instead of its own; None keeps its own."""
         method = METHODS[self.method]
-        controller = replace(method.controller, reward=method.controller.reward if reward is None else reward)
-        return Method(self.meta or method.meta, controller)
+        return replace(method, meta=self.meta or method.meta, reward=method.reward if reward is None else reward)

@@ -47,7 +47,7 @@ class ChainReport(WalkReport):
         """Number of nodes between the start and the exit on the shortest path; ``inf`` if there is none."""
         moves = as_moves(self.chain.weights)
         steps = dijkstra(moves, indices=self.chain.source, unweighted=True)
-        return float(steps[list(self.chain.goals[EXIT])].min()) - 1
+        return float(steps[self.chain.goals[EXIT][0]]) - 1
 
     @property
     def width(self) -> None:

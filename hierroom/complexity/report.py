@@ -136,11 +136,6 @@ class ComplexityReport(WalkReport):
         return self.graph.width
 
     @property
-    def nodes(self) -> int:
-        """Number of nodes of the augmented graph."""
-        return len(self.augmented.nodes)
-
-    @property
     def edges(self) -> int:
         """Number of moves of the augmented graph, without restarts."""
         return len(self.augmented.edges)

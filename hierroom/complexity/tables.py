@@ -18,17 +18,17 @@ if TYPE_CHECKING:
 
 ColumnName = Literal["graph", "exit_depth", "width", "nodes", "edges", "hitting_time", "expected_steps", "std"]
 
-COLUMNS: Mapping[ColumnName, tuple[str, str]] = {
-    "graph": ("graph", ""),
-    "exit_depth": ("exit\ndepth", ""),
-    "width": ("width", ""),
-    "nodes": ("nodes", ""),
-    "edges": ("edges", ""),
-    "hitting_time": ("hitting\ntime", ".2f"),
-    "expected_steps": ("expected\nsteps", ".1f"),
-    "std": ("std", ".1f"),
+COLUMNS: Mapping[ColumnName, tuple[str, int]] = {
+    "graph": ("graph", 0),
+    "exit_depth": ("exit\ndepth", 0),
+    "width": ("width", 0),
+    "nodes": ("nodes", 0),
+    "edges": ("edges", 0),
+    "hitting_time": ("hitting\ntime", 2),
+    "expected_steps": ("expected\nsteps", 1),
+    "std": ("std", 1),
 }
-"""The columns of the table of graphs, each with its heading and number format."""
+"""The columns of the table of graphs, each with its heading and number of decimals."""
 FIELDS: tuple[str, ...] = ("key_rooms", "exit_room", "drop_key", *COLUMNS)
 """The columns of `rows_of`."""
 
@@ -41,9 +41,8 @@ def value_of(report: WalkReport, column: ColumnName) -> Any:
 def report_cells(report: WalkReport) -> list[str]:
     """Return a report's cells in a printed table, in the order of `COLUMNS`."""
     cells = []
-    for name, (_, style) in COLUMNS.items():
+    for name, (_, digits) in COLUMNS.items():
         value = value_of(report, name)
-        digits = int(style[1]) if style else 0
         cells.append(value if isinstance(value, str) else short(value, digits))
     return cells
 

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from hierroom.complexity.chains.weights import rounding_slack
-from hierroom.support.errors import InputError, require_number, shown, use_python_numbers
+from hierroom.support.errors import InputError, require_name, require_number, use_python_numbers
 
 
 @dataclass(frozen=True)
@@ -96,9 +96,7 @@ class Reading:
 
     def __post_init__(self) -> None:
         for field, allowed in READINGS.items():
-            if getattr(self, field) not in allowed:
-                given = shown(getattr(self, field))
-                raise InputError(f"{field} of a reading must be one of {', '.join(map(repr, allowed))}, not {given}")
+            require_name(f"{field} of a reading must be one of", getattr(self, field), allowed)
 
 
 PAPER_WALK = Walk()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -173,9 +174,9 @@ class WalkReport(ABC):
         save_figure(self._figure(), path)
 
     def _repr_svg_(self) -> str:
-        from hierroom.complexity.drawing.draw import svg_of
-
-        return svg_of(self._figure())
+        picture = io.StringIO()
+        self._figure().savefig(picture, format="svg", facecolor="white")
+        return picture.getvalue()
 
     def __str__(self) -> str:
         return "\n".join([self._head, *(f"  {name:<16}{value}" for name, value in self._lines())])

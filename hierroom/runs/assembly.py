@@ -44,7 +44,7 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
     network = partial(make_network, agents.network, vectors=features.vectors)
     learner = make_learner(features, world.n_actions, ppo, config.seed, network)
     curiosity = None
-    if pair.controller.is_curious:
+    if pair.is_curious:
         settings: dict[str, Any] = {"gamma": ppo.gamma, "seed": config.seed, "device": device}
         curiosity = Curiosity(features, num_envs, agents.curiosity_weight, **settings)
     controller = PPOAgent(features, learner, network=agents.network, curiosity=curiosity)

@@ -30,7 +30,7 @@ def make_turns(
     if method.meta == LEARNED:
         memories += meta_features(config).memories
     return Turns(
-        replace(config.env, reward=method.controller.reward, levels=levels, curriculum_stages=stages),
+        replace(config.env, reward=method.reward, levels=levels, curriculum_stages=stages),
         num_envs,
         seed=seed,
         autoreset=autoreset,
@@ -44,7 +44,7 @@ def controller_features(config: TrainConfig) -> Features:
     """Return the features of a config's controller."""
     world = world_spec(config.env)
     features = Features(world, config.agents.features or world.controller_features)
-    if config.resolved_method.controller.sees_goal:
+    if config.resolved_method.sees_goal:
         return features
     names = features.subset(of_goal=False)
     if not names:

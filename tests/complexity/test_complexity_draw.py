@@ -4,9 +4,9 @@ import pytest
 from matplotlib.figure import Figure
 from pictures import has_colour, pixels
 
-from hierroom.complexity import AugmentedGraph
+from hierroom.complexity import AugmentedGraph, analyze
 from hierroom.complexity.augmented import kinds_of_nodes
-from hierroom.complexity.drawing.draw import EXIT_COLOUR, INK, ROOM_COLOURS, draw_augmented, draw_goal_graph, draw_graph
+from hierroom.complexity.drawing.draw import EXIT_COLOUR, INK, ROOM_COLOURS, draw_augmented, draw_goal_graph
 from hierroom.complexity.drawing.drawn_places import place_augmented, place_goals
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
 from hierroom.support.errors import InputError
@@ -30,7 +30,7 @@ def drawn(monkeypatch):
 def test_every_goal_node_and_level_is_drawn(tmp_path, drawn, letter):
     unrolled = AugmentedGraph(NAMED_GRAPHS[letter], drop_key=True)
     path = tmp_path / "graph.png"
-    draw_graph(unrolled, path)
+    analyze(unrolled.graph, drop_key=True).draw(path)
     assert path.read_bytes()[:4] == b"\x89PNG"
     colours = pixels(path)
     assert (colours[0] == 255).all()  # on white
@@ -51,14 +51,14 @@ def test_every_goal_node_and_level_is_drawn(tmp_path, drawn, letter):
     [("c.PDF", "c.PDF", b"%PDF"), ("c.svg", "c.svg", b"<?xml"), ("c", "c.png", b"\x89PNG")],
 )
 def test_file_suffix_chooses_the_format(tmp_path, name, written, start):
-    draw_graph(AugmentedGraph(NAMED_GRAPHS["c"]), tmp_path / name)
+    analyze(NAMED_GRAPHS["c"]).draw(tmp_path / name)
     assert [path.name for path in tmp_path.iterdir()] == [written]
     assert (tmp_path / written).read_bytes().startswith(start)
 
 
 def test_failed_drawing_keeps_the_old_file(tmp_path, monkeypatch):
     path = tmp_path / "graph.png"
-    draw_graph(AugmentedGraph(NAMED_GRAPHS["a"]), path)
+    analyze(NAMED_GRAPHS["a"]).draw(path)
     old = path.read_bytes()
 
     def fail(figure, file, **_):
@@ -67,7 +67,7 @@ def test_failed_drawing_keeps_the_old_file(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Figure, "savefig", fail)
     with pytest.raises(ValueError, match="the ink is dry"):
-        draw_graph(AugmentedGraph(NAMED_GRAPHS["b"]), path)
+        analyze(NAMED_GRAPHS["b"]).draw(path)
     assert path.read_bytes() == old
     assert [*tmp_path.iterdir()] == [path]
 
@@ -103,7 +103,7 @@ def test_boxes_never_overlap_and_cover_all_nodes(unrolled):
     "graph", [GoalGraph((0, 0, 0, 1, 2), 5), GoalGraph(tuple(range(6)), 6), GoalGraph((0,) * 6, 1)]
 )
 def test_six_and_seven_rooms_fit_on_a_screen(tmp_path, graph):
-    draw_graph(AugmentedGraph(graph, True), tmp_path / "graph.png")
+    analyze(graph, drop_key=True).draw(tmp_path / "graph.png")
     height, width, _ = pixels(tmp_path / "graph.png").shape
     assert max(height, width) <= 2200
 
@@ -135,12 +135,12 @@ def test_drawn_goals_never_overlap():
 )
 def test_invalid_drawings_raise_input_error(tmp_path, graph, name, message):
     with pytest.raises(InputError, match=message):
-        draw_graph(AugmentedGraph(graph), tmp_path / name)
+        analyze(graph).draw(tmp_path / name)
     assert not [*tmp_path.iterdir()]
 
 
 def test_dollar_signs_in_names_are_not_tex(tmp_path):
     """Matplotlib would read what stands between dollar signs as TeX, and fail."""
     path = tmp_path / "graph.svg"
-    draw_graph(AugmentedGraph(GoalGraph((0,), 1, label=r"$\bad$")), path)
+    analyze(GoalGraph((0,), 1, label=r"$\bad$")).draw(path)
     assert path.read_bytes()

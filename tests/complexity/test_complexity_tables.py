@@ -9,7 +9,7 @@ from pictures import pixels
 
 from hierroom.commands.complexity import ComplexityArguments, show
 from hierroom.complexity import analyze, measure_trajectories, to_frame
-from hierroom.complexity.drawing.draw_reach import draw_measured_reach, draw_played_reach, draw_reach, save_reach
+from hierroom.complexity.drawing.draw_reach import draw_played_reach, draw_reach, save_reach
 from hierroom.complexity.measures.table import measure_graphs
 from hierroom.complexity.played.measured import MeasuredReport
 from hierroom.complexity.tables import COLUMNS, list_text, rows_of
@@ -101,8 +101,8 @@ def measured():
 
 
 def test_drawn_reach_equals_chain_and_episodes(tmp_path):
-    axes = Figure().subplots()
-    draw_measured_reach(axes, measured(), last=20)
+    axes, report = Figure().subplots(), measured()
+    draw_played_reach(axes, report, 20, {"assumed walk": report.assumed.chain})
     curves = {line.get_label(): line.get_xydata().T for line in axes.lines}
     times, shares = curves["3 episodes, 95% interval"]
     assert times.max() == 5
@@ -110,7 +110,7 @@ def test_drawn_reach_equals_chain_and_episodes(tmp_path):
     times, shares = curves["assumed walk"]
     np.testing.assert_allclose(shares, analyze("a").reach_probability(times.astype(int)))
     assert times.max() == 20
-    save_reach(measured(), tmp_path / "reach.svg")
+    save_reach(report, tmp_path / "reach.svg")
     assert "<svg" in (tmp_path / "reach.svg").read_text()
 
 

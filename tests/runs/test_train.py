@@ -113,7 +113,7 @@ def test_every_method_runs_with_its_reward(method):
     while not trainer.is_done:
         trainer.advance()
     assert trainer.steps == 512
-    assert ("goal" in trainer.controller.features.names) == METHODS[method].controller.sees_goal
+    assert ("goal" in trainer.controller.features.names) == METHODS[method].sees_goal
     rewards = {"hippo": "intrinsic", "ppo-bonus": "bonus", "ppo-novelty": "novelty"}
     assert trainer.turns.reward.name == f"the reward {rewards.get(method, 'extrinsic')!r}"
     assert (trainer.controller.curiosity is not None) == (method == "ppo-rnd")

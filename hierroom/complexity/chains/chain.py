@@ -78,14 +78,14 @@ class Chain:
         n = n_nodes(self.weights)
         if len(self.labels) != n:
             raise InputError(f"a chain of {n} nodes needs {n} labels, not {len(self.labels)}")
-        if len(set(self.labels)) < n:
-            twice = next(label for label in self.labels if self.labels.count(label) > 1)
-            raise InputError(f"the labels of a chain's nodes must differ, but {twice!r} is given twice")
+        node_labels(self.labels)  # refuses a label given twice
         if EXIT not in self.goals:
             raise InputError(f"a chain needs a goal {EXIT!r}; there is {', '.join(map(repr, self.goals)) or 'none'}")
         as_node(self.source, n)
         for nodes in self.goals.values():
             as_nodes(nodes, n)
+        if len(self.goals[EXIT]) != 1:
+            raise InputError(f"the goal {EXIT!r} of a chain must be one node, not {len(self.goals[EXIT])}")
         if self.source in self.goals[EXIT]:
             raise InputError(f"a chain's start and exit must be two nodes, but both are {self.labels[self.source]!r}")
 
@@ -111,8 +111,6 @@ class Chain:
         weights = normalized(as_weights(matrix)) if rates else as_probabilities(matrix)
         n = n_nodes(weights)
         names = node_labels(range(n) if labels is None else labels)
-        if len(names) != n:
-            raise InputError(f"{n} nodes need as many labels, not {len(names)}")
         start, end = (node_index(names, one) if isinstance(one, str) else as_node(one, n) for one in (source, target))
         return cls(weights, names, start, {EXIT: (end,)})
 

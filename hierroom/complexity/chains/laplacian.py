@@ -107,8 +107,12 @@ def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_
 
         d(b' pinv(K) b) / dW_ij = -z_i (x_i - x_j) + r_i (u_i - u_j).
 
+    Where the walk may end in one of several closed classes, x_s - x_t also depends on their h_c, and this formula holds
+    only if the walk surely reaches the target.
+
     Args:
-        weights: W [n, n] with one closed class in the connected component of the source, as in any walk that restarts.
+        weights: W [n, n]. Unless the source surely reaches the target, its connected component has one closed class, as
+            in any walk that restarts.
         source: index of the start node.
         target: index of the goal node.
 
@@ -119,18 +123,19 @@ def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_
     """
     whole = as_weights(weights)
     n = n_nodes(whole)
-    source, target = as_node(source, n), as_node(target, n)
+    source, is_target = as_node(source, n), as_targets(target, n)
     part = _part_of(whole, source)
     matrix = whole[part][:, part]
     edges = matrix.tocoo()
     i, j = edges.row, edges.col
-    if not can_reach(whole, as_targets(target, n))[source]:
+    can = can_reach(whole, is_target)
+    if not can[source]:
         return sp.csr_array((np.full(len(i), np.nan), (part[i], part[j])), shape=(n, n))
     n_classes = len(closed_classes(matrix))
-    if n_classes > 1:
+    if n_classes > 1 and can_reach(whole, ~can, avoid=is_target)[source]:
         raise InputError(
-            "the sensitivity of the Laplacian hitting time needs a walk that ends in a single part of the graph, "
-            f"but W has {n_classes} parts that are never left"
+            "the sensitivity of the Laplacian hitting time needs a walk that surely reaches the target or ends in a "
+            f"single part of the graph, but it may miss the target, and W has {n_classes} parts that are never left"
         )
     inverse = LaplacianInverse(matrix)
     b = _difference(n, source, target)[part]

@@ -157,7 +157,7 @@ def closed_classes(weights: sp.csr_array) -> list[NDArray[np.int64]]:
     return [nodes for nodes, closed in zip(members, is_closed, strict=True) if closed]
 
 
-def graph_weights(graph: nx.Graph, weight: str | None = "weight", rates: bool = False) -> sp.csr_array:
+def graph_weights(graph: nx.Graph, weight: str | None, rates: bool) -> sp.csr_array:
     """Return W of the walk of `Chain.from_networkx`; an undirected edge leads both ways, and parallel edges add up."""
     import networkx as nx  # loads slowly, and few programs need it
 

@@ -6,6 +6,7 @@ The exit is drawn in each set of open doors from which it can be reached, so tha
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib.colors as mcolors
@@ -36,18 +37,6 @@ ROOM_COLOURS = ("#d9d9d9", "#4c8bf5", "#b565d8", "#f28e2b", "#e15759", "#17a2b8"
 """Colours of the start and of rooms 1, 2, ...; a key has the colour of the room it opens."""
 EXIT_COLOUR = "#35a853"
 INK, FAINT = "#333333", "#9a9a9a"
-
-
-def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
-    """Draw a goal graph next to its augmented graph into a .png (the default), .pdf or .svg file."""
-    save_figure(figure_of_graph(augmented), path)
-
-
-def svg_of(figure: Figure) -> str:
-    """Return a figure as the text of an SVG document."""
-    picture = io.StringIO()
-    figure.savefig(picture, format="svg", facecolor="white")
-    return picture.getvalue()
 
 
 def draw_goal_graph(graph: GoalGraph, axes: Axes, scale: float = 1.0) -> None:
@@ -116,7 +105,7 @@ def picture_file(path: str | Path) -> Path:
 
 
 def save_figure(figure: Figure, path: str | Path) -> None:
-    """Write a figure to a file atomically; see `draw_graph` for the formats."""
+    """Write a figure atomically to a .png (the default), .pdf or .svg file."""
     path, picture = picture_file(path), io.BytesIO()
     figure.savefig(picture, format=path.suffix[1:].lower(), dpi=150, facecolor="white")
     write_atomically(path, picture.getvalue())
@@ -124,17 +113,22 @@ def save_figure(figure: Figure, path: str | Path) -> None:
 
 def figure_of_graph(augmented: AugmentedGraph) -> Figure:
     """Return the figure of a goal graph next to its augmented graph."""
-    boxes, goals = place_augmented(augmented), place_goals(augmented.graph)
-    width, height = _extent(_corners(boxes))
-    goal_width, goal_height = _extent(list(goals.values()))
-    whole = (width + goal_width) * INCHES, (max(height, goal_height) + 2) * INCHES
-    scale = max(LEAST_SCALE, min(1.0, MOST_INCHES / max(whole)))
-    figure = Figure(figsize=(whole[0] * scale, whole[1] * scale), layout="constrained")
-    left, right = figure.subplots(1, 2, width_ratios=[goal_width, width])
+    drawn = list(place_goals(augmented.graph).values()), _corners(place_augmented(augmented))
+    figure, (left, right), scale = figure_for(drawn, LEAST_SCALE)
     draw_goal_graph(augmented.graph, left, scale)
     draw_augmented(augmented, right, scale)
     figure.supxlabel(caption(augmented), fontsize=8 * max(scale, 0.7), color=INK, parse_math=False)
     return figure
+
+
+def figure_for(drawn: Sequence[Sequence[Point]], least_scale: float = 0.0) -> tuple[Figure, Sequence[Axes], float]:
+    """Return a figure with an Axes for the points of each drawing, side by side, and the scale of its symbols."""
+    spans = [limits(points) for points in drawn]
+    widths = [right - left for (left, right), _ in spans]
+    whole = sum(widths) * INCHES, (max(top - bottom for _, (bottom, top) in spans) + 2) * INCHES
+    scale = max(least_scale, min(1.0, MOST_INCHES / max(whole)))
+    figure = Figure(figsize=(whole[0] * scale, whole[1] * scale), layout="constrained")
+    return figure, figure.subplots(1, len(drawn), width_ratios=widths, squeeze=False)[0], scale
 
 
 def _draw_box(pen: Pen, augmented: AugmentedGraph, box: Box) -> None:
@@ -183,11 +177,6 @@ def _corners(boxes: list[Box]) -> list[Point]:
         (left, bottom), (width, height) = box.corner, box.size
         corners += [(left + PADDING, bottom + PADDING), (left + width - PADDING, bottom + height - PADDING)]
     return corners
-
-
-def _extent(points: list[Point]) -> Point:
-    (left, right), (bottom, top) = limits(points)
-    return right - left, top - bottom
 
 
 def _colour_of(room: int) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import scipy.sparse as sp
 from matplotlib.axes import Axes
@@ -16,13 +14,12 @@ from hierroom.complexity.chains.weights import as_moves
 from hierroom.complexity.drawing.draw import (
     EXIT_COLOUR,
     FAINT,
-    INCHES,
     INK,
-    MOST_INCHES,
     ROOM_COLOURS,
     Pen,
+    figure_for,
 )
-from hierroom.complexity.drawing.drawn_places import MAX_DRAWN_NODES, Point, limits, place_rows
+from hierroom.complexity.drawing.drawn_places import MAX_DRAWN_NODES, Point, place_rows
 from hierroom.complexity.markings import MarkingGraph
 from hierroom.complexity.requirements import goal_depths, links
 from hierroom.goals import Rules
@@ -31,7 +28,7 @@ from hierroom.support.errors import InputError
 DEAD_COLOUR, USED_COLOUR = "#e15759", "#e15759"
 
 
-def figure_of_chain(chain: Chain, unrolled: MarkingGraph | None = None, restarts: bool = True) -> Figure:
+def figure_of_chain(chain: Chain, unrolled: MarkingGraph | None = None, *, restarts: bool) -> Figure:
     """Return the figure of a chain; a marking chain is drawn next to the goals of its rules.
 
     Args:
@@ -51,11 +48,7 @@ def figure_of_chain(chain: Chain, unrolled: MarkingGraph | None = None, restarts
     if unrolled is not None and unrolled.relevant is not None:
         depths = goal_depths(unrolled.relevant)
         drawn.insert(0, place_rows(np.array([*depths.values()]), np.zeros((0, 2), np.int64), 0))
-    extents = [_extent(one) for one in drawn]
-    whole = sum(width for width, _ in extents) * INCHES, (max(height for _, height in extents) + 2) * INCHES
-    scale = min(1.0, MOST_INCHES / max(whole))
-    figure = Figure(figsize=(whole[0] * scale, whole[1] * scale), layout="constrained")
-    axes = figure.subplots(1, len(drawn), width_ratios=[width for width, _ in extents], squeeze=False)[0]
+    figure, axes, scale = figure_for(drawn)
     if unrolled is not None and unrolled.relevant is not None:
         _draw_goals(unrolled.relevant, axes[0], drawn[0], scale)
     kind = "chain" if unrolled is None else "marking chain"
@@ -99,8 +92,3 @@ def _below(axes: Axes, place: Point, text: str, scale: float) -> None:
     size = 7 * max(scale, 0.5)
     words = {"fontsize": size, "ha": "center", "va": "top", "color": INK, "zorder": 5, "parse_math": False}
     axes.text(x, y - 0.45, text, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8}, **words)
-
-
-def _extent(places: Sequence[Point]) -> Point:
-    (left, right), (bottom, top) = limits(places)
-    return right - left, top - bottom

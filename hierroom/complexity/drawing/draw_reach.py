@@ -50,16 +50,12 @@ def draw_played_reach(
     draw_reach(axes, {"their chain": played.chain, **others}, last)
 
 
-def draw_measured_reach(axes: Axes, report: MeasuredReport, last: int | None = None) -> None:
-    """Draw the curves of `draw_played_reach` and that of the assumed walk."""
-    draw_played_reach(axes, report, last, {"assumed walk": report.assumed.chain})
-    axes.set_title(f"goal graph {report.assumed.graph.name}", parse_math=False)
-
-
 def save_reach(report: MeasuredReport, path: str | Path) -> None:
-    """Write the picture of `draw_measured_reach` to a file."""
+    """Write a picture of the curves of `draw_played_reach` and that of the assumed walk to a file."""
     figure = Figure(figsize=(6, 4), layout="constrained")
-    draw_measured_reach(figure.subplots(), report)
+    axes = figure.subplots()
+    draw_played_reach(axes, report, others={"assumed walk": report.assumed.chain})
+    axes.set_title(f"goal graph {report.assumed.graph.name}", parse_math=False)
     save_figure(figure, path)
 
 

@@ -77,17 +77,18 @@ def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
         2.0
     """
     values, is_optimal, table = mdp.random_values(horizon), mdp.optimal_actions(horizon), (mdp.transitions, mdp.rewards)
-    variances = np.zeros_like(values)
-    kernels.variance_bounds(mdp.transitions, values, mdp.worst_values(horizon), mdp.optimal_values(horizon), variances)
+    worst, variances = mdp.worst_values(horizon), mdp.optimal_values(horizon)
+    variances -= worst
+    variances *= values - worst
     rollouts, bound, k = {}, float(horizon), 1
     while k < bound:
+        kernels.look_ahead_variances(mdp.transitions, variances)  # the rewards of the actions cancel
         ratio = kernels.greatest_ratio(*table, values, variances, is_optimal, mdp.start)
         if ratio >= 0:
             sequences = math.log(2 * horizon) + k * math.log(mdp.n_actions)  # ln(2 T A^k)
             rollouts[k] = max(1, math.ceil(16 * ratio * sequences))
             bound = min(bound, horizon_of(k, rollouts[k], mdp.n_actions))
         kernels.greatest_values(*table, values, np.arange(horizon, 0, -1))
-        kernels.look_ahead_variances(mdp.transitions, variances)
         k += 1
     return EffectiveHorizon(horizon, mdp.n_actions, rollouts)
 

@@ -45,42 +45,15 @@ def greatest_values(transitions, rewards, values, horizons):
 
 
 @njit(cache=True, nogil=True)
-def variance_bounds(transitions, values, worst, best, variances):
-    """Write the greatest (Q - Q_worst) (Q_best - Q_worst) of the actions, which bounds the variance of a return."""
-    n_states, n_actions = transitions.shape
-    for h in range(1, values.shape[0]):
-        for state in range(n_states):
-            for action in range(n_actions):
-                after = transitions[state, action]  # the reward cancels
-                above_worst = values[h - 1, after] - worst[h - 1, after]
-                width = best[h - 1, after] - worst[h - 1, after]
-                variances[h, state] = max(variances[h, state], above_worst * width)
-
-
-@njit(cache=True, nogil=True)
 def look_ahead_variances(transitions, variances):
-    """Replace each bound, in place, by the greatest bound after one action; with one step left it is unchanged."""
+    """Replace each bound, in place, by the greatest bound after one action; bounds are not negative."""
     n_states, n_actions = transitions.shape
-    for h in range(variances.shape[0] - 1, 1, -1):
+    for h in range(variances.shape[0] - 1, 0, -1):
         for state in range(n_states):
             greatest = 0.0
             for action in range(n_actions):
                 greatest = max(greatest, variances[h - 1, transitions[state, action]])
             variances[h, state] = greatest
-
-
-@njit(cache=True, nogil=True)
-def mark_optimal(transitions, rewards, best, is_optimal):
-    """Write which actions are optimal [T + 1, S, A], given the greatest values; values within `TIE` count as equal."""
-    n_states, n_actions = transitions.shape
-    for h in range(1, best.shape[0]):
-        row = best[h - 1]
-        for state in range(n_states):
-            top = best[h, state]
-            least = top - TIE * abs(top)
-            for action in range(n_actions):
-                after = np.uint64(transitions[state, action])
-                is_optimal[h, state, action] = rewards[state, action] + row[after] >= least
 
 
 @njit(cache=True, nogil=True)

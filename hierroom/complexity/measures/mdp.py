@@ -101,8 +101,11 @@ class DeterministicMDP:
 
     def optimal_actions(self, horizon: int) -> NDArray[np.bool_]:
         """Return whether each action earns the greatest return: [T + 1, S, A] bool; row 0 is False."""
+        values = self.optimal_values(horizon)
         is_optimal = np.zeros((horizon + 1, *self.transitions.shape), bool)
-        kernels.mark_optimal(self.transitions, self.rewards, self.optimal_values(horizon), is_optimal)
+        for h in range(1, horizon + 1):
+            least = values[h] - kernels.TIE * np.abs(values[h])
+            is_optimal[h] = self.rewards + values[h - 1][self.transitions] >= least[:, None]
         return is_optimal
 
     def random_success(self, horizon: int) -> float:
@@ -159,13 +162,10 @@ def graph_mdp(augmented: AugmentedGraph) -> DeterministicMDP:
         >>> graph_mdp(hierroom.complexity.AugmentedGraph(hierroom.GoalGraph.named("c"))).shortest_solution()
         5
     """
-    sources, targets = augmented.edges.T
+    sources, targets = augmented.edges.T  # the edges of a node follow each other
     n = len(augmented.nodes)
-    out_degree = np.bincount(sources, minlength=n)
-    transitions = np.repeat(np.arange(n)[:, None], out_degree.max(), axis=1)
-    order = np.argsort(sources, kind="stable")
-    ranks = np.arange(len(sources)) - (np.cumsum(out_degree) - out_degree)[sources[order]]
-    transitions[sources[order], ranks] = targets[order]
+    transitions = np.repeat(np.arange(n)[:, None], np.bincount(sources).max(), axis=1)
+    transitions[sources, np.arange(len(sources)) - np.searchsorted(sources, sources)] = targets
     rewards = ((transitions == augmented.exit) & (np.arange(n) != augmented.exit)[:, None]).astype(float)
     return DeterministicMDP(transitions, rewards, augmented.start)
 

@@ -7,11 +7,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, TypeVar
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.markup import escape
 from rich.progress import track
-from rich.table import Table
 
 from hierroom.complexity.measures.effective_horizon import horizon_of
 from hierroom.complexity.measures.mdp import graph_mdp
@@ -25,7 +22,7 @@ from hierroom.complexity.measures.summary import (
 from hierroom.complexity.report import analyze
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.goals import GoalGraph
-from hierroom.support.tables import csv_text, latex_table, markdown_table, print_table
+from hierroom.support.tables import csv_text, latex_table, markdown_table, named_table, print_table
 
 Item = TypeVar("Item")
 
@@ -100,13 +97,13 @@ mixing, commute, cover: in steps; cover +- standard error where it is sampled"""
 
 def print_measures(measured: Sequence[MeasuredGraph], title: str) -> None:
     """Print the measures as tables of 80 columns."""
-    _print(title, [*MDP_COLUMNS], [(graph.name, graph.cells) for graph in measured])
+    _print(title, MDP_COLUMNS, [(graph.name, *graph.cells) for graph in measured])
     print(MDP_NOTES)
     if any(isinstance(graph.mdp, SampledMeasures) for graph in measured):
         print(SAMPLED_NOTES)
-    walks = [(graph.name, _walk_cells(graph.walk)) for graph in measured if graph.walk is not None]
+    walks = [(graph.name, *_walk_cells(graph.walk)) for graph in measured if graph.walk is not None]
     if walks:
-        _print("the assumed walk", [*WALK_COLUMNS], walks)
+        _print("the assumed walk", WALK_COLUMNS, walks)
         print(WALK_NOTES)
 
 
@@ -125,13 +122,9 @@ def _walk_cells(walk: WalkMeasures) -> list[str]:
     return [cell(walk) for cell in WALK_COLUMNS.values()]
 
 
-def _print(title: str, columns: Sequence[str], rows: Sequence[tuple[str, list[str]]]) -> None:
-    table = Table(title=title, box=SIMPLE_HEAD, padding=0)  # so that it fits into 80 columns
-    table.add_column("graph", no_wrap=True)
-    for heading in columns:
-        table.add_column(heading, justify="right", no_wrap=True)
-    for name, cells in rows:
-        table.add_row(escape(name), *map(escape, cells))
+def _print(title: str, columns: Iterable[str], rows: Iterable[Sequence[str]]) -> None:
+    table = named_table(["graph", *columns], rows, title=title, padding=0)  # no padding, to fit into 80 columns
+    table.columns[0].no_wrap = True
     print_table(table)
 
 
@@ -153,13 +146,11 @@ def measure_graphs(
         mdp = measure_mdp(graph_mdp(report.augmented), horizon)
         return MeasuredGraph(graph.name, mdp, measure_walk(report.chain))
 
-    return with_progress(measure, graphs, "measuring")
+    return with_progress(measure, graphs)
 
 
-def with_progress(
-    measure: Callable[[Item], MeasuredGraph], items: Iterable[Item], description: str
-) -> list[MeasuredGraph]:
+def with_progress(measure: Callable[[Item], MeasuredGraph], items: Iterable[Item]) -> list[MeasuredGraph]:
     """Measure each item, with a progress bar that disappears."""
     console = Console(stderr=True)  # not shown in files, where the bar would leave an empty line
-    tracked = track(list(items), description, console=console, transient=True, disable=not console.is_terminal)
+    tracked = track(list(items), "measuring", console=console, transient=True, disable=not console.is_terminal)
     return [measure(item) for item in tracked]

@@ -33,7 +33,7 @@ class EpisodeCounts:
     counts: NDArray[np.int64]  # [K], number of such steps in the episode
     lengths: NDArray[np.int64]  # [E], number of steps of each episode
     escaped: NDArray[np.bool_]  # [E], whether the episode reached the exit
-    triples: NDArray[np.int64] | None = None  # [T, 4], three nodes in a row and their count; None: not counted
+    triples: NDArray[np.int64]  # [T, 4], three nodes in a row and their count
     failed: NDArray[np.bool_] | None = None  # [E], whether the episode terminated without the exit; None: never
 
     def total(self, multiplicity: ArrayLike | None = None) -> sp.csr_array:
@@ -71,16 +71,14 @@ def counts_of(
     n_nodes: int,
     lengths: NDArray[np.int64],
     escaped: NDArray[np.bool_],
-    triple_keys: NDArray[np.int64] | None = None,
+    triple_keys: NDArray[np.int64],
     failed: NDArray[np.bool_] | None = None,
 ) -> EpisodeCounts:
     """Count keys ``(episode * n + source) * n + target``, and triple keys ``(first * n + second) * n + third``."""
     unique, counts = np.unique(keys, return_counts=True)
     episodes, sources, targets = _digits(unique, n_nodes)
-    triples = None
-    if triple_keys is not None:
-        unique, times = np.unique(triple_keys, return_counts=True)
-        triples = np.stack([*_digits(unique, n_nodes), times], axis=1)
+    unique, times = np.unique(triple_keys, return_counts=True)
+    triples = np.stack([*_digits(unique, n_nodes), times], axis=1)
     return EpisodeCounts(n_nodes, episodes, sources, targets, counts, lengths, escaped, triples, failed)
 
 

@@ -99,7 +99,7 @@ class PlayedChain:
     @cached_property
     def markov(self) -> MarkovTest | None:
         """The test of whether play is Markov on the nodes; None if the counts do not suffice. See `markov_order`."""
-        return None if self.counts.triples is None else markov_test(self.counts.triples)
+        return markov_test(self.counts.triples)
 
     @cached_property
     def intervals(self) -> dict[str, Interval]:

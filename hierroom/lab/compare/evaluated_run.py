@@ -155,7 +155,7 @@ def read_run(path: Path) -> EvaluatedRun:
     graphs: dict[str, object] = {one.name: one.rows for one in config.env.layout} or {
         spec.name: spec.canonical() for spec in graph_specs(config.env.graph) if isinstance(spec, GoalGraph)
     }
-    entries, reward = entries_of(path, config), str(method.controller.reward)
+    entries, reward = entries_of(path, config), str(method.reward)
     return EvaluatedRun(path, rows, entries, method.meta, reward, curves, counts, graphs, code_of(path))
 
 

@@ -102,7 +102,7 @@ class Job:
                 numbers |= zip(names, ends, strict=True)
             numbers["area_under_curve"] = curve.area
         kinds: dict[str, dict[str, Any]] = {"": {}, "greedy_": {"is_greedy": True}}
-        for meta in self.metas if trainer.config.resolved_method.controller.sees_goal else ():
+        for meta in self.metas if trainer.config.resolved_method.sees_goal else ():
             kinds[f"{meta}_"] = {"meta": meta}
         env = trainer.config.env
         if env.exclude and (excluded := GraphSet(env.graph, env.exclude, env.drop_key).excluded):

@@ -11,9 +11,8 @@ from hierroom.turns.rewards import REWARDS
 def entries_without_effect(config: TrainConfig) -> tuple[str, ...]:
     """Return the entries that have no effect on training, whatever their values."""
     method = config.resolved_method
-    is_learned, controller = method.meta == LEARNED, method.controller
-    reads_goals = controller.sees_goal or controller.reward not in REWARDS or controller.reward == "intrinsic"
-    has_scripted = method.meta in META_CONTROLLERS
+    is_learned, has_scripted = method.meta == LEARNED, method.meta in META_CONTROLLERS
+    reads_goals = method.sees_goal or method.reward not in REWARDS or method.reward == "intrinsic"
     readers = {
         "meta": reads_goals or not has_scripted or method.meta == "none",
         "subgoal_horizon": reads_goals or not has_scripted,
@@ -21,8 +20,8 @@ def entries_without_effect(config: TrainConfig) -> tuple[str, ...]:
         **{name: is_learned for name in ENTRIES if name.startswith(OF_META)},
         "meta_start_success": is_learned,
         "meta_features": is_learned,
-        "novelty_bonus": controller.reward == "novelty",
-        "curiosity_weight": controller.is_curious,
+        "novelty_bonus": method.reward == "novelty",
+        "curiosity_weight": method.is_curious,
     }
     return tuple(name for name, is_read in readers.items() if not is_read)
 
@@ -38,6 +37,6 @@ def unread_note(config: TrainConfig) -> str | None:
     names, method = unread_entries(config), config.resolved_method
     if not names:
         return None
-    reward = method.controller.reward if isinstance(method.controller.reward, str) else "custom"
+    reward = method.reward if isinstance(method.reward, str) else "custom"
     agents = f"{config.agents.method} with meta-controller {method.meta} and reward {reward}"
     return f"{', '.join(names)} {'have' if len(names) > 1 else 'has'} no effect on {agents}"

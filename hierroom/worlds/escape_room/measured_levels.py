@@ -55,4 +55,4 @@ def measure_levels(
         return MeasuredGraph(name, measure_mdp(mdp, horizon, n_policies=LEVEL_POLICIES, gorp_runs=GORP_RUNS, seed=seed))
 
     levels = [(graph, seed + i) for graph in graphs for i in range(n_levels)]
-    return with_progress(measure, levels, "measuring")
+    return with_progress(measure, levels)

@@ -8,6 +8,7 @@ import scipy.sparse as sp
 
 from hierroom.complexity import (
     AugmentedGraph,
+    Chain,
     Walk,
     analyze,
     expected_visits,
@@ -178,13 +179,25 @@ def test_unreachable_target_has_infinite_hitting_time():
 @pytest.mark.parametrize("letter", ["a", "d", "g"])
 def test_sensitivity_equals_numerical_slope(letter, drop_key):
     unrolled = AugmentedGraph(NAMED_GRAPHS[letter], drop_key)
-    weights = unrolled.weights.toarray()
-    for i, j, slope in zip(*sp.find(laplacian_sensitivity(weights, 0, unrolled.exit)), strict=True):
+    compare_with_slopes(unrolled.weights.toarray(), unrolled.exit)
+
+
+def compare_with_slopes(weights, target):
+    for i, j, slope in zip(*sp.find(laplacian_sensitivity(weights, 0, target)), strict=True):
         nudged = np.zeros_like(weights)
         nudged[i, j] = 1e-6
-        more = dense_hitting_time(weights + nudged, 0, unrolled.exit)
-        less = dense_hitting_time(weights - nudged, 0, unrolled.exit)
+        more = dense_hitting_time(weights + nudged, 0, target)
+        less = dense_hitting_time(weights - nudged, 0, target)
         assert slope == pytest.approx((more - less) / 2e-6, rel=1e-4, abs=1e-2)
+
+
+def test_sensitivity_allows_an_unreached_absorbing_node():
+    """Node 2 leads to the target, 1, and to the absorbing node 3; the walk from 0 reaches neither 2 nor 3."""
+    weights = np.array([[0, 0.5, 0, 0], [0.1, 0, 0, 0], [0.1, 0.3, 0, 0.2], [0, 0, 0, 0]])
+    compare_with_slopes(weights, 1)
+    (edge,) = Chain.from_matrix(weights, 0, 1).edge_sensitivity()
+    assert (edge.steps_slope, edge.elasticity) == pytest.approx((-4, -1))
+    assert edge.hitting_time_slope == laplacian_sensitivity(weights, 0, 1)[0, 1]
 
 
 def test_sensitivity_of_infinite_hitting_time_is_nan():
@@ -201,6 +214,6 @@ def test_isolated_nodes_do_not_change_sensitivity():
     np.testing.assert_allclose(slopes[np.ix_([0, 2, 4], [0, 2, 4])], laplacian_sensitivity(loop, 0, 2).toarray())
 
 
-def test_sensitivity_with_two_ends_raises_input_error():
+def test_sensitivity_with_two_reachable_ends_raises_input_error():
     with pytest.raises(InputError, match="2 parts that are never left"):
         laplacian_sensitivity(np.array([[0, 0.1, 0.1], [0, 0, 0], [0, 0, 0]]), 0, 1)

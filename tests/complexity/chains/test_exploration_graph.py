@@ -51,7 +51,7 @@ def test_matrix_nodes_take_labels():
         (Chain.from_matrix, (np.eye(3), "attic", 1, ["hall", "cellar", "garden"]), "no node 'attic' among the 3 nodes"),
         (Chain.from_matrix, ([[0, 2], [1, 0]], 0, 1), "with rates=True"),
         (Chain.from_matrix, ([[0, 1], [1, 0]], 0, 2), "from 0 to 1"),
-        (Chain.from_matrix, ([[0, 1], [1, 0]], 0, 1, ["a"]), "2 nodes need as many labels, not 1"),
+        (Chain.from_matrix, ([[0, 1], [1, 0]], 0, 1, ["a"]), "a chain of 2 nodes needs 2 labels, not 1"),
         (Chain.from_matrix, (np.round(SIXTHS, 4), 0, 1), r"row 0 of W sums to 1.0002 \(0.0002 too much\); divide"),
         (Chain.from_matrix, (SIXTHS + 1e-8, 0, 1), r"row 0 of W sums to 1 \(6e-08 too much\)"),
         (Chain.from_matrix, (np.float32(SIXTHS + 1e-6), 0, 1), r"row 0 of W sums to 1.00001 \(6.*e-06 too much\)"),
