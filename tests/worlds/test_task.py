@@ -224,6 +224,10 @@ def test_rules_of_a_task_may_be_rules_and_are_named_after_its_goals():
     assert legal(turns) == ["coin", "chest"]
 
 
+def test_rules_of_a_task_may_hold_alternatives_of_other_rules():
+    assert replace(chest, rules=chest.rules.rules).rules == chest.rules
+
+
 def test_a_task_is_found_again_by_the_name_that_its_module_gives_it():
     assert name_in_module(chest) == "chest_task:chest"
     sys.modules["a_script"] = ModuleType("a_script")

@@ -13,6 +13,7 @@ import gymnasium
 import numpy as np
 
 from hierroom.complexity.requirements import goal_depths
+from hierroom.goals.alternatives import Alternative
 from hierroom.goals.goal_set import GoalSet
 from hierroom.goals.rules import Rules
 from hierroom.support.errors import InputError, require_number, shown, user_code
@@ -214,6 +215,6 @@ class Task:
 
 
 def _giving_itself(name: str, rule: Any) -> Any:
-    if isinstance(rule, (list, tuple)):
+    if isinstance(rule, (list, tuple)) and not isinstance(rule, Alternative):
         return [_giving_itself(name, way) for way in rule]
     return {**rule, "gives": rule.get("gives", name)} if isinstance(rule, Mapping) else rule
