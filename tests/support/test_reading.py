@@ -104,7 +104,11 @@ def test_a_broken_table_is_one_line(text, said, tmp_path):
         read_csv(tmp_path / "table.csv")
 
 
-def test_a_graph_is_called_as_its_file_in_every_locale(tmp_path):
-    (tmp_path / "Grün.toml").write_text("key_rooms = [0]\nexit_room = 1\n")
+@pytest.mark.parametrize(
+    ("kind", "text"),
+    [(GoalGraph, "key_rooms = [0]\nexit_room = 1\n"), (Rules, 'target = "a"\n[rules.a]\ngives = "a"\n')],
+)
+def test_graphs_and_rules_are_called_as_their_file_in_every_locale(kind, text, tmp_path):
+    (tmp_path / "Grün.toml").write_text(text)
     for name in ("Grün.toml", "Gr\udcc3\udcbcn.toml"):  # the latter is how Python reads it where only ASCII is known
-        assert GoalGraph.from_toml(tmp_path / name).label == "Grün"
+        assert kind.from_toml(tmp_path / name).label == "Grün"
