@@ -150,7 +150,7 @@ class EscapeRoomWorld(Engine):
 
     def variants_of(self, envs: NDArray[np.integer]) -> list[str]:
         """Return the names of the goal graphs of the episodes that ended last in environments [M]."""
-        return self.sampler.names(self._last_levels[envs])
+        return [graph.name for graph in self.sampler.graphs_of(self._last_levels[envs])]
 
     def milestones_of(self, envs: NDArray[np.integer], goals: NDArray[np.integer]) -> NDArray[np.integer]:
         """Return goals [M] by room instead of colour, in the episodes that ended last in environments [M]."""
