@@ -33,7 +33,7 @@ from hierroom.worlds.escape_room.level_view import OBSERVATION_SPACES, LevelView
 from hierroom.worlds.escape_room.map_arrays import map_arrays
 from hierroom.worlds.escape_room.node_map import NodeMap
 from hierroom.worlds.escape_room.observations import BatchObservations, write_one
-from hierroom.worlds.escape_room.oracle import exit_lengths, shortest_actions
+from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
 from hierroom.worlds.escape_room.render import global_state, state_space
 from hierroom.worlds.escape_room.replayer import LevelReplayer
 from hierroom.worlds.seeds import chosen_envs
@@ -138,7 +138,7 @@ class EscapeRoomWorld(Engine):
 
     def shortest_lengths(self, envs: NDArray[np.integer]) -> NDArray[np.integer]:
         """Return the fewest steps [M] from the current state to the exit in environments [M]."""
-        return exit_lengths(self._state, chosen_envs(envs, len(self)))
+        return shortest_lengths(self._state, envs=chosen_envs(envs, len(self)))
 
     def shortest_actions(self, env: int) -> NDArray[np.integer]:
         """Return the actions of a shortest path to the exit in one environment."""
