@@ -129,7 +129,7 @@ def _tiles(state: State) -> NDArray[np.uint8]:
 def view_of(state: State) -> NDArray[np.uint8]:
     """Return the tile codes [7, 7] in the agent's view, by column from left to right and row from far to near."""
     scratch, outcomes = state.copy(), np.zeros(1, OUTCOME)  # on a copy, because looking updates the level's memories
-    batch_kernels.look_levels(scratch.levels, scratch.grids, outcomes)
+    batch_kernels.look_levels(scratch.levels, scratch.grids, outcomes, np.zeros(1, np.int64))
     return outcomes["tiles"][0]
 
 

@@ -212,6 +212,6 @@ class EscapeRoomWorld(Engine):
 
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Restore arrays that `get_arrays` returned and `check_arrays` has checked."""
-        self._put(State(arrays["grids"], arrays["levels"], self._state.maps), self.everywhere)
+        self._put(State(arrays["grids"], arrays["levels"], self._state.maps), np.arange(len(self)))
         self.sampler.set_state(arrays)
         self.set_graphs(self.sampler.graphs)

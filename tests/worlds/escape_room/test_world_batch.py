@@ -144,6 +144,13 @@ def test_some_environments_can_be_put_back():
         assert_same_view(world, n)
 
 
+def test_environments_without_a_level_show_nothing_when_others_are_put_back():
+    """A kernel would look around a place before the grid's first cell: kernels check no bounds."""
+    world = Engine(GRAPHS, 2, seed=None)
+    world.set_state(Engine(GRAPHS, seed=8).get_state(), [1])
+    assert world.outcomes["tiles"].any(axis=(1, 2)).tolist() == [False, True]
+
+
 def test_a_state_is_a_copy():
     world = Engine(GRAPHS, 3, seed=9)
     taken = world.get_state()
