@@ -59,7 +59,7 @@ def read_counts(what: str, facts: object, low: int) -> dict[str, int]:
 
 
 def read_name(what: str, name: object) -> str:
-    """Check the name of a rule or a fact."""
+    """Check a name, such as that of a rule or a fact, and return it."""
     if not isinstance(name, str) or not name.strip() or not name.isprintable():
         raise InputError(f"{what} must be a text of one line, not {shown(name)}")
     return name

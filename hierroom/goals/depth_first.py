@@ -58,7 +58,8 @@ class DepthFirst:
         """Return the first of the missing ``facts`` that does not have to come after another one of them."""
         if len(facts) == 1 or not self._used.any():
             return facts[0]
-        ways = [self._way_to(fact, makers, have) for fact in facts]
+        known: dict[int, NDArray[np.bool_]] = {}
+        ways = [self._way_to(fact, makers, have, known) for fact in facts]
 
         def comes_later(n: int) -> bool:
             others = [way for m, way in enumerate(ways) if m != n]
@@ -66,13 +67,17 @@ class DepthFirst:
 
         return next((fact for n, fact in enumerate(facts) if not comes_later(n)), facts[0])
 
-    def _way_to(self, fact: int, makers: NDArray[np.integer], have: NDArray[np.integer]) -> NDArray[np.bool_]:
-        """Return which facts the way to a fact asks for, and which it uses up: [2, F]."""
-        way = int(makers[fact])
-        found = np.stack([self._required[way] > 0, self._used[way]])
-        for one in np.flatnonzero(have < self._required[way]).tolist():
-            found |= self._way_to(one, makers, have)
-        return found
+    def _way_to(
+        self, fact: int, makers: NDArray[np.integer], have: NDArray[np.integer], known: dict[int, NDArray[np.bool_]]
+    ) -> NDArray[np.bool_]:
+        """Return which facts the way to a fact asks for, and which it uses up: [2, F]; ``known`` keeps all found."""
+        if fact not in known:
+            way = int(makers[fact])
+            found = np.stack([self._required[way] > 0, self._used[way]])
+            for one in np.flatnonzero(have < self._required[way]).tolist():
+                found |= self._way_to(one, makers, have, known)
+            known[fact] = found
+        return known[fact]
 
     def _makers(self, kept: NDArray[np.bool_], have: NDArray[np.integer]) -> NDArray[np.integer]:
         """Return the kept way [F] that first gives each fact, or -1 if none; this assumes that nothing is used up."""

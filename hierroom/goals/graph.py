@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hierroom.goals.alternatives import read_name, toml_text
 from hierroom.goals.drawing import tree_svg
 from hierroom.goals.rules import Rules
 from hierroom.goals.tree import canonical_rooms, child_rooms, open_goals
@@ -195,7 +195,7 @@ class GoalGraph:
         """Return the graph as TOML text, and write it to ``path`` if one is given."""
         text = f"key_rooms = {list(self.key_rooms)}\nexit_room = {self.exit_room}\n"
         if self.label is not None:
-            text = f"name = {json.dumps(self.label, ensure_ascii=False)}\n{text}"  # printable, so TOML reads it too
+            text = f"name = {toml_text(self.label)}\n{text}"
         if path is not None:
             write_atomically(path, text)
         return text
@@ -284,9 +284,8 @@ def is_graph_name(name: str) -> bool:
     return name in NAMED_GRAPHS or _DESCRIBED.fullmatch(name) is not None
 
 
-def _check_label(label: object, graph: GoalGraph) -> None:
-    if not isinstance(label, str) or not label.strip() or not label.isprintable():
-        raise InputError(f"the name of a goal graph must be a text of one line, not {shown(label)}")
+def _check_label(label: str, graph: GoalGraph) -> None:
+    read_name("the name of a goal graph", label)
     if is_graph_set(label):
         raise InputError(f"{label!r} means a set of goal graphs; give yours another name")
     named = _graph_named(label)

@@ -23,7 +23,7 @@ from hierroom.goals.alternatives import (
 from hierroom.support.errors import InputError, shown
 from hierroom.support.files import write_atomically
 from hierroom.support.read_only import freeze
-from hierroom.support.reading import read_toml
+from hierroom.support.reading import as_utf8, read_toml
 
 
 @dataclass(frozen=True)
@@ -257,7 +257,7 @@ class Rules:
         table = read_toml(path, "rules", or_any=True)
         try:
             rules = cls.from_dict(table)
-            return rules if rules.label else replace(rules, label=path.stem)
+            return rules if rules.label else replace(rules, label=as_utf8(path).stem)
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
 

@@ -19,7 +19,7 @@ from hierroom.support.schema import Array, Table, Whole, record_type
 from hierroom.worlds.base_view import BaseView
 from hierroom.worlds.dependencies import Dependencies
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, SPLITS, EnvConfig
-from hierroom.worlds.observation_writer import ObservationWriter, observe_alone
+from hierroom.worlds.observation_writer import ObservationWriter
 from hierroom.worlds.outcome_kernel import write_outcomes
 from hierroom.worlds.seeds import chosen_envs, write_seeds
 from hierroom.worlds.window import StateScreen
@@ -76,8 +76,7 @@ class BaseWorld(ABC):
         self.max_steps = config.max_steps or self.default_max_steps
         self.variants: tuple[str, ...] = config.names
         self.everywhere: NDArray[np.integer] = freeze(np.arange(num_envs))
-        self._outcomes = np.zeros(num_envs, OUTCOME)
-        self.has_begun = False
+        self._outcomes, self.has_begun = np.zeros(num_envs, OUTCOME), False
         self.allocate()
         self.remember(memories)
         if seed is not None:
@@ -212,7 +211,8 @@ class BaseWorld(ABC):
 
     def observe_one(self, goal: int) -> dict[str, Any]:
         """Return the observation of the only environment, and the goal's vector."""
-        return observe_alone(self, goal)
+        shown = {name: array[0] for name, array in self.shown(self.everywhere).items()}
+        return {**shown, "goal": self.goals.vectors[goal].copy()}
 
     def batch_observations(self, *, flat: bool) -> BatchWriter:
         """Return the writer of the observations of all environments."""

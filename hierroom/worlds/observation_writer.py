@@ -1,4 +1,4 @@
-"""Write observations of a `BaseWorld` into users' arrays: for one environment, for all, or as rows of numbers."""
+"""Write observations of a `BaseWorld` into users' arrays, or as rows of numbers."""
 
 from __future__ import annotations
 
@@ -9,14 +9,6 @@ from gymnasium import spaces
 from numpy.typing import DTypeLike, NDArray
 
 from hierroom.controller import observation_spaces
-
-_ONLY = np.zeros(1, np.int64)
-
-
-def observe_alone(world: Any, goal: int) -> dict[str, Any]:
-    """Return the observation of a world of one environment, with the vector of a goal (-1: none), in new arrays."""
-    shown = {name: array[0] for name, array in world.shown(_ONLY).items()}
-    return {**shown, "goal": world.goals.vectors[goal].copy()}
 
 
 class ObservationWriter:

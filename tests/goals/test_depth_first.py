@@ -113,3 +113,10 @@ def test_next_rule_is_none_for_reached_or_unreachable_target():
     assert search.next_rule(marking, np.zeros(search.n_random)) is None
     stuck = Rules({"a": {"needs": "b", "gives": "a"}}, "a")
     assert DepthFirst(stuck).next_rule(stuck.start_marking, np.zeros(3)) is None
+
+
+def test_things_made_of_the_two_before_them_take_no_longer_with_each_of_them():
+    links = {f"{n}": {"uses": [f"{n - 1}", f"{n - 2}"], "gives": f"{n}"} for n in range(2, 60)}
+    rules = Rules({"0": {"gives": "0"}, "1": {"gives": "1"}, **links}, "59")
+    search = DepthFirst(rules)
+    assert search.next_rule(rules.start_marking, np.zeros(search.n_random)) in (0, 1)

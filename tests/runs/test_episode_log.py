@@ -147,12 +147,12 @@ def test_row_names_the_graph_of_its_episode():
     turns, log = make("expected_steps:20..80", n=12, size=11, max_steps=15), EpisodeLog(WORLD.goals, np.zeros(12, int))
     seen = set()
     for t in range(60):
-        names = turns.world.sampler.names(turns.world.state.levels)
+        graphs = turns.world.sampler.graphs_of(turns.world.state.levels)
         step = turns.step(np.ones(12, np.int64))
         log.begin_update()
         log.add(step, turns, t)
         for row in log.ended:
-            assert row["graph"] == names[row["env"]]  # pyright: ignore[reportArgumentType]
+            assert row["graph"] == graphs[row["env"]].name  # pyright: ignore[reportArgumentType]
             seen.add(row["graph"])
     assert seen == {graph.name for graph in turns.world.sampler.everything}
     assert len(seen) > 2

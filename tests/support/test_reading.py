@@ -104,7 +104,11 @@ def test_broken_csv_table_raises_input_error(text, said, tmp_path):
         read_csv(tmp_path / "table.csv")
 
 
-def test_graph_label_is_its_file_name_in_any_locale(tmp_path):
-    (tmp_path / "Grün.toml").write_text("key_rooms = [0]\nexit_room = 1\n")
+@pytest.mark.parametrize(
+    ("kind", "text"),
+    [(GoalGraph, "key_rooms = [0]\nexit_room = 1\n"), (Rules, 'target = "a"\n[rules.a]\ngives = "a"\n')],
+)
+def test_graph_and_rules_labels_are_their_file_name_in_any_locale(kind, text, tmp_path):
+    (tmp_path / "Grün.toml").write_text(text)
     for name in ("Grün.toml", "Gr\udcc3\udcbcn.toml"):  # the latter is how Python reads it where only ASCII is known
-        assert GoalGraph.from_toml(tmp_path / name).label == "Grün"
+        assert kind.from_toml(tmp_path / name).label == "Grün"

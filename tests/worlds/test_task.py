@@ -224,6 +224,10 @@ def test_task_takes_a_rules_object():
     assert legal(turns) == ["coin", "chest"]
 
 
+def test_task_takes_alternatives_of_other_rules():
+    assert replace(chest, rules=chest.rules.rules).rules == chest.rules
+
+
 def test_name_in_module_finds_the_tasks_variable():
     assert name_in_module(chest) == "chest_task:chest"
     sys.modules["a_script"] = ModuleType("a_script")

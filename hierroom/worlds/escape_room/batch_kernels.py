@@ -23,9 +23,9 @@ def reset_levels_of_maps(levels, grids, maps, map_grids, outcomes, envs):
 
 
 @njit(cache=True, nogil=True)
-def look_levels(levels, grids, outcomes):
-    """Write the current view of every environment, for example after a state was restored."""
-    for n in range(levels.shape[0]):
+def look_levels(levels, grids, outcomes, envs):
+    """Write the current view of environments [M], for example after a state was restored; each must have begun."""
+    for n in envs:
         look_and_remember(levels[n], grids[n], outcomes[n].tiles)
 
 

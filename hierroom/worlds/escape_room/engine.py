@@ -210,7 +210,7 @@ class Engine:
         at_exit = (levels["row"] == levels["exit_at"][:, 0]) & (levels["col"] == levels["exit_at"][:, 1])
         self._outcomes["terminated"][chosen] = levels["has_ended"] & at_exit
         self._outcomes["truncated"][chosen] = levels["has_ended"] & (levels["steps"] >= levels["max_steps"])
-        batch_kernels.look_levels(self._state.levels, self._state.grids, self._outcomes)
+        batch_kernels.look_levels(self._state.levels, self._state.grids, self._outcomes, chosen)
 
     def _clear_outcomes(self, envs: NDArray[np.integer], lengths: ArrayLike) -> None:
         outcomes = np.zeros(len(envs), OUTCOME)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NO_GOAL
+from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, GOAL_VECTORS, N_COLOURS, N_GOALS, NO_GOAL
 from hierroom.support.compile.kernel import compiled, njit
 from hierroom.worlds.escape_room.constants import COL_STEP, EXIT, KEY, LOCKED_DOOR, N_TILES, ROW_STEP, VIEW
 from hierroom.worlds.escape_room.frontier import nearest_frontiers
@@ -24,19 +24,12 @@ UNKNOWN_DISTANCE = 2 * len(CLASS_STARTS) + 1
 """The class of an unknown distance; the other classes go from far behind or left to far ahead or right."""
 
 
-def _goal_categories() -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return (object, colour) as categories, 0 for none, and the tile code of each goal id, with no goal last."""
-    categories = np.zeros((N_GOALS + 1, 2), np.uint8)
-    tiles = np.full(N_GOALS + 1, N_TILES, np.uint8)
-    colours = np.arange(N_COLOURS)
-    categories[:N_COLOURS] = np.stack([np.full(N_COLOURS, 1), 1 + colours], axis=1)
-    categories[FIRST_DOOR_GOAL:EXIT_GOAL] = np.stack([np.full(N_COLOURS, 2), 1 + colours], axis=1)
-    categories[EXIT_GOAL] = 3, 1 + COLOURS.index("green")
-    tiles[:N_COLOURS], tiles[FIRST_DOOR_GOAL:EXIT_GOAL], tiles[EXIT_GOAL] = KEY + colours, LOCKED_DOOR + colours, EXIT
-    return categories, tiles
-
-
-_GOAL_CATEGORIES, _GOAL_TILES = _goal_categories()
+_GOAL_CATEGORIES = np.stack(
+    [GOAL_VECTORS[:, :3] @ np.arange(1, 4), GOAL_VECTORS[:, 3:] @ np.arange(1, 1 + N_COLOURS)], axis=1
+).astype(np.uint8)
+"""(object, colour) of each goal id, both counted from 1; zeros for no goal."""
+_GOAL_TILES = np.array([*KEY + np.arange(N_COLOURS), *LOCKED_DOOR + np.arange(N_COLOURS), EXIT, N_TILES], np.uint8)
+"""The tile code of each goal id; the last one, of no goal, is no tile's."""
 _GOAL_IDS = np.arange(N_GOALS)
 
 

@@ -1,9 +1,8 @@
 """Kernels that write the goals a meta-controller may choose in a level."""
 
+from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_GOALS
 from hierroom.support.compile.kernel import njit
 
-FIRST_DOOR_GOAL, EXIT_GOAL, N_GOALS = 6, 12, 13
-"""Numbers of `hierroom.goals`."""
 REACHABLE, EXISTING, SEEN, ALL = range(4)
 GOAL_MASKS = {"reachable": REACHABLE, "existing": EXISTING, "seen": SEEN, "none": ALL}
 """Legal goals by name. reachable: can be achieved before any other; existing: in the level and not achieved yet; seen:

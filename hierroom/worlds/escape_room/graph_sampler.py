@@ -80,10 +80,6 @@ class GraphSampler:
         """The graphs to sample from in the current stage."""
         return self._curriculum.stages[self.stage]
 
-    def names(self, levels: np.ndarray) -> list[str]:
-        """Return the names of the goal graphs of levels, as for `graphs_of`."""
-        return [graph.name for graph in self.graphs_of(levels)]
-
     def graphs_of(self, levels: np.ndarray) -> list[GoalGraph]:
         """Return the goal graphs, as they were given, of levels: [M] records of `layout.LEVEL`."""
         if self._of_maps:

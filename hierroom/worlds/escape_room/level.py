@@ -114,14 +114,12 @@ class Level:
             flags = (exists, bool(seen >> goal & 1), is_reachable[goal], is_legal[goal], was_achieved)
             goals.append(Goal(goal, kind, colour, room, position, distance, *flags))
         agent = LevelAgent(here, DIRECTIONS[record.direction], int(record.steps))
-        graph = GoalGraph(tuple(record.key_rooms[:n_branches].tolist()), int(record.exit_room))
-        return cls(tuple(goals), agent, graph)
+        return cls(tuple(goals), agent, graph_of(record))
 
 
-def uncoloured(name: str) -> str:
-    """Return a goal's name without its colour, such as ``"key 1"`` for ``"red key 1"``."""
-    colour, _, rest = name.partition(" ")
-    return rest if colour in COLOURS else name
+def graph_of(level: np.record) -> GoalGraph:
+    """Return the goal graph of a level."""
+    return GoalGraph(tuple(level.key_rooms[: level.n_rooms - 1].tolist()), int(level.exit_room))
 
 
 def goal_name(level: np.record, goal: int) -> str:

@@ -16,7 +16,7 @@ from hierroom.worlds.escape_room import batch_kernels
 from hierroom.worlds.escape_room.constants import VIEW
 from hierroom.worlds.escape_room.goal_kernels import GOAL_MASKS, write_masks
 from hierroom.worlds.escape_room.layout import LEVEL, NO_MAPS, OUTCOME, Maps, State
-from hierroom.worlds.escape_room.level import Level
+from hierroom.worlds.escape_room.level import Level, graph_of
 from hierroom.worlds.escape_room.oracle import shortest_actions
 from hierroom.worlds.escape_room.tiles import encode
 from hierroom.worlds.random_kernels import turn_uniforms
@@ -81,8 +81,7 @@ class LevelView:
 
     def graph(self, m: int) -> GoalGraph:
         """Return the goal graph of the m-th environment."""
-        level = self.levels[m]
-        return GoalGraph(tuple(level.key_rooms[: level.n_rooms - 1].tolist()), int(level.exit_room))
+        return graph_of(self.levels[m])
 
     @cached_property
     def exists(self) -> NDArray[np.bool_]:

@@ -26,7 +26,7 @@ LEVEL_POLICIES = 20
 
 def level_mdp(graph: GoalGraph, seed: int, drop_key: bool = False, size: int = 19) -> DeterministicMDP:
     """Return the first level of an environment with this seed as the MDP of its exact states."""
-    return DeterministicMDP(*reachable_states(Engine([graph], size=size, drop_key=drop_key, seed=seed).state))
+    return reachable_states(Engine([graph], size=size, drop_key=drop_key, seed=seed).state)
 
 
 def measure_levels(
@@ -45,13 +45,11 @@ def measure_levels(
         graph = one.graph if isinstance(one, LevelMap) else one
         name, start = f"{one.name} {level}", Engine([graph], drop_key=drop_key, seed=level, **fixed).state
         try:
-            reachable = reachable_states(start, MAX_COUNTED_STATES)
+            mdp = reachable_states(start, MAX_COUNTED_STATES)
         except TooManyStatesError:
             return MeasuredGraph(name, SampledLevel(start, horizon, seed).measure(max_steps=GORP_STEPS))
-        n_states = len(reachable.transitions)
-        if n_states > MAX_LEVEL_STATES:
-            return MeasuredGraph(name, SampledLevel(start, horizon, seed).measure(n_states, max_steps=GORP_STEPS))
-        mdp = DeterministicMDP(*reachable)
+        if mdp.n_states > MAX_LEVEL_STATES:
+            return MeasuredGraph(name, SampledLevel(start, horizon, seed).measure(mdp.n_states, max_steps=GORP_STEPS))
         return MeasuredGraph(name, measure_mdp(mdp, horizon, n_policies=LEVEL_POLICIES, gorp_runs=GORP_RUNS, seed=seed))
 
     levels = [(graph, seed + i) for graph in graphs for i in range(n_levels)]

@@ -28,6 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 from hierroom.goals import EXIT_GOAL, N_COLOURS, N_GOALS
 from hierroom.support.compile.kernel import compiled, njit
 from hierroom.support.errors import InputError
+from hierroom.support.schema import Whole
 from hierroom.worlds.escape_room import constants
 from hierroom.worlds.escape_room.constants import MARGIN
 from hierroom.worlds.escape_room.layout import LEVEL, NO_MAPS, State
@@ -222,32 +223,27 @@ def compiled_solver() -> Callable[..., None]:
     return compiled(solve_levels, np.zeros(1, LEVEL), NO_MAPS.rooms, 1, numbers, numbers, numbers)
 
 
-def exit_lengths(state: State, envs: NDArray[np.integer]) -> NDArray[np.int64]:
-    """Count the actions of the shortest paths to the exit in environments [M] (from `seeds.chosen_envs`)."""
-    return _lengths(state, envs, np.full(len(envs), EXIT_GOAL))
-
-
-def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.int64]:
-    """Count the actions in the shortest solution of every environment.
+def shortest_lengths(
+    state: State, goals: ArrayLike = EXIT_GOAL, envs: NDArray[np.integer] | None = None
+) -> NDArray[np.int64]:
+    """Count the actions in the shortest solutions of environments.
 
     Args:
         state: N environments; their goal graphs may differ.
-        goals: goal id 0 to 12, one for all environments or [N].
+        goals: goal id 0 to 12, one for all environments or [M].
+        envs: [M] the environments, from `seeds.chosen_envs`; None: all.
 
     Returns:
-        Lengths [N] int64: 0 if the goal is already achieved, -1 if it cannot be. Then it does not exist, its key is out
+        Lengths [M] int64: 0 if the goal is already achieved, -1 if it cannot be. Then it does not exist, its key is out
         of reach, or the episode has ended at the exit.
     """
     given = np.asarray(goals)
     if given.dtype.kind not in "iu" or (given.size and not 0 <= given.min() <= given.max() < N_GOALS):
         raise InputError(f"goals must be whole numbers from 0 to {N_GOALS - 1}, not {goals}")
-    return _lengths(state, np.arange(len(state)), np.full(len(state), given, np.int64))
-
-
-def _lengths(state: State, envs: NDArray[np.integer], goals: NDArray[np.int64]) -> NDArray[np.int64]:
-    lengths = np.empty(len(envs), np.int64)
+    envs = np.arange(len(state)) if envs is None else envs
+    given, lengths = np.full(len(envs), given, np.int64), np.empty(len(envs), np.int64)
     levels, rooms = np.ascontiguousarray(state.levels), state.maps.rooms
-    compiled_solver()(levels, rooms, state.grids.shape[1], envs, goals, lengths)
+    compiled_solver()(levels, rooms, state.grids.shape[1], envs, given, lengths)
     return lengths
 
 
@@ -265,8 +261,7 @@ def shortest_actions(state: State, goal: int = EXIT_GOAL) -> NDArray[np.int64]:
         raise InputError(
             f"shortest_actions solves one environment, but the state holds {len(state)}: index the state first"
         )
-    if not isinstance(goal, (int, np.integer)) or not 0 <= goal < N_GOALS:
-        raise InputError(f"a goal must be a whole number from 0 to {N_GOALS - 1}, not {goal!r}")
+    Whole(0, N_GOALS - 1).check(goal, "a goal")
     side, rooms = state.grids.shape[1], state.maps.rooms
     path, length = solve(state.levels[0], rooms, side, goal // N_COLOURS, goal % N_COLOURS)
     if length < 0:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
+from hierroom.complexity.measures.mdp import DeterministicMDP
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room import batch_kernels
 from hierroom.worlds.escape_room.layout import OUTCOME, State
@@ -19,20 +17,11 @@ class TooManyStatesError(InputError):
     """A level has more states than are allowed."""
 
 
-class ReachableStates(NamedTuple):
-    """The states of a level in the order in which they are found: first the start, last the escaped state.
-
-    Attributes:
-        transitions: [S, A] int64, the state after each action; every action stays in the last state.
-        rewards: [S, A] float64, 1 for the step onto the exit.
-    """
-
-    transitions: NDArray[np.int64]
-    rewards: NDArray[np.float64]
-
-
-def reachable_states(state: State, max_states: int = 1_000_000) -> ReachableStates:
+def reachable_states(state: State, max_states: int = 1_000_000) -> DeterministicMDP:
     """Find all states of a level by taking every action in batches of states.
+
+    They are numbered in the order in which they are found: first the start, last the escaped state, in which every
+    action stays. The reward is 1 for the step onto the exit.
 
     The step count and memories do not influence the future, so they are not part of a state. If there are more than
     ``max_states``, including the escaped state, `TooManyStatesError` is raised.
@@ -65,7 +54,7 @@ def reachable_states(state: State, max_states: int = 1_000_000) -> ReachableStat
         frontier += [after[new[begin : begin + CHUNK]] for begin in range(0, len(new), CHUNK)]
     escaped = len(numbers)
     table = np.concatenate([*transitions, np.full((1, n_actions), escaped)])
-    return ReachableStates(np.where(table < 0, escaped, table), np.concatenate([*rewards, np.zeros((1, n_actions))]))
+    return DeterministicMDP(np.where(table < 0, escaped, table), np.concatenate([*rewards, np.zeros((1, n_actions))]))
 
 
 def _keys(levels: np.ndarray) -> list[bytes]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
 from hierroom.support.errors import InputError
+from hierroom.support.schema import Whole
 from hierroom.worlds.escape_room import batch_kernels
 from hierroom.worlds.escape_room.constants import (
     COL_STEP,
@@ -52,8 +53,7 @@ def draw_level(state: State, goal: int = NO_GOAL, tile_size: int = 32, title: st
     The cell of ``goal`` is outlined. The goal's name is written over the lower outer wall, ``title`` over the upper.
     """
     _check(state, goal)
-    if not isinstance(tile_size, (int, np.integer)) or tile_size < 1:
-        raise InputError(f"tile_size must be a whole number of at least 1, not {tile_size!r}")
+    Whole(1).check(tile_size, "tile_size")
     tiles, level, size = _tiles(state), state.levels[0], state.size
     is_seen = seen_cells(state)
     agent = level.row - MARGIN, level.col - MARGIN
@@ -129,7 +129,7 @@ def _tiles(state: State) -> NDArray[np.uint8]:
 def view_of(state: State) -> NDArray[np.uint8]:
     """Return the tile codes [7, 7] in the agent's view, by column from left to right and row from far to near."""
     scratch, outcomes = state.copy(), np.zeros(1, OUTCOME)  # on a copy, because looking updates the level's memories
-    batch_kernels.look_levels(scratch.levels, scratch.grids, outcomes)
+    batch_kernels.look_levels(scratch.levels, scratch.grids, outcomes, np.zeros(1, np.int64))
     return outcomes["tiles"][0]
 
 

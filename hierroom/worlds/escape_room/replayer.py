@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.goals import GoalGraph
+from hierroom.goals import COLOURS
 from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, OPEN, PICKUP, RIGHT
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.layout import State
-from hierroom.worlds.escape_room.level import goal_name, uncoloured
+from hierroom.worlds.escape_room.level import goal_name, graph_of
 from hierroom.worlds.escape_room.render import default_tile_size, draw_level, legible_tile_size, text
 
 ACTION_NAMES = {FORWARD: "forward", LEFT: "left", RIGHT: "right", PICKUP: "pick up", OPEN: "open", DROP: "drop"}
@@ -36,8 +36,10 @@ class LevelReplayer:
         return goal_name(state.levels[0], goal)
 
     def goal_label(self, state: State, goal: int) -> str:
-        """Return the name of a goal without its colour, which is drawn for each episode."""
-        return uncoloured(self.goal_name(state, goal))
+        """Return the name of a goal without its colour, which is drawn for each episode, such as ``"key 1"``."""
+        name = self.goal_name(state, goal)
+        colour, _, rest = name.partition(" ")
+        return rest if colour in COLOURS else name
 
     def action_name(self, state: State, action: int) -> str:
         """Return the name of a controller's action."""
@@ -45,9 +47,7 @@ class LevelReplayer:
 
     def replay(self, state: State, actions: NDArray[np.integer]) -> Iterator[State]:
         """Yield the state, then the state after each action."""
-        level = state.levels[0]
-        graph = GoalGraph(tuple(level.key_rooms[: level.n_rooms - 1].tolist()), int(level.exit_room))
-        engine = Engine([graph], size=state.size, seed=None, maps=state.maps)
+        engine = Engine([graph_of(state.levels[0])], size=state.size, seed=None, maps=state.maps)
         engine.set_state(state)
         yield engine.get_state()
         for action in actions:

@@ -11,7 +11,7 @@ import numpy as np
 from hierroom.goals import MAX_GRID_ROOMS, N_COLOURS, N_GOALS
 from hierroom.support.compile.kernel import compiled, njit
 from hierroom.support.errors import InputError
-from hierroom.support.schema import Array
+from hierroom.support.schema import Array, of_records
 from hierroom.worlds.env_config import SPLITS
 from hierroom.worlds.escape_room.constants import (
     EMPTY,
@@ -91,15 +91,8 @@ def check_state(state: State) -> None:
         raise InputError(f"the grids of a state must be an array [N, side, side], {MIN_SIZE} to {MAX_SIZE} and margins")
     side = state.size + 2 * MARGIN
     Array(np.uint8, (len(levels), side, side), EMPTY, WALL).check(grids, "grids")
-    for name, (low, high) in level_bounds(state.size, len(state.maps)).items():
-        values = levels[name]
-        for is_broken, bound, words in ((values < low, low, "at least"), (values > high, high, "at most")):
-            if is_broken.any():
-                at = np.argwhere(is_broken)[0].tolist()
-                raise InputError(f"levels.{name} must be {words} {bound}, not {values[tuple(at)]} (at {at})")
-    for name in ("can_drop", "has_ended"):
-        if levels[name].view(np.uint8).max(initial=0) > 1:  # compiled code reads one bit of it, NumPy all eight
-            raise InputError(f"levels.{name} must be True or False everywhere")
+    bounds = level_bounds(state.size, len(state.maps))
+    of_records(LEVEL, len(levels), bounds).check({name: levels[name] for name in LEVEL.names or ()}, "levels")
     if len(state.maps):
         _check_maps(state)
     env, rule = _compiled_check()(np.ascontiguousarray(levels), np.ascontiguousarray(grids))

@@ -33,7 +33,7 @@ from hierroom.worlds.escape_room.level_view import OBSERVATION_SPACES, LevelView
 from hierroom.worlds.escape_room.map_arrays import map_arrays
 from hierroom.worlds.escape_room.node_map import NodeMap
 from hierroom.worlds.escape_room.observations import BatchObservations, write_one
-from hierroom.worlds.escape_room.oracle import exit_lengths, shortest_actions
+from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
 from hierroom.worlds.escape_room.render import global_state, state_space
 from hierroom.worlds.escape_room.replayer import LevelReplayer
 from hierroom.worlds.seeds import chosen_envs
@@ -138,7 +138,7 @@ class EscapeRoomWorld(Engine):
 
     def shortest_lengths(self, envs: NDArray[np.integer]) -> NDArray[np.integer]:
         """Return the fewest steps [M] from the current state to the exit in environments [M]."""
-        return exit_lengths(self._state, chosen_envs(envs, len(self)))
+        return shortest_lengths(self._state, envs=chosen_envs(envs, len(self)))
 
     def shortest_actions(self, env: int) -> NDArray[np.integer]:
         """Return the actions of a shortest path to the exit in one environment."""
@@ -150,7 +150,7 @@ class EscapeRoomWorld(Engine):
 
     def variants_of(self, envs: NDArray[np.integer]) -> list[str]:
         """Return the names of the goal graphs of the episodes that ended last in environments [M]."""
-        return self.sampler.names(self._last_levels[envs])
+        return [graph.name for graph in self.sampler.graphs_of(self._last_levels[envs])]
 
     def milestones_of(self, envs: NDArray[np.integer], goals: NDArray[np.integer]) -> NDArray[np.integer]:
         """Return goals [M] by room instead of colour, in the episodes that ended last in environments [M]."""
@@ -212,6 +212,6 @@ class EscapeRoomWorld(Engine):
 
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Restore arrays that `get_arrays` returned and `check_arrays` has checked."""
-        self._put(State(arrays["grids"], arrays["levels"], self._state.maps), self.everywhere)
+        self._put(State(arrays["grids"], arrays["levels"], self._state.maps), np.arange(len(self)))
         self.sampler.set_state(arrays)
         self.set_graphs(self.sampler.graphs)

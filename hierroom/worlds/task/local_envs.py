@@ -41,17 +41,11 @@ class LocalEnvs:
         return observations, as_totals(values, self._goals, self._name)
 
     def step(self, envs: Sequence[int], actions: Sequence[int]) -> Taken:
-        """Act in some environments."""
-        observations, rewards, terminated, truncated, infos = [], [], [], [], []
+        """Act in some environments, at least one."""
         chosen = [self.envs[number] for number in envs]
         with user_code(f"step of {self._name}"):
-            for env, action in zip(chosen, actions, strict=True):
-                observation, reward, ends, is_cut, info = env.step(action)
-                observations.append(observation)
-                rewards.append(reward)
-                terminated.append(ends)
-                truncated.append(is_cut)
-                infos.append(info)
+            results = [env.step(action) for env, action in zip(chosen, actions, strict=True)]
+            observations, rewards, terminated, truncated, infos = map(list, zip(*results, strict=True))
             values = goal_values(self._goals, chosen, infos, self._name)
         return Taken(observations, rewards, terminated, truncated, as_totals(values, self._goals, self._name))
 

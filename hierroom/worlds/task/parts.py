@@ -1,7 +1,5 @@
 """The parts of a task that its worlds, environments and replays read."""
 
-# Protocol methods have only a docstring.
-# pyright: reportReturnType=false
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -37,43 +35,18 @@ class Trial:
 
 
 class TaskParts(Protocol):
-    """The attributes of a `Task` that its worlds and replays use."""
+    """The attributes of a `Task` that its worlds, environments and replays use; `Task` describes them."""
 
-    @property
-    def name(self) -> str:
-        """The name in titles, tables and errors."""
-
-    @property
-    def goals(self) -> Mapping[str, GoalFunction]:
-        """The user's functions."""
-
-    @property
-    def goal_set(self) -> GoalSet:
-        """The goals as agents know them."""
-
-    @property
-    def rules(self) -> Rules | None:
-        """The dependencies of the goals, if they are known."""
-
-    @property
-    def max_steps(self) -> int:
-        """Default number of steps after which an episode is truncated."""
-
-    @property
-    def processes(self) -> int:
-        """Number of processes for the environments; 0: this process."""
-
-    @property
-    def trial(self) -> Trial:
-        """Facts found by a few random steps."""
-
-    @property
-    def n_actions(self) -> int:
-        """The controller's number of actions."""
-
-    @property
-    def features(self) -> Mapping[str, Feature]:
-        """Features that networks can read."""
+    name: str
+    goals: Mapping[str, GoalFunction]
+    goal_set: GoalSet
+    rules: Rules | None
+    max_steps: int
+    processes: int
+    trial: Trial
+    n_actions: int
+    features: Mapping[str, Feature]
 
     def new_env(self, render_mode: str | None = None) -> gymnasium.Env:
         """Return a new environment, in a render mode if it takes one."""
+        ...  # pyright: ignore[reportReturnType]

@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 
 from hierroom.goals import NO_GOAL
 from hierroom.support.drawing import side_by_side
-from hierroom.support.errors import user_code
 from hierroom.worlds.dependencies import Dependencies
 from hierroom.worlds.env_config import SPLITS
-from hierroom.worlds.task.goal_values import as_totals, goal_values
+from hierroom.worlds.task.local_envs import LocalEnvs
 from hierroom.worlds.task.parts import TaskParts
 
 PAPER, INK, FADED, DONE = (255, 255, 255), (20, 20, 20), (150, 150, 150), (0, 120, 60)
@@ -78,31 +77,24 @@ class TaskReplayer:
 
     def replay(self, state: Moment, actions: NDArray[np.integer]) -> Iterator[Moment]:
         """Yield the state, then the state after each action."""
-        env, task = self._task.new_env("rgb_array"), self._task
+        task, envs = self._task, LocalEnvs(self._task, 1, "rgb_array")
         counts, markings = np.zeros_like(state.counts), state.marking[None].copy()
         dependencies = Dependencies.of(task.rules, task.goal_set)
         try:
-            with user_code(f"reset of {task.name}"):
-                _, info = env.reset(seed=self.seed_of(state.identity))
-            last = self._totals(env, info)
+            _, totals = envs.reset([0], [self.seed_of(state.identity)])
             for step in range(len(actions) + 1):
-                frame = _frame(env)
+                frame = envs.render(0)
                 moment = counts.copy(), markings[0].copy(), step, lambda f=frame: f
                 yield Moment(state.identity, state.max_steps, *moment)
                 if step < len(actions) and actions[step] < task.n_actions:
-                    with user_code(f"step of {task.name}"):
-                        *_, info = env.step(task.trial.first_action + int(actions[step]))
-                    now = self._totals(env, info)
-                    times, last = np.maximum(now - last, 0), now
-                    counts = counts + times
+                    before = totals.astype(np.int64)
+                    totals = envs.step([0], [task.trial.first_action + int(actions[step])]).totals
+                    times = np.maximum(totals - before, 0)
+                    counts = counts + times[0]
                     if dependencies is not None:
-                        dependencies.apply(markings, times[None])
+                        dependencies.apply(markings, times)
         finally:
-            env.close()
-
-    def _totals(self, env: Any, info: dict[str, Any]) -> NDArray[np.int64]:
-        goals, name = self._task.goals, self._task.name
-        return as_totals(goal_values(goals, [env], [info], name), goals, name)[0].astype(np.int64)
+            envs.close()
 
     def rules_state(self, state: Moment) -> tuple[NDArray[np.bool_], NDArray[np.integer]]:
         """Return whether each goal [G] was achieved, and the count of each fact [F]."""
@@ -143,11 +135,6 @@ def _needs(ways: Any) -> str:
         asked = {**way.uses, **{fact: max(n, way.uses.get(fact, 0)) for fact, n in way.needs.items()}}
         words.append(", ".join(fact if n == 1 else f"{n} {fact}" for fact, n in asked.items()))
     return f"  <- {' or '.join(words)}" if any(words) else ""
-
-
-def _frame(env: Any) -> Any:
-    with user_code("the environment", "cannot be drawn"):
-        return env.render()
 
 
 @lru_cache(maxsize=256)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -61,12 +61,8 @@ def entry_of(observation: Any, path: tuple[Any, ...]) -> Any:
     return observation
 
 
-def features_of(entries: Mapping[str, spaces.Space]) -> dict[str, Feature]:
-    """Return a feature for each entry, by name."""
-    return {name: _feature(name, space) for name, space in entries.items()}
-
-
-def _feature(name: str, space: spaces.Space) -> Feature:
+def feature_of(name: str, space: spaces.Space) -> Feature:
+    """Return the feature that reads an entry of the observation."""
     if isinstance(space, spaces.Box):
         layout = _layout(space)
         return Feature(

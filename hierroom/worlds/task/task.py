@@ -13,6 +13,7 @@ import gymnasium
 import numpy as np
 
 from hierroom.complexity.requirements import goal_depths
+from hierroom.goals.alternatives import Alternative, read_name
 from hierroom.goals.goal_set import GoalSet
 from hierroom.goals.rules import Rules
 from hierroom.support.errors import InputError, require_number, shown, user_code
@@ -20,7 +21,7 @@ from hierroom.worlds.base_view import goal_status
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 from hierroom.worlds.task.goal_values import GoalFunction
 from hierroom.worlds.task.parts import TaskParts, Trial
-from hierroom.worlds.task.spaces import features_of
+from hierroom.worlds.task.spaces import feature_of
 from hierroom.worlds.task.trial import try_out
 from hierroom.worlds.task.world import TaskWorld
 from hierroom.worlds.world import Feature
@@ -89,8 +90,7 @@ class Task:
         if not isinstance(self.goals, Mapping) or not self.goals:
             raise InputError(f"goals of a task are functions by name, at least one, not {shown(self.goals)}")
         for name, function in self.goals.items():
-            if not isinstance(name, str) or not name.strip() or not name.isprintable():
-                raise InputError(f"the name of a goal must be a text of one line, not {shown(name)}")
+            read_name("the name of a goal", name)
             if not callable(function):
                 raise InputError(f"goal {name!r} must be a function of environment and info, not {shown(function)}")
         require_number("max_steps", self.max_steps, 1, 10**6, is_whole=True)
@@ -195,8 +195,8 @@ class Task:
     @cached_property
     def features(self) -> dict[str, Feature]:
         """Features that networks can read: each entry of the observation, and the status of each goal."""
-        entries = {name: space for name, (_, space) in self.trial.entries.items()}
-        return {**features_of(entries), "goal-status": goal_status(len(self.goals))}
+        entries = {name: feature_of(name, space) for name, (_, space) in self.trial.entries.items()}
+        return {**entries, "goal-status": goal_status(len(self.goals))}
 
     @property
     def controller_features(self) -> tuple[str, ...]:
@@ -214,6 +214,6 @@ class Task:
 
 
 def _giving_itself(name: str, rule: Any) -> Any:
-    if isinstance(rule, (list, tuple)):
+    if isinstance(rule, (list, tuple)) and not isinstance(rule, Alternative):
         return [_giving_itself(name, way) for way in rule]
     return {**rule, "gives": rule.get("gives", name)} if isinstance(rule, Mapping) else rule

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hierroom.goals import NO_GOAL
 from hierroom.support.errors import InputError
+from hierroom.support.schema import Whole
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.workshop.layout import BENCH, PLACES, SHELF, WorkshopState
 from hierroom.worlds.workshop.recipes import Recipes
@@ -91,8 +92,7 @@ class WorkshopReplayer:
         from PIL import Image, ImageDraw
 
         _only(state)
-        if not isinstance(tile_size, (int, np.integer)) or tile_size < 1:
-            raise InputError(f"tile_size must be a whole number of at least 1, not {tile_size!r}")
+        Whole(1).check(tile_size, "tile_size")
         places, things = self._places(state), state.things[0]
         n_rows, n_bench_rows = (-(-n // PER_ROW) for n in (len(places), min(len(places), self._book.recipes.room)))
         line, side = max(12, int(tile_size) // 3), int(tile_size)

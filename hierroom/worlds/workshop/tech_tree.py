@@ -113,11 +113,9 @@ def _ask(
     return counts
 
 
-def _other_ask(
-    rng: np.random.Generator, known: list[str], made: list[dict[str, int]], tries: int = 20
-) -> list[dict[str, int]]:
+def _other_ask(rng: np.random.Generator, known: list[str], made: list[dict[str, int]]) -> list[dict[str, int]]:
     """Return a list with one pair of known things that is no product's recipe yet; empty if none is found."""
-    for _ in range(tries if len(known) > 1 else 0):
+    for _ in range(20 if len(known) > 1 else 0):
         ask = dict.fromkeys(rng.choice(known, 2, replace=False).tolist(), 1)
         if ask not in made:
             return [ask]

@@ -10,7 +10,6 @@ from same_run import differences
 from stopped_run import stop_at_update
 
 import hierroom
-from hierroom.complexity.measures.mdp import DeterministicMDP
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
@@ -162,7 +161,7 @@ def test_shortest_lengths_on_maps_equal_exhaustive_search(name, drop_key):
         state = world.get_state()
         doorways += int((state.levels["doors"] != 0).sum())
         n = int(rng.integers(8))
-        found = DeterministicMDP(*reachable_states(state[n])).shortest_solution()
+        found = reachable_states(state[n]).shortest_solution()
         assert found == shortest_lengths(state)[n]
     assert doorways > 0
 

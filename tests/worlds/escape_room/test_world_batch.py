@@ -144,6 +144,13 @@ def test_set_state_restores_some_environments():
         assert_same_view(world, n)
 
 
+def test_set_state_of_some_leaves_unset_environments_blank():
+    """A kernel would look around a place before the grid's first cell: kernels check no bounds."""
+    world = Engine(GRAPHS, 2, seed=None)
+    world.set_state(Engine(GRAPHS, seed=8).get_state(), [1])
+    assert world.outcomes["tiles"].any(axis=(1, 2)).tolist() == [False, True]
+
+
 def test_get_state_returns_a_copy():
     world = Engine(GRAPHS, 3, seed=9)
     taken = world.get_state()

@@ -22,6 +22,7 @@ from hierroom.worlds.escape_room.constants import (
 )
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.layout import LEVEL, MEMORIES
+from hierroom.worlds.escape_room.level import graph_of
 from hierroom.worlds.escape_room.oracle import shortest_lengths
 
 CHAIN, STAR, MIXED = GoalGraph((0, 1, 2, 3, 4, 5), 6), GoalGraph((0,) * 6, 1), GoalGraph((0, 0, 1, 0, 2, 4), 5)
@@ -246,8 +247,5 @@ def test_key_positions_are_uniform_in_their_room(letter, branch):
 def test_graphs_of_a_mixture_are_equally_likely():
     graphs = list(NAMED_GRAPHS.values())
     levels = Engine(graphs, 10_000, seed=18).state.levels
-    drawn = [
-        graphs.index(GoalGraph(tuple(level.key_rooms[: level.n_rooms - 1].tolist()), int(level.exit_room)))
-        for level in levels
-    ]
+    drawn = [graphs.index(graph_of(level)) for level in levels]
     assert_uniform(np.array(drawn), len(graphs))
