@@ -12,10 +12,10 @@ from hierroom.support.errors import InputError
 GRAPHS = ("one", "two", "three")
 MEASURES = measured_rows(GRAPHS, rooms=(2, 3, 4), goals=(2, 4, 6), settings=(0, 0, 0))
 STEPS = {
-    ("larger grid, with", "hippo"): {"one": [100], "two": [200], "three": [300]},
-    ("larger grid, without", "ppo-bonus"): {"one": [300], "two": [600], "three": [900]},
-    ("shorter limit, with", "hippo"): {"one": [400], "two": [800], "three": [1200]},
-    ("shorter limit, without", "ppo-bonus"): {"one": [200], "two": [400], "three": [None]},
+    ("larger grid, with", "hippo"): {"one": [100, 100], "two": [200, 200], "three": [300, 300]},
+    ("larger grid, without", "ppo-bonus"): {"one": [300, 300], "two": [600, 600], "three": [900, 900]},
+    ("shorter limit, with", "hippo"): {"one": [400, 400], "two": [800, 800], "three": [1200, 1200]},
+    ("shorter limit, without", "ppo-bonus"): {"one": [200, 200], "two": [400, 400], "three": [None, None]},
 }
 
 
