@@ -72,11 +72,11 @@ class BaseWorld(ABC):
         memories: Iterable[str] = (),
     ) -> None:
         Whole(1, 2**31 - 1).check(num_envs, "num_envs")
-        self.config, self.autoreset = config, autoreset
+        self.config, self.autoreset, self.has_begun = config, autoreset, False
         self.max_steps = config.max_steps or self.default_max_steps
         self.variants: tuple[str, ...] = config.names
         self.everywhere: NDArray[np.integer] = freeze(np.arange(num_envs))
-        self._outcomes, self.has_begun = np.zeros(num_envs, OUTCOME), False
+        self._outcomes = np.zeros(num_envs, OUTCOME)
         self.allocate()
         self.remember(memories)
         if seed is not None:
