@@ -82,7 +82,7 @@ def test_pair_notices_a_single_seed():
 
 
 @pytest.mark.parametrize("n_graphs", [1, 2, 3, 4, 5, 6])
-def test_a_single_seed_has_an_interval_only_if_the_graphs_suffice_for_its_level(n_graphs):
+def test_single_seed_needs_enough_graphs_for_an_interval(n_graphs):
     names = tuple(map(str, range(n_graphs)))
     first, second = np.full((n_graphs, 1), 200.0), np.full((n_graphs, 1), 100.0)
     both = Paired("steps_to_95", names, (first, second), (np.ones(n_graphs), np.ones(n_graphs)))

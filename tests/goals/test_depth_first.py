@@ -115,7 +115,7 @@ def test_next_rule_is_none_for_reached_or_unreachable_target():
     assert DepthFirst(stuck).next_rule(stuck.start_marking, np.zeros(3)) is None
 
 
-def test_things_made_of_the_two_before_them_take_no_longer_with_each_of_them():
+def test_depth_first_follows_shared_ingredients_once():
     links = {f"{n}": {"uses": [f"{n - 1}", f"{n - 2}"], "gives": f"{n}"} for n in range(2, 60)}
     rules = Rules({"0": {"gives": "0"}, "1": {"gives": "1"}, **links}, "59")
     search = DepthFirst(rules)

@@ -48,7 +48,7 @@ def test_thread_pool_works_in_a_forked_process():
     assert pool.each(pow, [3, 4], [2, 2]) == [9, 16]
 
 
-def test_a_pool_calls_a_single_function_or_all_of_a_single_thread_itself():
+def test_thread_pool_makes_single_calls_in_the_caller():
     here = threading.get_ident()
     assert ThreadPool(2).each(lambda _: threading.get_ident(), [0]) == [here]
     assert ThreadPool(1).each(lambda _: threading.get_ident(), [0, 1]) == [here, here]
