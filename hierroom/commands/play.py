@@ -71,6 +71,8 @@ def make_game(arguments: PlayArguments) -> Game:
 
     chosen = given(arguments, "graph", "layout", "size", "max_steps")
     if arguments.agent is None:
+        if arguments.greedy or arguments.trust_run:
+            raise InputError("--greedy and --trust-run go with --agent, which is missing")
         usual = {} if arguments.layout else {"graph": "c", "size": 13}
         entries: dict[str, Any] = {**usual, "drop_key": arguments.drop_key, **chosen}
         return Game(Turns(EnvConfig(**entries), 1, seed=arguments.seed, autoreset=False, measure_shortest=True))

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hierroom.commands.agent_arguments import AgentArguments
-from hierroom.support.cli import Flag, progress_bar, read_arguments
+from hierroom.support.cli import Flag, given, progress_bar, read_arguments
 from hierroom.support.errors import InputError, require_number
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class WatchArguments(AgentArguments):
     Args:
         episodes: number of episodes to show.
         failures: show only episodes that did not reach their target, such as the exit; see --most.
-        most: the most episodes to play to find failures.
+        most: the most episodes to play to find failures; by default 1000.
         greedy: let the controller take its most probable action instead of drawing one.
         out: write a file instead: an animation (.gif, or .mp4, which needs PyAV), text (.txt) or labelled data (.json).
             A .gif shows only the first and the last 100 steps of an episode of more than 200; an .mp4 shows all.
@@ -41,7 +41,7 @@ class WatchArguments(AgentArguments):
 
     episodes: int = 1
     failures: Flag = False
-    most: int = 1000
+    most: int | None = None
     greedy: Flag = False
     out: Path | None = None
     text: Flag = False
@@ -50,8 +50,10 @@ class WatchArguments(AgentArguments):
 def main(argv: Sequence[str]) -> int:
     """Run the command with its arguments."""
     arguments = read_arguments(WatchArguments, "watch", argv)
-    for name in ("episodes", "most"):
-        require_number(name, getattr(arguments, name), 1, 10**9, is_whole=True)
+    for name, number in given(arguments, "episodes", "most").items():
+        require_number(name, number, 1, 10**9, is_whole=True)
+    if arguments.most is not None and not arguments.failures:
+        raise InputError("--most goes with --failures, which is missing")
     from hierroom.agents.playback import require_file, save_episodes
 
     if arguments.out is not None:
@@ -81,7 +83,7 @@ def main(argv: Sequence[str]) -> int:
 def _play(agent: TrainedAgent, arguments: WatchArguments) -> tuple[list[Episode], int]:
     from hierroom.runs.rollout import rollout
 
-    total = arguments.most if arguments.failures else arguments.episodes
+    total = (arguments.most or 1000) if arguments.failures else arguments.episodes
     shown, n_played = [], 0
     with progress_bar() as bar:
         task = bar.add_task("playing", total=total)

@@ -118,6 +118,8 @@ def test_invalid_watch_arguments_raise_input_error(run, tmp_path, monkeypatch):
     for name in ("episodes", "most"):
         with pytest.raises(InputError, match=f"{name} must be at least 1, not 0"):
             watch.main([str(run), f"--{name}", "0"])
+    with pytest.raises(InputError, match="--most goes with --failures, which is missing"):
+        watch.main([str(run), "--most", "5"])
     with pytest.raises(InputError, match="is not a run folder"):
         watch.main([str(tmp_path)])
 
