@@ -8,11 +8,12 @@ episodes and at the end of 300.
 
 from __future__ import annotations
 
-import csv
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.study.tables import Row, read_rows
 from hierroom.lab.paper.runs import mean_and_interval
 from hierroom.support.tables import markdown_table
 
@@ -21,7 +22,7 @@ HEADINGS += ("success with", "without", "difference", "length with", "without", 
 ROWS = Path(__file__).parent / "results" / "hindsight" / "runs.csv"
 
 
-def differences(rows: list[dict[str, str]], graph: str, column: str) -> np.ndarray:
+def differences(rows: Sequence[Row], graph: str, column: str) -> np.ndarray:
     """Return the column without hindsight minus that with it, of each seed [S]."""
     found = {(row["hindsight"], row["seed"]): float(row[column]) for row in rows if row["graph"] == graph}
     seeds = sorted({seed for _, seed in found})
@@ -30,9 +31,7 @@ def differences(rows: list[dict[str, str]], graph: str, column: str) -> np.ndarr
 
 def main() -> None:
     """Print the table."""
-    with ROWS.open(encoding="utf-8-sig", newline="") as file:
-        rows = list(csv.DictReader(file))
-    lines = []
+    rows, lines = read_rows(ROWS), []
     for graph in "defg":
         for share in ("40", "70", "100"):
             own = [row for row in rows if row["graph"] == graph]

@@ -232,26 +232,19 @@ class Searching:
     Args:
         meta: gives the goals; only such that can be reached.
         turns: the environments it will play in.
-
-    Attributes:
-        known: [N, rows, cols] uint8, the tile codes of the cells that were seen this episode, `UNSEEN` elsewhere.
     """
 
     def __init__(self, meta: MetaController, turns: Turns) -> None:
         self._meta = meta
-        self.known = np.zeros_like(turns.world.state.grids)
+        self._known = np.zeros_like(turns.world.state.grids)  # tile codes of cells seen this episode, else UNSEEN
         self._starts = np.zeros((len(turns), 2), np.int64)  # (row, col)
         self._latest = np.zeros(len(turns), np.int64)  # colour of the door opened last, or -1
         self._begin(turns, np.arange(len(turns)))
 
     def _begin(self, turns: Turns, envs: NDArray[np.integer]) -> None:
         levels = turns.world.state.levels[envs]
-        self.known[envs], self._latest[envs] = UNSEEN, -1
+        self._known[envs], self._latest[envs] = UNSEEN, -1
         self._starts[envs] = np.stack((levels["row"], levels["col"]), axis=1)
-
-    def look(self, turns: Turns) -> None:
-        """Put on the map what is to be seen now."""
-        remember(turns.world.state.levels, turns.world.outcomes["tiles"], self.known)
 
     def step(self, turns: Turns) -> Step:
         """Take the turns that are due, and one primitive step in every environment.
@@ -262,14 +255,14 @@ class Searching:
         take_turn(self._meta, turns)
         if (turns.goals == NO_GOAL).any():
             raise InputError("the searching controller needs a meta-controller that always gives a goal")
-        self.look(turns)
         actions = np.empty(len(turns), np.int64)
         levels = turns.world.state.levels
+        remember(levels, turns.world.outcomes["tiles"], self._known)
         agents = np.zeros_like(levels)  # where they are, and nothing else that the levels' records hold
         for name in ("row", "col", "direction"):
             agents[name] = levels[name]
         agents["carried"] = -1  # else it would be seen on their cells
-        choose_all(agents, self.known, self._starts, self._latest, turns.goals.astype(np.int64), actions)
+        choose_all(agents, self._known, self._starts, self._latest, turns.goals.astype(np.int64), actions)
         step = turns.step(actions)
         has_opened = (step.events >= FIRST_DOOR_GOAL) & (step.events < EXIT_GOAL)
         self._latest[has_opened] = step.events[has_opened] - FIRST_DOOR_GOAL

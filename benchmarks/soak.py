@@ -204,10 +204,9 @@ def median_speed(speeds: list[Speed]) -> Speed:
 def problems(found: list[Sample]) -> list[str]:
     """Return what grew or slowed down from the second row to the last; the first row warms up."""
     first, last = found[1 if len(found) > 1 else 0], found[-1]
-    grown = [
-        f"memory grew from {first.memory:.0f} to {last.memory:.0f} MiB"
-        for _ in range(last.memory > first.memory * (1 + MAX_GROWTH))
-    ]
+    grown = []
+    if last.memory > first.memory * (1 + MAX_GROWTH):
+        grown.append(f"memory grew from {first.memory:.0f} to {last.memory:.0f} MiB")
     for name in ("threads", "files"):
         if getattr(last, name) > getattr(first, name):
             grown.append(f"{name} grew from {getattr(first, name)} to {getattr(last, name)}")

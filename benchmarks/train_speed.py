@@ -142,9 +142,9 @@ def main() -> None:
         low, middle, high = quantiles(values, n=4)
         print(f"{name:34} {middle:10,.0f} steps/s  ({low:,.0f} to {high:,.0f})  {middle / reference:6.1f} x")
     for name, (trainer, seconds) in flat.items():
-        total = options.repeats * NUM_ENVS * LENGTH / median(speeds[name])
-        parts = dict(seconds) | {"turns and the rest": max(total - seconds.total(), 0.0)}
-        split = ", ".join(f"{part} {spent / sum(parts.values()):.0%}" for part, spent in parts.items())
+        total = sum(NUM_ENVS * LENGTH / speed for speed in speeds[name])
+        parts = {**seconds, "turns and the rest": total - seconds.total()}
+        split = ", ".join(f"{part} {spent / total:.0%}" for part, spent in parts.items())
         rollout = trainer.controller.learner.n_rollout_bytes / 2**20
         print(f"{name}: {split}; rollout {rollout:.0f} MiB, which never grows")
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**10

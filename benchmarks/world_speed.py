@@ -82,8 +82,8 @@ def device() -> str:
 
 
 def spread(values: list[float], unit: str) -> str:
-    low, _, high = statistics.quantiles(values, n=4)
-    return f"{statistics.median(values):>13,.0f} {unit}  ({low:,.0f} to {high:,.0f})"
+    low, median, high = statistics.quantiles(values, n=4)
+    return f"{median:>13,.0f} {unit}  ({low:,.0f} to {high:,.0f})"
 
 
 def main() -> None:

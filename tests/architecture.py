@@ -42,19 +42,13 @@ def part_of(path: Path) -> str:
 
 def part_imports() -> nx.DiGraph:
     """An arrow from each part to each part that it imports."""
-    graph = nx.DiGraph()
-    for path in file_imports():
-        graph.add_node(part_of(path))
-    for source, target in file_imports().edges:
-        if part_of(source) != part_of(target):
-            graph.add_edge(part_of(source), part_of(target))
+    imports, graph = file_imports(), nx.DiGraph()
+    graph.add_nodes_from(map(part_of, imports))
+    arrows = ((part_of(source), part_of(target)) for source, target in imports.edges)
+    graph.add_edges_from((source, target) for source, target in arrows if source != target)
     return graph
 
 
 def floors() -> list[list[str]]:
     """The parts from the ground up: each stands one floor above the highest part that it imports."""
-    graph = part_imports()
-    floor: dict[str, int] = {}
-    for part in reversed(list(nx.topological_sort(graph))):
-        floor[part] = 1 + max((floor[other] for other in graph[part]), default=-1)
-    return [sorted(part for part in floor if floor[part] == n) for n in range(max(floor.values()) + 1)]
+    return [sorted(parts) for parts in nx.topological_generations(part_imports().reverse())]

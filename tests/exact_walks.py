@@ -2,38 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
 
-def solve_exactly(weights: NDArray[np.float64], target: int, right: list[Fraction]) -> list[Fraction]:
-    """The solution x of (D - W) x = right, x = 0 at the target, by elimination in fractions."""
-    n = len(weights)
-    rows = {
-        i: {j: Fraction(float(weights[i, j])) for j in np.flatnonzero(weights[i]).tolist() if j != i}
-        for i in range(n)
-        if i != target
-    }
-    right, order = [Fraction(0) if i == target else value for i, value in enumerate(right)], sorted(rows, reverse=True)
-    for position, k in enumerate(order):
-        rate = sum(rows[k].values())
-        rows[k] = {j: weight / rate for j, weight in rows[k].items()}
-        right[k] /= rate
-        for i in order[position + 1 :]:
-            into = rows[i].pop(k, 0)
-            for j, weight in rows[k].items():
-                if into and j != i:
-                    rows[i][j] = rows[i].get(j, Fraction(0)) + into * weight
-            right[i] += into * right[k]
-    for i in reversed(order):
-        right[i] += sum((weight * right[j] for j, weight in rows[i].items()), Fraction(0))
-    return right
+def laplacian_exactly(weights: NDArray[np.float64]) -> list[list[Fraction]]:
+    """D - W in fractions, D being the sums of W's rows."""
+    exact = [[Fraction(value) for value in row] for row in weights.tolist()]
+    return [[sum(row) * (i == j) - value for j, value in enumerate(row)] for i, row in enumerate(exact)]
+
+
+def solve_exactly(matrix: Sequence[Sequence[Fraction | int]], right: Sequence[Fraction | int]) -> list[Fraction]:
+    """The solution of a system of equations by elimination in fractions."""
+    rows = [[*map(Fraction, row), Fraction(value)] for row, value in zip(matrix, right, strict=True)]
+    for column in range(len(rows)):
+        pivot = next(r for r in range(column, len(rows)) if rows[r][column])
+        rows[column], rows[pivot] = rows[pivot], rows[column]
+        rows[column] = [value / rows[column][column] for value in rows[column]]
+        for r in range(len(rows)):
+            if r != column and (factor := rows[r][column]):
+                rows[r] = [a - factor * b for a, b in zip(rows[r], rows[column], strict=True)]
+    return [row[-1] for row in rows]
 
 
 def passage_exactly(weights: NDArray[np.float64], target: int) -> tuple[list[Fraction], list[Fraction]]:
     """Mean and variance of the first-passage time to the target from each node, in fractions: ([n], [n])."""
-    means = solve_exactly(weights, target, [Fraction(1)] * len(weights))
-    squares = solve_exactly(weights, target, [2 * mean - 1 for mean in means])
-    return means, [square - mean**2 for square, mean in zip(squares, means, strict=True)]
+    walking = [i for i in range(len(weights)) if i != target]
+    laplacian = laplacian_exactly(weights)
+    within = [[laplacian[i][j] for j in walking] for i in walking]
+    means = solve_exactly(within, [1] * len(walking))
+    squares = solve_exactly(within, [2 * mean - 1 for mean in means])
+    variances = [square - mean**2 for square, mean in zip(squares, means, strict=True)]
+    means.insert(target, Fraction(0))
+    variances.insert(target, Fraction(0))
+    return means, variances

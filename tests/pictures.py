@@ -7,6 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageSequence
 
+MILLISECONDS = 100
+"""How long `animate` shows a picture."""
+
 
 def pixels(path: Path) -> NDArray[np.int64]:
     """Return the colours of a PNG [H, W, 3], which are not all one."""
@@ -24,7 +27,7 @@ def has_colour(colours: NDArray[np.int64], name: str, tolerance: int = 8) -> NDA
     return abs(colours - np.round(255 * np.array(to_rgb(name)))).max(axis=2) <= tolerance
 
 
-def frames(path: Path, milliseconds: int = 100) -> list[NDArray[np.int64]]:
+def frames(path: Path) -> list[NDArray[np.int64]]:
     """The pictures [H, W, 3] of a GIF that `animate` wrote.
 
     The file holds those that equal the one before only as a longer duration, and the last one is shown for a second.
@@ -41,7 +44,7 @@ def frames(path: Path, milliseconds: int = 100) -> list[NDArray[np.int64]]:
         assert (one != following).any()
     shown = []
     for n, (frame, duration) in enumerate(stored, start=1):
-        times, rest = divmod(duration - 1000 if n == len(stored) else duration, milliseconds)
+        times, rest = divmod(duration - 1000 if n == len(stored) else duration, MILLISECONDS)
         assert rest == 0
         shown += [frame] * (times + (n == len(stored)))
     return shown

@@ -1,6 +1,5 @@
 """Rules in plain Python by their definition, to which the marking chain is compared."""
 
-import itertools
 from collections import Counter
 
 import numpy as np
@@ -97,23 +96,3 @@ def random_rules(seed):
     capacity = {fact: int(rng.integers(1, 4)) for fact in facts if fact in every}
     start = {fact: int(rng.integers(0, n + 1)) for fact, n in capacity.items() if rng.random() < 0.5}
     return Rules(rules, "t", capacity, start)
-
-
-def play(moves, n_walks, seed):
-    """Return the steps of each of many walks to the target; a wait is one draw."""
-    rng, nodes = np.random.default_rng(seed), list(moves)
-    index = {node: i for i, node in enumerate(nodes)}
-    most = max(map(len, moves.values()))
-    table = np.array([[index[to] for to in itertools.islice(itertools.cycle(moves[node] or [nodes[0]]), most)]
-                      for node in nodes])  # fmt: skip
-    degree = np.array([len(moves[node]) for node in nodes])
-    leave = np.where(degree > 0, 0.19, 0.0) + np.where(np.arange(len(nodes)) > 0, 0.01, 0.0)
-    at, clock, walking = np.zeros(n_walks, int), np.zeros(n_walks, int), np.arange(n_walks)
-    while walking.size:
-        here = at[walking]
-        clock[walking] += rng.geometric(leave[here])
-        choice = (rng.random(walking.size) * np.maximum(degree[here], 1)).astype(int)
-        restarts = (here > 0) & (rng.random(walking.size) < 0.01 / leave[here])
-        at[walking] = np.where(restarts, 0, table[here, choice])
-        walking = walking[at[walking] != index[nodes[-1]]]
-    return clock

@@ -1,4 +1,4 @@
-"""Monte Carlo walks, to check the exact equations and to draw single histories."""
+"""Monte Carlo walks, to check the exact equations."""
 
 from __future__ import annotations
 
@@ -7,14 +7,11 @@ from numpy.typing import NDArray
 
 from hierroom.complexity.chains.weights import Targets, Weights, as_moves, as_node, as_targets, n_nodes, row_sums
 
-NEVER = -1
-"""The passage time of a walk that had not reached a target when it was given up."""
-
 
 def simulate_passage_times(
-    weights: Weights, source: int, targets: Targets, n_walks: int, rng: np.random.Generator, max_steps: int = 10**6
+    weights: Weights, source: int, targets: Targets, n_walks: int, rng: np.random.Generator
 ) -> NDArray[np.int64]:
-    """First-passage times [n_walks] of independent walks, in steps; `NEVER` for those given up.
+    """First-passage times [n_walks] of independent walks that surely reach a target, in steps.
 
     The time spent at a node before leaving it is one draw, geometric with mean 1 / (chance to leave), so the cost
     follows the number of moves and not the number of steps.
@@ -27,16 +24,10 @@ def simulate_passage_times(
     within = np.cumsum(moves.data) - np.concatenate([[0.0], np.cumsum(moves.data)])[moves.indptr[owner]]
     thresholds = owner + np.minimum(within / np.where(leave > 0, leave, 1.0)[owner], 1.0)
 
-    passage = np.full(n_walks, NEVER)
     at, clock, walking = np.full(n_walks, as_node(source, n)), np.zeros(n_walks, np.int64), np.arange(n_walks)
-    while walking.size:
+    while (walking := walking[~is_target[at[walking]]]).size:
         here = at[walking]
-        there = is_target[here]
-        passage[walking[there]] = clock[walking[there]]
-        walking = walking[~there & (leave[here] > 0)]
-        here = at[walking]
-        clock[walking] += np.minimum(rng.geometric(leave[here]), max_steps + 1)  # a longer wait could overflow
+        clock[walking] += rng.geometric(leave[here])
         edge = np.searchsorted(thresholds, here + rng.random(walking.size), side="right")
         at[walking] = moves.indices[np.minimum(edge, moves.indptr[here + 1] - 1)]
-        walking = walking[clock[walking] <= max_steps]
-    return passage
+    return clock

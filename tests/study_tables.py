@@ -1,17 +1,15 @@
 """Made-up tables for the tests of the study."""
 
-import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 
 def write_tables(folder: Path, **tables: Sequence[Mapping[str, Any]]) -> None:
     for name, rows in tables.items():
-        with (folder / f"{name}.csv").open("w") as file:
-            writer = csv.DictWriter(file, list(rows[0]))
-            writer.writeheader()
-            writer.writerows(rows)
+        pd.DataFrame(rows, dtype=object).to_csv(folder / f"{name}.csv", index=False)
 
 
 def run_rows(steps, method="hippo", **columns):

@@ -1,7 +1,8 @@
 """Sweeps of runs that take no time."""
 
-import csv
 from pathlib import Path
+
+from evaluated_runs import rows
 
 from hierroom.lab.sweep.plan import Plan, read_plan
 
@@ -22,7 +23,5 @@ def plan(*words: str, **settings) -> Plan:
 
 def results(path: Path) -> list[dict[str, str]]:
     """Return the rows without their times, sorted by digest."""
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    kept = [{k: v for k, v in row.items() if not k.startswith(TIMES)} for row in rows]
+    kept = [{k: v for k, v in row.items() if not k.startswith(TIMES)} for row in rows(path)]
     return sorted(kept, key=lambda row: row["digest"])

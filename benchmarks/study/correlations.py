@@ -16,9 +16,10 @@ With y the difficulty, x a measure, z the number of goals and r Spearman's rank 
 Intervals are those of a hierarchical bootstrap: graphs are drawn with replacement, and of each graph drawn its seeds
 (Davison and Hinkley, Bootstrap Methods and their Application, 1997, section 3.8). Drawing seeds of those that were
 drawn doubles their noise, which lowers the correlations of all resamples; so the percentiles are moved by the
-difference of the resamples' mean and the number itself. `benchmarks/study/interval_coverage.py` shows that they then
-hold the truth as often as they say. All measures are computed of the same resamples, so that a difference is one of
-pairs. A graph on which half of the seeds or more never reached the milestone ranks last, and all of these alike.
+difference of the resamples' mean and the number itself. By `benchmarks/study/interval_coverage.py` they then hold the
+truth about as often as they say, or more often. All measures are computed of the same resamples, so that a difference
+is one of pairs. A graph on which half of the seeds or more never reached the milestone ranks last, and all of these
+alike.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import kendalltau, rankdata
 
+from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.trained import FEWEST_GRAPHS, Trained, medians
 
 Table = dict[tuple[str, str], float]
@@ -96,10 +98,7 @@ def estimates(
     trained: Trained,
     measures: Mapping[str, NDArray[np.float64]],
     goals: NDArray[np.float64],
-    *,
-    n_resamples: int = 2000,
-    level: float = 0.95,
-    seed: int = 0,
+    bootstrap: Bootstrap,
     progress: Callable[[int], object] = lambda done: None,
 ) -> dict[tuple[str, str], Estimate]:
     """Every statistic of every measure with its interval.
@@ -108,24 +107,21 @@ def estimates(
         trained: the outcomes of one method.
         measures: for each its values [G].
         goals: [G] the number of goals of each graph.
-        n_resamples: of the bootstrap.
-        level: confidence level of the intervals, above 0 and below 1.
-        seed: of the resamples.
+        bootstrap: how intervals are computed.
         progress: called with the number of resamples done.
     """
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(bootstrap.seed)
     tables = []
-    for i in range(n_resamples):
+    for i in range(bootstrap.resamples):
         graphs = rng.integers(len(trained.graphs), size=len(trained.graphs))
         difficulty = medians(resampled(trained.outcomes[graphs], rng))
         drawn = {name: values[graphs] for name, values in measures.items()}
         tables.append(correlations(difficulty, drawn, goals[graphs]))
         progress(i + 1)
     found = correlations(medians(trained.outcomes), measures, goals)
+    bounds = {key: 2.0 if key[1].startswith("minus") else 1.0 for key in found}
     return {
-        key: interval(
-            value, [table.get(key, np.nan) for table in tables], level, 2 if key[1].startswith("minus") else 1
-        )
+        key: interval(value, [table.get(key, np.nan) for table in tables], bootstrap.level, bounds[key])
         for key, value in found.items()
     }
 
@@ -142,7 +138,7 @@ def resampled(outcomes: NDArray[np.float64], rng: np.random.Generator) -> NDArra
     return np.where(np.isnan(outcomes), np.nan, np.take_along_axis(outcomes, seeds, axis=1))
 
 
-def split_half(trained: Trained, *, n_splits: int = 1000, level: float = 0.95, seed: int = 0) -> Estimate:
+def split_half(trained: Trained, bootstrap: Bootstrap) -> Estimate:
     """Split-half reliability: Spearman's correlation between the medians of two halves of the seeds.
 
     The value is the mean over random halves; the interval is over halves and graphs drawn with replacement.
@@ -150,14 +146,12 @@ def split_half(trained: Trained, *, n_splits: int = 1000, level: float = 0.95, s
     Args:
         trained: the outcomes of one method; ``nan`` is returned if a graph has an odd number of seeds, as their
             halves are of unequal size.
-        n_splits: number of random halves.
-        level: confidence level, above 0 and below 1.
-        seed: of the halves.
+        bootstrap: how many random halves, and how the interval is computed.
     """
     if ((~np.isnan(trained.outcomes)).sum(axis=1) % 2).any():
         return Estimate(np.nan, np.nan, np.nan)
-    rng, found, drawn = np.random.default_rng(seed), [], []
-    for _ in range(n_splits):
+    rng, found, drawn = np.random.default_rng(bootstrap.seed), [], []
+    for _ in range(bootstrap.resamples):
         order = rng.random(trained.outcomes.shape)
         order[np.isnan(trained.outcomes)] = 2  # missing ones stay at the end
         mixed = np.take_along_axis(trained.outcomes, order.argsort(axis=1), axis=1)
@@ -165,7 +159,7 @@ def split_half(trained: Trained, *, n_splits: int = 1000, level: float = 0.95, s
         graphs = rng.integers(len(pair), size=len(pair))
         found.append(rank_correlations(pair)[0, 1])
         drawn.append(rank_correlations(pair[graphs])[0, 1])
-    return interval(float(np.nanmean(found)) if not np.isnan(found).all() else np.nan, drawn, level)
+    return interval(float(np.nanmean(found)) if not np.isnan(found).all() else np.nan, drawn, bootstrap.level)
 
 
 def ceiling(reliability: Estimate) -> Estimate:
@@ -181,25 +175,23 @@ def ceiling(reliability: Estimate) -> Estimate:
     return Estimate(*map(float, np.sqrt(2 * r / (1 + r))))
 
 
-def noise_of_twins(trained: Trained, *, n_resamples: int = 2000, level: float = 0.95, seed: int = 0) -> Estimate:
+def noise_of_twins(trained: Trained, bootstrap: Bootstrap) -> Estimate:
     """Spearman's correlation between goal graphs and their twins, which are the same but for the numbers of rooms.
 
     Args:
         trained: the outcomes of one method; ``nan`` is returned if fewer than four graphs have a twin.
-        n_resamples: of the bootstrap over pairs, and of each over its seeds.
-        level: confidence level, above 0 and below 1.
-        seed: of the resamples.
+        bootstrap: of the pairs, and of each over its seeds.
     """
     n, originals = len(trained.twins), trained.outcomes[trained.twins]
     if n < FEWEST_GRAPHS:
         return Estimate(np.nan, np.nan, np.nan)
-    rng, drawn = np.random.default_rng(seed), []
-    for _ in range(n_resamples):
+    rng, drawn = np.random.default_rng(bootstrap.seed), []
+    for _ in range(bootstrap.resamples):
         pairs = rng.integers(n, size=n)
         both = [medians(resampled(outcomes[pairs], rng)) for outcomes in (originals, trained.twin_outcomes)]
         drawn.append(rank_correlations(np.column_stack(both))[0, 1])
     both = np.column_stack([medians(originals), medians(trained.twin_outcomes)])
-    return interval(float(rank_correlations(both)[0, 1]), drawn, level)
+    return interval(float(rank_correlations(both)[0, 1]), drawn, bootstrap.level)
 
 
 def twin_factor(trained: Trained) -> float:

@@ -25,26 +25,17 @@ def measures_table(name: str, *shown: str) -> str:
         InputError: if the statistics were not computed, or not of such a measure, or graphs differ in their seeds.
     """
     outcome, measures = milestone_and_words(shown)
-    command, results = _correlated(name, outcome)
-    return f"\n`{command}` prints these among others:\n\n{result.side_by_side(results, measures)}\n\n"
-
-
-def _correlated(name: str, outcome: Milestone | None) -> tuple[str, list[result.Result]]:
-    """Return the command that computes how well measures predicted what a sweep trained, and what it found.
-
-    Raises:
-        InputError: if the statistics were not computed, or graphs differ in their seeds.
-    """
     folder, file = Path("benchmarks", "results", name), correlations_file(outcome)
     rows = read_rows(ROOT / folder / file)
-    seeds = {int(row[name]) for row in rows for name in ("seeds_min", "seeds_max")}
+    seeds = {int(row[column]) for row in rows for column in ("seeds_min", "seeds_max")}
     if len(seeds) > 1:
         raise InputError(f"{folder / file} is of {min(seeds)} to {max(seeds)} seeds; make it of as many of each graph")
     (n_seeds,) = seeds
     only = "" if n_seeds == plan_of(name).seeds else f" --seeds {n_seeds}"
     only += "" if outcome is None else f" --outcome {outcome}"
     command = f"python -m benchmarks.study.statistics {folder}/sweep.csv{only} --out {folder / file}"
-    return command, result.results_of(rows)
+    table = result.side_by_side(result.results_of(rows), measures)
+    return f"\n`{command}` prints these among others:\n\n{table}\n\n"
 
 
 def milestone_and_words(words: Sequence[str]) -> tuple[Milestone | None, Sequence[str]]:

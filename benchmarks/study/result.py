@@ -57,22 +57,12 @@ class Result:
         return sorted(names, key=lambda name: -np.nan_to_num(self.estimates[name, "spearman"].value, nan=-2))
 
 
-def markdown(result: Result, shown: Sequence[str] = ()) -> str:
-    """Return the table of one method, and below it how far its graphs can be ranked at all.
-
-    Args:
-        result: what was found.
-        shown: the measures; all, the best first, where none is named.
-
-    Raises:
-        InputError: if there is no such measure.
-    """
-    _check_known(result, shown)
+def markdown(result: Result) -> str:
+    """Return the table of one method, the best measure first, and below it how far its graphs can be ranked at all."""
     estimates, is_of_steps = result.estimates, result.outcome != "success_rate"
-    caption = f"{_outcome_text(result)}, {result.graphs} goal graphs"
-    caption += f", {_seeds_text(*result.seeds)}"
+    caption = f"{_outcome_text(result)}, {result.graphs} goal graphs, {_seeds_text(*result.seeds)}"
     caption += f"; on {estimates[NEVER].value:.0f} half of the seeds or more never get there" if is_of_steps else ""
-    rows = [[name, *(str(estimates[name, one]) for one in PRINTED)] for name in shown or result.measures]
+    rows = [[name, *(str(estimates[name, one]) for one in PRINTED)] for name in result.measures]
     lines = [f"**{result.method}**, {caption}:", "", markdown_table(["measure", *PRINTED], rows)]
     if not np.isnan(estimates[HALVES].value):
         could_have = f"a measure without noise could have: {ceiling(estimates[HALVES])}"
@@ -94,7 +84,9 @@ def side_by_side(results: Sequence[Result], shown: Sequence[str]) -> str:
         InputError: if there is no such measure.
     """
     for one in results:
-        _check_known(one, shown)
+        if unknown := [name for name in shown if name not in one.measures]:
+            known = ", ".join(one.measures)
+            raise InputError(f"the measures of {one.method} are {known}; there is no {unknown[0]!r}")
     header = [f"{one.method}: {quantity}" for one in results for quantity in (_outcome_text(one), "minus exit depth")]
     rows = [
         [
@@ -104,12 +96,6 @@ def side_by_side(results: Sequence[Result], shown: Sequence[str]) -> str:
         for name in shown or results[0].measures
     ]
     return markdown_table(["measure", *header], rows)
-
-
-def _check_known(result: Result, measures: Sequence[str]) -> None:
-    if unknown := [name for name in measures if name not in result.measures]:
-        known = ", ".join(result.measures)
-        raise InputError(f"the measures of {result.method} are {known}; there is no {unknown[0]!r}")
 
 
 def _outcome_text(result: Result) -> str:

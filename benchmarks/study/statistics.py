@@ -78,16 +78,13 @@ def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result
                 trained,
                 measures_of(trained.graphs, measured),
                 np.array([goals_of[graph] for graph in trained.graphs]),
-                n_resamples=options.bootstrap.resamples,
-                level=options.bootstrap.level,
-                seed=options.bootstrap.seed,
-                progress=lambda done, task=task: bar.update(task, completed=done),
+                options.bootstrap,
+                lambda done, task=task: bar.update(task, completed=done),
             )
-            settings = {"level": options.bootstrap.level, "seed": options.bootstrap.seed}
             noise = {
                 NEVER: Estimate(trained.never, np.nan, np.nan),
-                HALVES: split_half(trained, n_splits=options.bootstrap.resamples, **settings),
-                TWINS: noise_of_twins(trained, n_resamples=options.bootstrap.resamples, **settings),
+                HALVES: split_half(trained, options.bootstrap),
+                TWINS: noise_of_twins(trained, options.bootstrap),
                 TWIN_FACTOR: Estimate(twin_factor(trained), np.nan, np.nan),
             }
             several = (~np.isnan(trained.outcomes)).sum(axis=1)

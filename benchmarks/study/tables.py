@@ -22,23 +22,8 @@ def read_measures(path: Path) -> list[Row]:
         InputError: if it cannot be read, or is no such table.
     """
     rows = read_rows(path) if path.exists() else []
-    missing = NEEDED.difference(*rows[:1]) if rows else ()
-    if missing:
+    if rows and (missing := NEEDED.difference(rows[0])):
         raise InputError(f"{path} is no table of measures: it has no column {', '.join(sorted(missing))}")
-    return rows
-
-
-def known_measures(path: Path) -> list[Row]:
-    """Return the rows of a table of measures, at least one.
-
-    Raises:
-        InputError: if there is none, or as `read_measures`.
-    """
-    rows = read_measures(path)
-    if not path.exists():
-        raise InputError(f"there is no table of measures {path}; run this where it is, or give --measures")
-    if not rows:
-        raise InputError(f"{path} holds no measures; make it: python -m benchmarks.study.measures_table")
     return rows
 
 
@@ -51,11 +36,16 @@ def measures_for(table: Path, given: Path | None = None) -> list[Row]:
             conjecture for conjecture_factors. If there is none, results/study/measures.csv.
 
     Raises:
-        InputError: as `known_measures`.
+        InputError: if there is none, or it holds none, or as `read_measures`.
     """
     folder = table.resolve().parent
     own = [one / "measures.csv" for one in (folder, folder.with_name(folder.name.partition("_")[0]))]
-    return known_measures(given or next((path for path in own if path.exists()), ROOT / MEASURES_PATH))
+    path = given or next((path for path in own if path.exists()), ROOT / MEASURES_PATH)
+    if not path.exists():
+        raise InputError(f"there is no table of measures {path}; run this where it is, or give --measures")
+    if not (rows := read_measures(path)):
+        raise InputError(f"{path} holds no measures; make it: python -m benchmarks.study.measures_table")
+    return rows
 
 
 def first_seeds(rows: Sequence[Row], n_seeds: int | None) -> list[Row]:

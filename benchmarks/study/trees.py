@@ -126,9 +126,7 @@ def main() -> int:
     options.out.parent.mkdir(parents=True, exist_ok=True)
     write_atomically(options.out, csv_text(rows))
     print(f"{len(rows)} of {len(columns)} trees are in {options.out}; rank correlations:")
-    for name, row in zip(
-        APART, rank_correlations(np.array([[row[name] for name in APART] for row in rows], float)), strict=True
-    ):
+    for name, row in zip(APART, rank_correlations(columns[places]), strict=True):
         print(f"{name:>14}", *(f"{r:5.2f}" for r in row))
     return 0
 

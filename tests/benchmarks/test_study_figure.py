@@ -7,7 +7,7 @@ import pytest
 from study_tables import write_tables
 
 from benchmarks.study import figure
-from benchmarks.study.tables import known_measures
+from benchmarks.study.tables import read_measures
 from hierroom.support.errors import InputError
 
 STEPS = {"a": [100, 300, 200], "b": [400, 500, 900], "own": [800, None, None], "c": [600, 700, None]}
@@ -34,7 +34,7 @@ def words(tables, *others):
 
 def test_marks_are_at_medians_or_above_all(tables):
     options = figure.Options(tables / "runs.csv", tables / "f.png", ("width", "play_success"))
-    measured = known_measures(tables / "measures.csv")
+    measured = read_measures(tables / "measures.csv")
     trained = figure.read_trained(figure.read_rows(options.table), measured, "steps_to_95")
     for axes in figure.draw(trained, measured, options).axes:
         reached, never = (np.asarray(marks.get_offsets()).tolist() for marks in axes.collections[1:])

@@ -6,7 +6,7 @@ import math
 import pytest
 
 from benchmarks.study import measures_table as table
-from benchmarks.study.tables import known_measures, read_measures
+from benchmarks.study.tables import measures_for, read_measures
 from hierroom.complexity import analyze
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
@@ -57,4 +57,4 @@ def test_invalid_measures_table_raises_input_error(tmp_path, text, message):
 def test_empty_measures_table_raises_input_error(tmp_path):
     (tmp_path / "measures.csv").write_text("graph,twin_of,rooms,goals,settings\n")
     with pytest.raises(InputError, match=r"measures\.csv holds no measures; make it: python -m"):
-        known_measures(tmp_path / "measures.csv")
+        measures_for(tmp_path / "sweep.csv")

@@ -5,6 +5,7 @@ import pytest
 from scipy.stats import pearsonr, rankdata, spearmanr
 from study_tables import measured_rows, run_rows
 
+from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.correlations import (
     Estimate,
     ceiling,
@@ -104,19 +105,19 @@ def test_the_bootstrap_draws_graphs_and_seeds():
     sure = trained_of({graph: [10 * i + 10] * 5 for i, graph in enumerate(graphs)})
     drawn = 10 * np.arange(20)[:, None] + 10 + rng.integers(0, 200, (20, 5))
     noisy = trained_of(dict(zip(graphs, drawn.tolist(), strict=True)))
-    of_sure = estimates(sure, {"x": x, "goals": goals}, goals, n_resamples=200)
-    of_noisy = estimates(noisy, {"x": x, "goals": goals}, goals, n_resamples=200)
+    of_sure = estimates(sure, {"x": x, "goals": goals}, goals, Bootstrap(200))
+    of_noisy = estimates(noisy, {"x": x, "goals": goals}, goals, Bootstrap(200))
     assert of_sure["x", "spearman"] == pytest.approx((1, 1, 1))
     assert of_sure["goals", "minus goals"] == (0, 0, 0)
     value, low, high = of_noisy["x", "spearman"]
     assert low < value < 1
     assert high - low > 0.1
-    assert estimates(noisy, {"x": x}, goals, n_resamples=200)["x", "kendall"] == of_noisy["x", "kendall"]
+    assert estimates(noisy, {"x": x}, goals, Bootstrap(200))["x", "kendall"] == of_noisy["x", "kendall"]
     only_graphs = estimates(
         trained_of({graph: [m] * 5 for graph, m in zip(graphs, np.median(drawn, axis=1), strict=True)}),
         {"x": x, "goals": goals},
         goals,
-        n_resamples=200,
+        Bootstrap(200),
     )["x", "spearman"]
     assert only_graphs.value == pytest.approx(value)
     assert only_graphs.high - only_graphs.low < high - low
@@ -147,15 +148,15 @@ def test_seeds_are_resampled_within_their_graph():
 
 def test_split_half_of_sure_noisy_and_odd_seeds():
     sure = trained_of({f"g{i}": [i + 1] * 4 for i in range(10)})
-    assert split_half(sure, n_splits=20) == pytest.approx((1, 1, 1))
+    assert split_half(sure, Bootstrap(20)) == pytest.approx((1, 1, 1))
     rng = np.random.default_rng(4)
     noise = trained_of({f"g{i}": rng.random(4).tolist() for i in range(200)})
-    value, low, high = split_half(noise, n_splits=50)
+    value, low, high = split_half(noise, Bootstrap(50))
     assert abs(value) < 0.15
     assert low < 0 < high
     for odd in (1, 3):
         unequal = trained_of({f"g{i}": [i + 1] * (odd if i == 5 else 4) for i in range(10)})
-        assert np.isnan(split_half(unequal).value)
+        assert np.isnan(split_half(unequal, Bootstrap()).value)
 
 
 def test_ceiling_equals_spearman_brown_formula():
@@ -168,10 +169,10 @@ def test_noise_and_factor_of_twins_by_hand():
     steps = {f"g{i}": [10 * i + 10] * 3 for i in range(6)} | {f"g{i}-twin": [15 * i + 15] * 3 for i in range(4)}
     trained = trained_of(steps, [f"g{i}" for i in range(4)])
     assert trained.graphs == tuple(f"g{i}" for i in range(6))
-    assert noise_of_twins(trained, n_resamples=20).value == pytest.approx(1)
+    assert noise_of_twins(trained, Bootstrap(20)).value == pytest.approx(1)
     assert twin_factor(trained) == pytest.approx(1.5)
     alone = trained_of({f"g{i}": [1] for i in range(4)})
-    assert np.isnan(noise_of_twins(alone).value)
+    assert np.isnan(noise_of_twins(alone, Bootstrap()).value)
     assert np.isnan(twin_factor(alone))
 
 

@@ -29,11 +29,7 @@ def tables(tmp_path):
     }
     measures = measured_rows(graphs, graphs[:5], **known, width=rng.permutation(10))
     few = run_rows({graph: steps[graph] for graph in graphs[:3]})
-    for name, rows in (("runs", run_rows(steps)), ("few", few), ("measures", measures)):
-        with (tmp_path / f"{name}.csv").open("w") as file:
-            writer = csv.DictWriter(file, list(rows[0]))
-            writer.writeheader()
-            writer.writerows(rows)
+    write_tables(tmp_path, runs=run_rows(steps), few=few, measures=measures)
     return tmp_path
 
 

@@ -7,8 +7,9 @@ import pickle
 import networkx as nx
 import numpy as np
 import pytest
-from plain_rules import TUNNEL, matrix, play, random_rules, unroll
+from plain_rules import TUNNEL, matrix, random_rules, unroll
 from scipy.stats import spearmanr
+from simulated_walks import simulate_passage_times
 
 from hierroom import GoalGraph, Rules, enumerate_graphs
 from hierroom.commands import complexity as command
@@ -108,7 +109,8 @@ def test_marking_chain_equals_plain_python(seed):
 @pytest.mark.parametrize("rules", [LIFE, TUNNEL, WATER, random_rules(10)])
 def test_simulated_walks_agree_within_their_interval(rules):
     report, n = analyze(rules), 100_000
-    steps = play(unroll(rules), n, seed=1)
+    weights = matrix(unroll(rules))
+    steps = simulate_passage_times(weights, 0, len(weights) - 1, n, np.random.default_rng(1))
     assert abs(steps.mean() - report.expected_steps) < 4.5 * report.std / n**0.5
     assert steps.std() == pytest.approx(report.std, rel=0.05)
     times = np.array([5, 20, 60, 150, 400])

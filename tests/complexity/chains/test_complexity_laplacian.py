@@ -5,6 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from exact_walks import laplacian_exactly, solve_exactly
 
 from hierroom.complexity import (
     AugmentedGraph,
@@ -50,18 +51,6 @@ def test_hitting_time_equals_dense_pseudo_inverse(n_rooms, drop_key):
         assert laplacian_hitting_time(unrolled.weights.toarray(), 0, unrolled.exit) == pytest.approx(dense, abs=1e-9)
 
 
-def solve_exactly(matrix, right):
-    rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
-    for column in range(len(rows)):
-        pivot = next(r for r in range(column, len(rows)) if rows[r][column])
-        rows[column], rows[pivot] = rows[pivot], rows[column]
-        rows[column] = [value / rows[column][column] for value in rows[column]]
-        for r in range(len(rows)):
-            if r != column:
-                rows[r] = [a - rows[r][column] * b for a, b in zip(rows[r], rows[column], strict=True)]
-    return [row[-1] for row in rows]
-
-
 def graph_a_in_fractions():
     """D - W of graph a, written down by hand: start, key 1, start and room 1 with the door open, exit."""
     move, restart, half = Fraction(19, 100), Fraction(1, 100), Fraction(19, 200)
@@ -96,8 +85,7 @@ def corridor(n, ahead, back):
 @pytest.mark.parametrize(("n", "ahead", "back"), [(6, 0.9, 0.001), (8, 0.9, 0.001), (20, 0.9, 0.1)])
 def test_corridor_equals_exact_fractions_in_any_order(n, ahead, back):
     weights, b = corridor(n, ahead, back), [1] + [0] * (n - 2) + [-1]
-    exact = [[Fraction(float(value)) for value in row] for row in weights]
-    k = [[sum(row) * (i == j) - value for j, value in enumerate(row)] for i, row in enumerate(exact)]
+    k = laplacian_exactly(weights)
     normal = [[sum(k[r][i] * k[r][j] for r in range(n)) + 1 for j in range(n)] for i in range(n)]
     x = solve_exactly(normal, [sum(k[r][i] * b[r] for r in range(n)) for i in range(n)])
     rng = np.random.default_rng(0)

@@ -106,7 +106,7 @@ def test_animation_contains_every_frame(world, tmp_path):
         frames.append(draw_level(world.state, tile_size=8))
     path = tmp_path / "escape.gif"
     animate(iter(frames), path)
-    again = pictures.frames(path, milliseconds=100)
+    again = pictures.frames(path)
     assert len(again) == len(frames)
     for one, frame in zip(again, frames, strict=True):
         assert one.shape == frame.shape == (19 * 8, 19 * 8, 3)
