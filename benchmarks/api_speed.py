@@ -148,7 +148,7 @@ def cases() -> dict[str, tuple[Run, int]]:
         "parallel": (parallel(hierroom.parallel_env()), 1),
         "Gymnasium": (gym(EscapeRoom()), 1),
         "Gymnasium, meta fixed-dfs": (gym(EscapeRoom(meta="fixed-dfs")), 1),
-        MINIGRID: (gym(gymnasium.make("MiniGrid-MultiRoom-N6-v0")), 1),
+        MINIGRID: (gym(gymnasium.make("MiniGrid-MultiRoom-N6-v0", max_steps=1000)), 1),
     }
     for n in BATCHES:
         found[f"engine, {n}"] = engine(n), n

@@ -30,7 +30,7 @@ class Options:
     """Time training on several cores.
 
     Args:
-        cores: how many to try; those that the machine lacks are left out.
+        cores: how many to try next to one; those that the machine lacks are left out.
         num_envs: environments of the run with several threads.
         repeats: updates that are timed, after one that is not.
     """
@@ -72,7 +72,7 @@ def _train(barrier: Barrier, queue: mp.Queue, seed: int, updates: int) -> None:
 def main() -> int:
     """Run the command."""
     options = tyro.cli(Options, description=__doc__)
-    cores = [n for n in options.cores if n <= len(os.sched_getaffinity(0))]
+    cores = [n for n in sorted({1, *options.cores}) if n <= len(os.sched_getaffinity(0))]
     print(f"{cpu_name()}, {os.cpu_count()} cores\n")
     print("| cores | one run, steps/s | / one thread | runs side by side, steps/s | / one run |")
     print("|---:|---:|---:|---:|---:|")

@@ -2,7 +2,8 @@
 
     python -m benchmarks.interval_coverage
 
-Scores are drawn from a distribution with known mean and interquartile mean.
+Scores are drawn from a distribution with known mean and interquartile mean. Intervals are from 500 resamples, which is
+faster than the 2000 of ``compare``.
 """
 
 from __future__ import annotations
