@@ -22,7 +22,7 @@ from hierroom.goals import (
     is_graph_set,
     spec_names,
 )
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, require_number
 
 _INTERVAL = re.compile(r"(hitting_time|expected_steps):(\d+(?:\.\d+)?)\.\.(\d+(?:\.\d+)?)", re.ASCII)
 _Assumed: TypeAlias = tuple[bool, Walk, Reading]
@@ -155,8 +155,7 @@ class Curriculum:
     """
 
     def __init__(self, graphs: GraphSet, n_stages: int = 5, promote_at: float = 0.8, demote_at: float = 0.2):
-        if n_stages < 1:
-            raise InputError(f"a curriculum needs at least one stage, not {n_stages}")
+        require_number("the number of stages", n_stages, 1, is_whole=True)
         if not 0 <= demote_at < promote_at <= 1:
             raise InputError(
                 "a curriculum needs 0 <= demote_at < promote_at <= 1, "

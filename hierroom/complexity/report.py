@@ -73,6 +73,8 @@ def analyze(
         subject = rules
     if not isinstance(walk, Walk):
         raise InputError(f"a walk must be a Walk of three probabilities, not {shown(walk)}")
+    if not isinstance(reading, Reading):
+        raise InputError(f"a reading must be a Reading, not {shown(reading)}")
     if (source, target) != ("start", "exit") and not hasattr(subject, "adj"):
         raise InputError("source and target are nodes of a networkx graph, not of goal graphs, rules and chains")
     if isinstance(subject, (Rules, Chain)) or hasattr(subject, "adj"):

@@ -36,6 +36,15 @@ def goal_depths(rules: Rules) -> dict[str, float]:
 
     The depth is ``inf`` if the goal is out of reach even when nothing is used up.
     """
+    return _depths(rules)[0]
+
+
+def target_depth(rules: Rules) -> float:
+    """Return the least number of goals to achieve one after the other until the target is there."""
+    return _depths(rules)[1][rules.target]
+
+
+def _depths(rules: Rules) -> tuple[dict[str, float], dict[str, float]]:
     goals = dict.fromkeys(rules.names, math.inf)
     facts = dict.fromkeys(rules.facts, math.inf)
     has_changed = True
@@ -48,7 +57,7 @@ def goal_depths(rules: Rules) -> dict[str, float]:
                 for fact in way.gives:
                     if depth < facts[fact]:
                         facts[fact], has_changed = depth, True
-    return goals
+    return goals, facts
 
 
 def links(rules: Rules) -> list[tuple[int, int, bool]]:

@@ -13,7 +13,7 @@ import numpy as np
 from hierroom.complexity.chains.chain import Chain
 from hierroom.complexity.chains.hitting import passage_time_sensitivity
 from hierroom.complexity.markings import MarkingGraph
-from hierroom.complexity.requirements import goal_depths
+from hierroom.complexity.requirements import goal_depths, target_depth
 from hierroom.complexity.walk import PAPER_WALK, Walk
 from hierroom.complexity.walk_report import WalkReport
 from hierroom.goals import Rules
@@ -68,8 +68,8 @@ class RulesReport(WalkReport):
     @property
     def exit_depth(self) -> float:
         """Number of goals that must be achieved one after the other before the target; ``inf`` if out of reach."""
-        depths = [depth for goal, depth in self.goal_depths.items() if self._gives_target(goal)]
-        return min(depths) - 1 if math.isfinite(self.fewest) else math.inf
+        relevant = self.unrolled.relevant
+        return target_depth(relevant) - 1 if relevant and math.isfinite(self.fewest) else math.inf
 
     @property
     def width(self) -> int:

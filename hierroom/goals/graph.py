@@ -118,8 +118,7 @@ class GoalGraph:
         """The label, else the letter of an isomorphic graph in the paper's Table 1, else the key and exit rooms."""
         if self.label is not None:
             return self.label
-        described = f"keys-{'-'.join(map(str, self.key_rooms))}-exit-{self.exit_room}"
-        return _letters().get(self.canonical(), described)
+        return _letters().get(self.canonical(), f"keys-{'-'.join(map(str, self.key_rooms))}-exit-{self.exit_room}")
 
     @cached_property
     def _depths(self) -> tuple[int | None, ...]:
@@ -140,6 +139,9 @@ class GoalGraph:
             Flags [..., n_goals] bool of the keys, the doors and the exit.
         """
         held, is_open = np.asarray(keys, bool), np.asarray(doors, bool)
+        if not held.shape == is_open.shape == (*held.shape[:-1], self.n_rooms - 1):
+            shapes = f"{held.shape} and {is_open.shape}"
+            raise InputError(f"keys and doors must each have {self.n_rooms - 1} flags, not arrays of shape {shapes}")
         return open_goals(np.array(self.key_rooms), np.array(self.exit_room), held, is_open)
 
     def canonical(self) -> GoalGraph:
@@ -185,17 +187,17 @@ class GoalGraph:
     @classmethod
     def from_dict(cls, table: Mapping[str, Any]) -> GoalGraph:
         """Return the graph of a table such as `to_dict` gives; its ``name`` may be missing or called ``label``."""
-        names = [*({*table} & {"name", "label"})]  # Gymnasium's specs store a graph by the names of its fields
-        if {*table} - {*names} != {"key_rooms", "exit_room"} or len(names) > 1:
-            given = ", ".join(sorted(map(str, table))) or "nothing"
+        entries = {*table} if isinstance(table, Mapping) else set()
+        names = [*(entries & {"name", "label"})]  # Gymnasium's specs store a graph by the names of its fields
+        if entries - {*names} != {"key_rooms", "exit_room"} or len(names) > 1:
+            given = ", ".join(sorted(map(str, entries))) or "nothing"
             raise InputError(f"a goal graph has key_rooms, exit_room and perhaps a name; this has {given}")
         return cls(table["key_rooms"], table["exit_room"], table[names[0]] if names else None)
 
     def to_toml(self, path: str | Path | None = None) -> str:
         """Return the graph as TOML text, and write it to ``path`` if one is given."""
-        text = f"key_rooms = {list(self.key_rooms)}\nexit_room = {self.exit_room}\n"
-        if self.label is not None:
-            text = f"name = {toml_text(self.label)}\n{text}"
+        name = "" if self.label is None else f"name = {toml_text(self.label)}\n"
+        text = f"{name}key_rooms = {list(self.key_rooms)}\nexit_room = {self.exit_room}\n"
         if path is not None:
             write_atomically(path, text)
         return text

@@ -165,8 +165,8 @@ class Rules:
         Returns:
             the markings after each rule [..., R, F], and whether it applies [..., R].
         """
-        before, (applies, ways) = np.asarray(markings)[..., None, :], self.choose(np.asarray(markings))
-        rules = np.arange(len(self.rules))
+        applies, ways = self.choose(np.asarray(markings))
+        before, rules = np.asarray(markings)[..., None, :], np.arange(len(self.rules))
         after = np.minimum(before - self.used[rules, ways] + self.given[rules, ways], self.limits)
         return np.where(applies[..., None], after, before), applies
 
@@ -188,6 +188,8 @@ class Rules:
 
     def choose(self, markings: ArrayLike) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
         """Return whether each rule applies to markings [..., F], and by which of its alternatives; both [..., R]."""
+        if np.shape(markings)[-1:] != (len(self.facts),):
+            raise InputError(f"markings must have {len(self.facts)} counts, one a fact, not shape {np.shape(markings)}")
         facts, counts, asks = self._thresholds
         lacks = _bits(np.take(markings, facts, axis=-1) < counts)
         most = self.required.shape[1]
@@ -204,8 +206,12 @@ class Rules:
         if goal not in self.names:
             raise InputError(f"the rules are {first_names(self.rules)}; there is no {shown(goal)}")
         counts = np.asarray(marking)
-        if counts.shape != (len(self.facts),) or counts.dtype.kind not in "iu":
-            raise InputError(f"a marking must be {len(self.facts)} whole numbers, one a fact, not {shown(marking)}")
+        is_marking = counts.shape == (len(self.facts),) and counts.dtype.kind in "iu"
+        if not (is_marking and ((counts >= 0) & (counts <= self.limits)).all()):
+            raise InputError(
+                f"a marking must be {len(self.facts)} whole numbers, one a fact, from 0 to its capacity, "
+                f"not {shown(marking)}"
+            )
         after, applies = self.apply_all(counts)
         rule = self.names.index(goal)
         return after[rule] if applies[rule] else None

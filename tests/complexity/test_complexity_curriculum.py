@@ -22,7 +22,8 @@ def test_curriculum_promotes_and_demotes_by_success_rate():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Curriculum(EASY, n_stages=0), "at least one stage"),
+        (lambda: Curriculum(EASY, n_stages=0), "the number of stages must be at least 1, not 0"),
+        (lambda: Curriculum(EASY, n_stages=2.5), "the number of stages must be a whole number, not 2.5"),
         (lambda: Curriculum(EASY, promote_at=0.1), "demote_at < promote_at"),
         (lambda: Curriculum(EASY).advance(5, 0.5), "there is no stage 5"),
         (lambda: Curriculum(EASY).advance(0, 1.5), "a success rate must be in 0..1"),

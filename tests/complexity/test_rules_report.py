@@ -259,3 +259,25 @@ def test_rules_option_takes_toml_files(tmp_path, capsys):
         command.main(["--rules", str(path), "--drop"])
     with pytest.raises(InputError, match="cannot read the rules"):
         command.main(["--rules", "nowhere.toml"])
+
+
+def test_exit_depth_counts_only_alternatives_that_give_the_target():
+    forge = [{"needs": "ore", "gives": "slag"}, {"needs": "pick", "gives": "blade"}]
+    rules = Rules(
+        {
+            "ore": {"needs": "slag", "gives": "ore"},
+            "wood": {"gives": "wood"},
+            "handle": {"needs": "wood", "gives": "handle"},
+            "pick": {"needs": "handle", "gives": "pick"},
+            "forge": [*forge, {"gives": "ash"}],
+        },
+        target="blade",
+    )
+    report = analyze(rules)
+    assert report.goal_depths["forge"] == 1  # it gives ash without any other goal
+    assert (report.fewest, report.exit_depth) == (4, 3)
+
+
+def test_invalid_reading_raises_input_error():
+    with pytest.raises(InputError, match="a reading must be a Reading, not None"):
+        analyze("a", reading=None)

@@ -120,3 +120,11 @@ def test_depth_first_follows_shared_ingredients_once():
     rules = Rules({"0": {"gives": "0"}, "1": {"gives": "1"}, **links}, "59")
     search = DepthFirst(rules)
     assert search.next_rule(rules.start_marking, np.zeros(search.n_random)) in (0, 1)
+
+
+def test_an_alternative_behind_an_earlier_one_is_no_way():
+    chest = [{"gives": "dust"}, {"needs": "key", "gives": "gold"}]
+    rules = Rules({"key": {"gives": "key"}, "chest": chest, "dig": {"needs": "dust", "gives": "gold"}}, "gold")
+    for seed in range(10):
+        assert walk(rules, seed) == ["chest", "dig"]
+    assert walk(Rules({"key": {"gives": "key"}, "chest": chest}, "gold"), 0) == []

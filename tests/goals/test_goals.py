@@ -282,3 +282,16 @@ def test_to_networkx_gives_the_papers_dependency_graph():
 def test_unwritable_toml_file_raises_input_error(tmp_path):
     with pytest.raises(InputError, match=r"cannot write .*c\.toml: No such file or directory"):
         GoalGraph.named("c").to_toml(tmp_path / "nowhere" / "c.toml")
+
+
+def test_open_goals_of_other_lengths_raise_input_error():
+    graph = GoalGraph((0, 1), 2)
+    for keys, doors in (([True], [False]), ([True, False], [False]), (True, False)):
+        with pytest.raises(InputError, match="keys and doors must each have 2 flags"):
+            graph.open_goals(keys, doors)
+
+
+def test_goal_graph_from_another_type_raises_input_error():
+    for table in (5, ["key_rooms", "exit_room"], None):
+        with pytest.raises(InputError, match="a goal graph has key_rooms, exit_room and perhaps a name"):
+            GoalGraph.from_dict(table)

@@ -43,11 +43,16 @@ def test_apply_uses_facts_and_gives_up_to_capacity():
     for goal, marking, message in (
         ("swop", [1, 0, 0], "the rules are swap, either; there is no 'swop'"),
         (["swap"], [1, 0, 0], "there is no a list"),
-        ("swap", [1, 0], "a marking must be 3 whole numbers, one a fact, not a list"),
-        ("swap", "abc", "a marking must be 3 whole numbers, one a fact, not 'abc'"),
+        ("swap", [1, 0], "a marking must be 3 whole numbers, one a fact, from 0 to its capacity, not a list"),
+        ("swap", "abc", "a marking must be 3 whole numbers, one a fact, from 0 to its capacity, not 'abc'"),
+        ("swap", [-1, 0, 0], "from 0 to its capacity"),
+        ("swap", [99, 0, 0], "from 0 to its capacity"),
     ):
         with pytest.raises(InputError, match=message):
             rules.apply(goal, marking)
+    for markings in ([1], [[1, 0, 0, 0]], 1):
+        with pytest.raises(InputError, match="markings must have 3 counts, one a fact"):
+            rules.apply_all(markings)
     with pytest.raises(InputError, match="rules must be given as a table, not 3"):
         Rules.from_dict(3)
 

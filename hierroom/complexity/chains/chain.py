@@ -75,6 +75,7 @@ class Chain:
     goals: Mapping[str, tuple[int, ...]]
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "weights", as_probabilities(self.weights))
         n = n_nodes(self.weights)
         if len(self.labels) != n:
             raise InputError(f"a chain of {n} nodes needs {n} labels, not {len(self.labels)}")

@@ -28,7 +28,7 @@ from hierroom.complexity.chains.weights import (
     with_staying,
 )
 from hierroom.support.compile.kernel import njit
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, require_number
 
 MAX_DENSE_NODES = 2000
 """With more nodes, eigenvalues are found iteratively, and the mixing time is refused, as it takes dense powers of P."""
@@ -247,8 +247,8 @@ def sampled_cover_time(weights: Weights, source: int, n_walks: int = 1000, seed:
     """
     moves = as_moves(weights)
     source = as_node(source, n_nodes(moves))
-    if n_walks < 2:
-        raise InputError(f"estimate a cover time from at least 2 walks, not {n_walks}")
+    require_number("the number of walks for a cover time", n_walks, 2, is_whole=True)
+    require_number("seed", seed, 0, 2**63 - 1, is_whole=True)
     if not _is_irreducible(moves):
         return math.inf, 0.0
     rng = np.random.default_rng(seed)

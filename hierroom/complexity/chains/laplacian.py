@@ -33,6 +33,8 @@ Step 2 must not choose nodes that are seldom visited: x would then be much large
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -95,8 +97,9 @@ def laplacian_hitting_time(weights: Weights, source: int, target: int) -> float:
     part = _part_of(matrix, source)
     source, target = (int(np.searchsorted(part, node)) for node in (source, target))
     inverse = LaplacianInverse(matrix[part][:, part])
-    x = inverse.apply(_difference(len(part), source, target))
-    return float(x[source] - x[target])
+    with np.errstate(over="ignore", invalid="ignore"):
+        x = inverse.apply(_difference(len(part), source, target))
+        return float(_finite(x[source] - x[target]))
 
 
 def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_array:
@@ -139,9 +142,10 @@ def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_
         )
     inverse = LaplacianInverse(matrix)
     b = _difference(n, source, target)[part]
-    x, z = inverse.apply(b), inverse.apply_transposed(b)
-    u, residual = inverse.apply(z), b - inverse.project(b)
-    slopes = -z[i] * (x[i] - x[j]) + residual[i] * (u[i] - u[j])
+    with np.errstate(over="ignore", invalid="ignore"):
+        x, z = inverse.apply(b), inverse.apply_transposed(b)
+        u, residual = inverse.apply(z), b - inverse.project(b)
+        slopes = _finite(-z[i] * (x[i] - x[j]) + residual[i] * (u[i] - u[j]))
     return sp.csr_array((slopes, (part[i], part[j])), shape=(n, n))
 
 
@@ -153,7 +157,7 @@ class LaplacianInverse:
         left = self._pin(weights, classes, [int(nodes[0]) for nodes in classes])
         if (left.max(axis=0) * RARE > 1).any():  # left is 1 at the pins and grows with the visits of a node
             left = self._pin(weights, classes, left.argmax(axis=0).tolist())
-        self._left = left / np.linalg.norm(left, axis=0)
+        self._left = _finite(left) / np.linalg.norm(left, axis=0)
         # the h_c [n, C] with (D - W) h_c = 0, scaled to 1 at the pins
         self._right = np.column_stack([self._solve(weights[:, [pin]].toarray().ravel()) for pin in self._pins])
         self._right[self._pins, np.arange(len(self._pins))] = 1.0
@@ -199,6 +203,12 @@ class LaplacianInverse:
 def _part_of(weights: sp.csr_array, node: int) -> NDArray[np.int64]:
     labels = connected_components(weights, directed=False)[1]
     return np.flatnonzero(labels == labels[node])
+
+
+def _finite(values: Any) -> Any:
+    if not np.isfinite(values).all():
+        raise InputError("the weights of W differ so much that 64-bit floats cannot hold the solution")
+    return values
 
 
 def _difference(n: int, source: int, target: int) -> Vector:

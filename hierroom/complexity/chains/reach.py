@@ -34,6 +34,7 @@ from hierroom.complexity.chains.weights import (
     n_nodes,
     with_staying,
 )
+from hierroom.support.errors import InputError
 from hierroom.support.slow import said_when_slow
 
 TOLERANCE = 1e-12
@@ -98,6 +99,8 @@ def expected_states(
     n = n_nodes(moves)
     counted = np.array([as_node(node, n) for node in (range(n) if nodes is None else nodes)], np.int64)
     weight = np.ones(len(counted)) if multiplicity is None else np.asarray(multiplicity, float)
+    if weight.shape != counted.shape:
+        raise InputError(f"multiplicity must have a number for each of {len(counted)} nodes, not shape {weight.shape}")
     targets = np.zeros((n, len(counted)), bool)
     targets[counted, np.arange(len(counted))] = True
     return (weight @ _reached(moves, as_node(source, n), targets, steps.ravel())).reshape(steps.shape)

@@ -103,6 +103,8 @@ def row_sums(matrix: sp.csr_array) -> NDArray[np.float64]:
 def as_targets(targets: Targets, n: int) -> NDArray[np.bool_]:
     """Return the target nodes as a mask [n]; an empty set is a target that cannot be reached."""
     mask = np.zeros(n, bool)
+    if isinstance(targets, np.ndarray):
+        targets = np.atleast_1d(targets)
     for node in targets if isinstance(targets, Iterable) else (targets,):
         mask[as_node(node, n)] = True
     return mask
@@ -118,6 +120,8 @@ def as_node(node: int, n: int) -> int:
 def as_nodes(nodes: Sequence[int], n: int) -> None:
     """Check the indices of nodes."""
     indices = np.asarray(nodes)
+    if indices.ndim != 1:
+        raise InputError(f"the nodes of a goal must be a list of whole numbers, not {shown(nodes)}")
     if indices.dtype.kind not in "iu" or not ((indices >= 0) & (indices < n)).all():
         for node in nodes:
             as_node(node, n)
@@ -125,9 +129,11 @@ def as_nodes(nodes: Sequence[int], n: int) -> None:
 
 def as_times(times: ArrayLike) -> NDArray[np.int64]:
     """Check numbers of steps and convert them to int64."""
-    array = np.asarray(times)
-    is_number = array.dtype.kind in "iuf"
-    if not is_number or not ((array >= 0) & (array <= 2**62) & (array == np.floor(array))).all():
+    try:
+        array = np.asarray(times)
+    except ValueError:  # lists of different lengths
+        array = np.array(None)
+    if array.dtype.kind not in "iuf" or not ((array >= 0) & (array <= 2**62) & (array == np.floor(array))).all():
         raise InputError(f"numbers of steps must be whole numbers from 0 to 2**62, not {shown(times)}")
     return array.astype(np.int64)
 
@@ -161,6 +167,8 @@ def graph_weights(graph: nx.Graph, weight: str | None, rates: bool) -> sp.csr_ar
     """Return W of the walk of `Chain.from_networkx`; an undirected edge leads both ways, and parallel edges add up."""
     import networkx as nx  # loads slowly, and few programs need it
 
+    if not isinstance(graph, nx.Graph):
+        raise InputError(f"an exploration graph must be a networkx graph, not {shown(graph)}")
     if graph.number_of_nodes() == 0:
         raise InputError("an exploration graph needs at least one node")
     n_weighted = sum(weight in data for _, _, data in graph.edges(data=True)) if weight is not None else 0
@@ -172,7 +180,7 @@ def graph_weights(graph: nx.Graph, weight: str | None, rates: bool) -> sp.csr_ar
     try:
         attribute: Any = weight if n_weighted else None  # networkx's stubs do not allow None
         given = nx.to_scipy_sparse_array(graph, weight=attribute)  # of the dtype that the numbers have
-        given = given if given.dtype.kind in "biuf" else given.astype(np.float64)
+        given = given if given.dtype.kind in "biufc" else given.astype(np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"the attribute {weight!r} of the edges must be a number: {error}") from error
     return normalized(as_weights(given)) if rates or not n_weighted else as_probabilities(given)
@@ -180,16 +188,19 @@ def graph_weights(graph: nx.Graph, weight: str | None, rates: bool) -> sp.csr_ar
 
 def normalized(weights: sp.csr_array) -> sp.csr_array:
     """Divide each row by its sum; an empty row stays empty, and the walk never leaves its node."""
-    totals = row_sums(weights)
-    return sp.csr_array(weights.multiply(1 / np.where(totals > 0, totals, 1.0)[:, None]))
+    exponents = np.frexp(weights.max(axis=1).toarray().ravel())[1]
+    # powers of two, so that neither sums nor inverses overflow, and nothing is rounded
+    scaled = sp.csr_array(weights.multiply(np.ldexp(1.0, -np.clip(exponents, -1000, 1000))[:, None]))
+    totals = row_sums(scaled)
+    return sp.csr_array(scaled.multiply(1 / np.where(totals > 0, totals, 1.0)[:, None]))
 
 
 def node_labels(nodes: Iterable[Hashable]) -> tuple[str, ...]:
     """Return the names of nodes as strings."""
     try:
         labels = tuple(map(str, nodes))
-    except ValueError as error:  # a number of thousands of digits
-        raise InputError(f"the names of nodes must be short texts: {error}") from error
+    except (TypeError, ValueError) as error:  # no list, or a number of thousands of digits
+        raise InputError(f"the names of nodes must be a list of short texts: {error}") from error
     if len(set(labels)) < len(labels):
         twice = next(label for label in labels if labels.count(label) > 1)
         raise InputError(f"nodes need different names, but two of them are called {twice!r}")

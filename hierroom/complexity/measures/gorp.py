@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hierroom.complexity.measures.effective_horizon import horizon_of
 from hierroom.complexity.measures.gorp_kernels import sampled_successes, success_values
 from hierroom.complexity.measures.mdp import DeterministicMDP, check_horizon
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, require_number, shown
 
 MAX_SEQUENCES = 1000
 """Most sequences of k actions, A^k. The authors have the same limit."""
@@ -65,10 +65,12 @@ class Gorp:
         check_horizon(mdp, horizon)
         if not mdp.is_binary:
             raise InputError("GORP's rollouts are computed for returns of 0 or 1; this MDP has other rewards")
-        if k < 1 or mdp.n_actions**k > MAX_SEQUENCES:
-            raise InputError(f"k must be at least 1, and {mdp.n_actions}**k at most {MAX_SEQUENCES}, not k = {k}")
-        if runs is not None and runs < 1:
-            raise InputError(f"draw at least one run of GORP, not {runs}")
+        require_number("k", k, 1, is_whole=True)
+        if mdp.n_actions**k > MAX_SEQUENCES:
+            raise InputError(f"{mdp.n_actions}**k must be at most {MAX_SEQUENCES}, but k = {shown(k)}")
+        if runs is not None:
+            require_number("the number of GORP's runs", runs, 1, is_whole=True)
+        require_number("seed", seed, 0, 2**63 - 1, is_whole=True)
         self.mdp, self.horizon, self.k = mdp, horizon, k
         self._uniforms = None if runs is None else np.random.default_rng(seed).random((runs, horizon))
         self._random = mdp.random_values(horizon)
@@ -81,8 +83,7 @@ class Gorp:
 
     def success_probability(self, m: int) -> float:
         """Return the probability that GORP finds an optimal policy with m rollouts, at most `MAX_ROLLOUTS`."""
-        if not 1 <= m <= MAX_ROLLOUTS:
-            raise InputError(f"the number of rollouts must be in 1..{MAX_ROLLOUTS:,}, not {m}")
+        require_number("the number of rollouts", m, 1, MAX_ROLLOUTS, is_whole=True)
         mdp, known = self.mdp, (self._leaves, self._leaf_steps, self._random)
         if not self._is_solvable[self.horizon, mdp.start]:
             return 1.0  # every policy is optimal

@@ -18,11 +18,13 @@ from numpy.typing import NDArray
 
 from hierroom.complexity.augmented import AugmentedGraph
 from hierroom.complexity.measures import horizon_kernels as kernels
-from hierroom.support.errors import InputError, require_number, shown
+from hierroom.support.errors import InputError, require_number, shown, user_code
 
 Values = NDArray[np.float64]
 MAX_VALUES = 100_000_000
 """Largest number of entries (T + 1) * S of an array of values: 800 MB."""
+MAX_REWARD = 1e100
+"""Largest size of a reward; squares of returns must not overflow a float."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +35,8 @@ class DeterministicMDP:
 
     Args:
         transitions: [S, A] int, the state after each action.
-        rewards: [S, A] float, finite.
+        rewards: [S, A] float, of at most 1e100 in size.
+        start: the state in which every episode begins.
 
     Examples:
         >>> from hierroom.complexity.measures import DeterministicMDP
@@ -47,7 +50,10 @@ class DeterministicMDP:
     start: int = 0
 
     def __post_init__(self) -> None:
-        transitions, rewards = np.asarray(self.transitions), np.asarray(self.rewards, float)
+        try:
+            transitions, rewards = np.asarray(self.transitions), np.asarray(self.rewards, float)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"transitions and rewards of an MDP must be tables of numbers: {error}") from error
         if transitions.ndim != 2 or transitions.shape != rewards.shape or not transitions.size:
             raise InputError(
                 "transitions and rewards of an MDP must both be of shape [states, actions], "
@@ -56,10 +62,9 @@ class DeterministicMDP:
         n = len(transitions)
         if transitions.dtype.kind not in "iu" or transitions.min() < 0 or transitions.max() >= n:
             raise InputError(f"the next states of an MDP with {n} states must be whole numbers from 0 to {n - 1}")
-        if not np.isfinite(rewards).all():
-            raise InputError("the rewards of an MDP must be finite")
-        if not 0 <= self.start < n:
-            raise InputError(f"the start of an MDP with {n} states must be in 0..{n - 1}, not {self.start}")
+        if not (np.abs(rewards) <= MAX_REWARD).all():
+            raise InputError(f"the rewards of an MDP must be numbers of at most {MAX_REWARD:.0e} in size")
+        require_number(f"the start of an MDP with {n} states", self.start, 0, n - 1, is_whole=True)
         object.__setattr__(self, "transitions", transitions.astype(np.int64))
         object.__setattr__(self, "rewards", rewards)
 
@@ -200,6 +205,18 @@ def enumerate_env(
         raise InputError(f"states are enumerated with discrete actions, not with {env.action_space}")
     first = int(env.action_space.start)
     chosen = range(first, first + int(env.action_space.n)) if actions is None else actions
+    with user_code("the environment, or a function given with it,"):
+        return _enumerated(env, state, chosen, reward, seed, max_states)
+
+
+def _enumerated(
+    env: gymnasium.Env,
+    state: Callable[[Any], Hashable],
+    chosen: Sequence[int],
+    reward: Callable[[float], float],
+    seed: int,
+    max_states: int,
+) -> DeterministicMDP:
     env.reset(seed=seed)
     numbers = {state(env): 0}
     frontier, transitions, rewards = [env], [], []

@@ -18,7 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import entr, softmax
 
 from hierroom.complexity.measures.mdp import DeterministicMDP, check_horizon
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, require_number, shown
+
+MAX_RETURN, MAX_BINS, MAX_DEVIATION = 1e300, 10**9, 1e100
+"""Bounds that keep differences of returns, bins and preferences finite."""
 
 
 class PolicyInformation(NamedTuple):
@@ -46,16 +49,22 @@ def policy_information(returns: ArrayLike, n_bins: int = 100, temperature: float
         >>> round(policy_information([always, never, at_times]).pic, 3)
         0.462
     """
-    table = np.asarray(returns, float)
-    if table.ndim != 2 or not table.size or not np.isfinite(table).all():
-        raise InputError(f"returns must be finite numbers of shape [policies, episodes], not of shape {table.shape}")
-    if n_bins < 1:
-        raise InputError(f"sort returns into at least 1 bin, not {n_bins}")
+    try:
+        table = np.asarray(returns, float)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"returns must be numbers of shape [policies, episodes]: {error}") from error
+    if table.ndim != 2 or not table.size or not (abs(table) <= MAX_RETURN).all():
+        raise InputError(
+            f"returns must be numbers of at most {MAX_RETURN:.0e} in size, of shape [policies, episodes], "
+            f"not {shown(returns)} of shape {table.shape}"
+        )
+    require_number("the number of bins", n_bins, 1, MAX_BINS, is_whole=True)
     _check_temperature(temperature)
     low, high = table.min(), table.max()
-    bins = np.minimum(((table - low) / max(high - low, 1e-300) * n_bins).astype(int), n_bins - 1)
+    bins = np.minimum(((table - low) / ((high - low) or 1.0) * n_bins).astype(int), n_bins - 1)
     shares = np.stack([(bins == b).mean(axis=1) for b in np.unique(bins)], axis=1)  # [P, bins used]
-    optimality = np.exp((table - high) / temperature).mean(axis=1)
+    with np.errstate(over="ignore"):  # far from optimal: exp(-inf) is 0
+        optimality = np.exp((table - high) / temperature).mean(axis=1)
     return PolicyInformation(_information(shares), _binary_information(optimality))
 
 
@@ -94,8 +103,9 @@ def mdp_policy_information(
         raise InputError(
             "the policy information of an MDP is computed for returns of 0 or 1; this one has other rewards"
         )
-    if n_policies < 1 or deviation < 0:
-        raise InputError(f"draw at least 1 policy with a deviation of at least 0, not {n_policies} with {deviation}")
+    require_number("the number of policies", n_policies, 1, is_whole=True)
+    require_number("the deviation of preferences", deviation, 0, MAX_DEVIATION)
+    require_number("seed", seed, 0, 2**63 - 1, is_whole=True)
     _check_temperature(temperature)
     rng, successes = np.random.default_rng(seed), []
     for _ in range(n_policies):

@@ -25,7 +25,7 @@ from hierroom.complexity.measures.effective_horizon import (
     samples_of,
 )
 from hierroom.complexity.measures.gorp import Gorp
-from hierroom.complexity.measures.mdp import DeterministicMDP
+from hierroom.complexity.measures.mdp import DeterministicMDP, check_horizon
 from hierroom.complexity.measures.policy_information import mdp_policy_information
 from hierroom.support.errors import InputError
 
@@ -87,6 +87,7 @@ def measure_mdp(
         >>> measures.shortest, measures.k, measures.planning_window
         (2, 1, 2)
     """
+    check_horizon(mdp, horizon)
     shortest = mdp.shortest_solution()
     if shortest < 0:
         raise InputError("no number of steps leads to a reward of this MDP, so that nothing can be measured")

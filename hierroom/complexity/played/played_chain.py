@@ -24,7 +24,7 @@ from hierroom.complexity.played.observed import (
 )
 from hierroom.complexity.walk import PAPER_WALK
 from hierroom.complexity.walk_report import REPORT_TIMES, by_time
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, require_number, shown
 from hierroom.support.tables import html_table, text_table
 
 
@@ -60,11 +60,10 @@ class PlayedChain:
         n = self.counts.n_nodes
         if len(self.labels) != n:
             raise InputError(f"counts over {n} nodes need {n} labels, not {len(self.labels)}")
-        if not 0 < self.level < 1 or self.n_resamples < 2:
-            raise InputError(
-                "intervals need a level between 0 and 1 and at least 2 resamples, "
-                f"not {self.level} and {self.n_resamples}"
-            )
+        if not 0 < self.level < 1 - 1e-15:  # closer to 1, the tails of intervals round to 0
+            raise InputError(f"intervals need a level between 0 and 1, not {shown(self.level)}")
+        require_number("the number of resamples", self.n_resamples, 2, is_whole=True)
+        require_number("seed", self.seed, 0, 2**63 - 1, is_whole=True)
 
     @cached_property
     def chain(self) -> Chain:

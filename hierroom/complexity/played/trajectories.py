@@ -14,7 +14,7 @@ from hierroom.complexity.chains.chain import EXIT
 from hierroom.complexity.chains.weights import first_names, node_labels
 from hierroom.complexity.played.observed import counts_of
 from hierroom.complexity.played.played_chain import PlayedChain
-from hierroom.support.errors import InputError, shown
+from hierroom.support.errors import InputError, require_number, shown, user_code
 
 NO_STEP = "a trajectory must have at least one step, from a node that is not the target"
 
@@ -49,7 +49,7 @@ def measure_trajectories(
     walks: list[NDArray[np.int64]] = []
     reached: list[bool] = []
     for trajectory in trajectories:
-        nodes = list(trajectory)
+        nodes = as_walk(trajectory, target)
         reached.append(target in nodes)
         nodes = nodes[: nodes.index(target)] if reached[-1] else nodes  # without the target, which comes last
         if len(nodes) + reached[-1] < 2 or not nodes:
@@ -60,8 +60,8 @@ def measure_trajectories(
         raise InputError("a chain is measured from at least one trajectory, but there is none")
     if not (may_miss or any(reached)):
         raise InputError(f"{missed(target, list(numbers))}; pass may_miss=True to allow that")
-    if failed is not None and len(failed) != len(walks):
-        raise InputError(f"failed must have a value for each of {len(walks)} episodes, not {len(failed)}")
+    if failed is not None and np.shape(failed) != (len(walks),):
+        raise InputError(f"failed must have a value for each of {len(walks)} episodes, not {shown(failed)}")
     labels, escaped = node_labels([*numbers, target]), np.array(reached)
     n, end = len(labels), len(labels) - 1
     keys, triples = [], []
@@ -105,19 +105,22 @@ def measure_env(
         >>> played.episodes, 0 < played.success_rate < 0.1
         (300, True)
     """
-    if episodes < 1 or (max_steps is not None and max_steps < 1):
-        raise InputError(f"play at least one episode of at least one step, not {episodes} of {max_steps}")
+    require_number("the number of episodes", episodes, 1, is_whole=True)
+    if max_steps is not None:
+        require_number("max_steps", max_steps, 1, is_whole=True)
+    require_number("seed", seed, 0, 2**63 - 1, is_whole=True)
     env.action_space.seed(seed)
     trajectories, failed = [], []
     for episode in range(episodes):
-        observation, _ = env.reset(seed=seed + episode)
-        nodes, has_ended, terminated = [node(env)], False, False
-        check_start(nodes[0], (trajectories or [nodes])[0][0], target)  # now, not after hours of play
-        while not has_ended:
-            action = env.action_space.sample() if policy is None else policy(observation)
-            observation, _, terminated, truncated, _ = env.step(action)
-            nodes.append(node(env))
-            has_ended = terminated or truncated or nodes[-1] == target or len(nodes) - 1 == max_steps
+        with user_code("the environment, or a function given with it,"):
+            observation, _ = env.reset(seed=seed + episode)
+            nodes, has_ended, terminated = [node(env)], False, False
+            check_start(as_walk(nodes, target)[0], (trajectories or [nodes])[0][0], target)  # not after hours of play
+            while not has_ended:
+                action = env.action_space.sample() if policy is None else policy(observation)
+                observation, _, terminated, truncated, _ = env.step(action)
+                nodes.append(node(env))
+                has_ended = terminated or truncated or nodes[-1] == target or len(nodes) - 1 == max_steps
         trajectories.append(nodes)
         failed.append(bool(terminated))
         progress(episode + 1)
@@ -125,6 +128,16 @@ def measure_env(
     if not played.counts.escaped.any():
         warnings.warn(missed(target, played.labels[:-1]), stacklevel=2)
     return played
+
+
+def as_walk(nodes: Iterable[Hashable], target: Hashable) -> list[Hashable]:
+    """Return a trajectory as a list, after a check that its nodes can be compared."""
+    try:
+        walk = list(nodes)
+        hash((target, *walk))
+    except TypeError as error:
+        raise InputError(f"a trajectory must be a list of nodes such as texts, numbers or tuples: {error}") from error
+    return walk
 
 
 def check_start(node: Hashable, first: Hashable, target: Hashable) -> None:

@@ -20,6 +20,7 @@ W = sp.csr_array(np.array([[0.0, 0.5, 0.0], [0.1, 0.0, 0.2], [0.0, 0.0, 0.0]]))
         (("a", "b", "c"), 0, {"exit": ("c",)}, "a node must be a whole number from 0 to 2, not 'c'"),
         (("a", "b", "c"), 0, {"key 1": (1,)}, "a chain needs a goal 'exit'; there is 'key 1'"),
         (("a", "b", "c"), 0, {}, "a chain needs a goal 'exit'; there is none"),
+        (("a", "b", "c"), 0, {"exit": 2}, "the nodes of a goal must be a list of whole numbers, not 2"),
         (("a", "b", "c"), 0, {"exit": ()}, "the goal 'exit' of a chain must be one node, not 0"),
         (("a", "b", "c"), 0, {"exit": (1, 2)}, "the goal 'exit' of a chain must be one node, not 2"),
     ],
@@ -40,3 +41,21 @@ def test_unknown_label_raises_input_error(label):
         with pytest.raises(InputError, match=r"the goals are key 1, .*'start', .*; there is no") as caught:
             ask(label)
         assert "\n" not in str(caught.value)
+
+
+def test_weights_of_any_form_give_the_same_chain():
+    expected = Chain(W, ("a", "b", "c"), 0, {"exit": (2,)}).expected_steps
+    for weights in (W.toarray(), sp.coo_array(W), sp.csc_array(W)):
+        assert Chain(weights, ("a", "b", "c"), 0, {"exit": (2,)}).expected_steps == expected
+
+
+def test_stored_zeros_are_no_edges():
+    weights = sp.csr_array((np.array([0.0, 0.5, 0.5]), ([0, 0, 1], [2, 1, 0])), shape=(3, 3))
+    chain = Chain(weights, ("a", "b", "c"), 0, {"exit": (1,)})
+    assert not chain.is_one_way()
+    assert chain.hitting_time == pytest.approx(2)
+
+
+def test_rows_above_one_raise_input_error():
+    with pytest.raises(InputError, match="row 0 of W sums to 2"):
+        Chain(4 * W, ("a", "b", "c"), 0, {"exit": (2,)})

@@ -199,3 +199,8 @@ def test_variance_of_a_walk_that_rarely_ends(scale):
     weights[:n, n] = scale * rng.random(n)
     expected = [float(variance) for variance in passage_exactly(weights, n)[1]]
     np.testing.assert_allclose(first_passage_variance(weights, n), expected, rtol=1e-13)
+
+
+def test_target_may_be_an_array_without_axes():
+    weights = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
+    assert mean_first_passage_time(weights, np.array(2)).tolist() == mean_first_passage_time(weights, 2).tolist()

@@ -205,3 +205,10 @@ def test_isolated_nodes_do_not_change_sensitivity():
 def test_sensitivity_with_two_reachable_ends_raises_input_error():
     with pytest.raises(InputError, match="2 parts that are never left"):
         laplacian_sensitivity(np.array([[0, 0.1, 0.1], [0, 0, 0], [0, 0, 0]]), 0, 1)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("measure", [laplacian_hitting_time, laplacian_sensitivity])
+def test_weights_that_differ_too_much_raise_input_error(measure):
+    with pytest.raises(InputError, match="64-bit floats cannot hold the solution"):
+        measure([[0, 1e-200, 0], [1e-200, 0, 1e200], [0, 1e200, 0]], 0, 2)

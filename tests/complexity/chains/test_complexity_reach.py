@@ -117,7 +117,7 @@ def test_expected_states_without_nodes_are_zero():
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("times", [-1, 0.5, [1, -2], np.nan, "soon", np.inf, 1e30, 2**63, True])
+@pytest.mark.parametrize("times", [-1, 0.5, [1, -2], np.nan, "soon", np.inf, 1e30, 2**63, True, [[1], [1, 2]]])
 def test_invalid_times_raise_input_error(times):
     with pytest.raises(InputError, match="numbers of steps must be whole numbers from 0"):
         analyze("a").reach_probability(times)
@@ -155,3 +155,8 @@ def test_slow_reach_curve_reports_on_stderr(monkeypatch, capfd):
     out, err = capfd.readouterr()
     assert out == ""
     assert re.search(r"^reach curve: step [\d,]+ of at most 9,000$", err, re.MULTILINE)
+
+
+def test_multiplicity_of_other_length_raises_input_error():
+    with pytest.raises(InputError, match="multiplicity must have a number for each of 2 nodes"):
+        expected_states(np.eye(3), 0, [0, 5], nodes=[0, 1], multiplicity=[1])

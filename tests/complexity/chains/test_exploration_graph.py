@@ -48,6 +48,9 @@ def test_matrix_nodes_take_labels():
         (Chain.from_networkx, (nx.DiGraph([(0, 1, {"weight": 0.5}), (1, 0)]), 0, 1), "1 of 2 have it"),
         (Chain.from_networkx, (nx.DiGraph([(0, 1, {"weight": "much"})]), 0, 1), "must be a number"),
         (Chain.from_networkx, (nx.DiGraph([(1, "1")]), 1, "1"), "two of them are called '1'"),
+        (Chain.from_networkx, (nx.DiGraph([(0, 1, {"weight": 1j})]), 0, 1), "it holds complex numbers"),
+        (Chain.from_networkx, ([(0, 1)], 0, 1), "must be a networkx graph, not a list"),
+        (Chain.from_matrix, ([[0, 1], [1, 0]], 0, 1, 5), "the names of nodes must be a list of short texts"),
         (Chain.from_matrix, (np.eye(3), "attic", 1, ["hall", "cellar", "garden"]), "no node 'attic' among the 3 nodes"),
         (Chain.from_matrix, ([[0, 2], [1, 0]], 0, 1), "with rates=True"),
         (Chain.from_matrix, ([[0, 1], [1, 0]], 0, 2), "from 0 to 1"),
@@ -163,3 +166,11 @@ def test_numbers_with_thousands_of_digits_raise_input_error(is_list):
         with pytest.raises(InputError) as caught:
             attempt()
         assert "\n" not in str(caught.value)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("rate", [5e-324, 1e-310, 1e-300, 1.0, 1e300, 1.5e308])
+def test_rates_of_any_size_are_divided_by_their_sum(rate):
+    chain = Chain.from_matrix([[0, rate, rate], [1, 0, 0], [0, 0, 0]], 0, 2, rates=True)
+    np.testing.assert_allclose(chain.weights.toarray(), [[0, 0.5, 0.5], [1, 0, 0], [0, 0, 0]])
+    assert chain.expected_steps == pytest.approx(3)

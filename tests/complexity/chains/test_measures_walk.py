@@ -158,7 +158,9 @@ def test_invalid_walk_measures_raise_input_error():
         (lambda: mixing_time(weights, 0), "between 0 and 1"),
         (lambda: committor(weights, 0, 0), "must differ"),
         (lambda: cover_time(np.full((15, 15), 1 / 15), 0), "up to 14 nodes, not 15"),
-        (lambda: sampled_cover_time(weights, 0, 1), "at least 2 walks"),
+        (lambda: sampled_cover_time(weights, 0, 1), "at least 2, not 1"),
+        (lambda: sampled_cover_time(weights, 0, 2.5), "must be a whole number, not 2.5"),
+        (lambda: sampled_cover_time(weights, 0, seed=-1), "seed must be at least 0, not -1"),
         (lambda: commute_time(weights, 0, 2), "from 0 to 1"),
     ):
         with pytest.raises(InputError, match=words):

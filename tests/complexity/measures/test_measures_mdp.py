@@ -233,7 +233,15 @@ def test_invalid_mdp_input_raises_input_error():
     bad = [
         (lambda: DeterministicMDP(np.zeros((2, 2), int), np.zeros((2, 3))), "shape"),
         (lambda: DeterministicMDP(np.array([[2]]), np.zeros((1, 1))), "from 0 to 0"),
-        (lambda: DeterministicMDP(np.array([[0]]), np.array([[math.nan]])), "finite"),
+        (lambda: DeterministicMDP(np.array([[0]]), np.array([[math.nan]])), "at most 1e\\+100 in size"),
+        (lambda: DeterministicMDP(np.array([[0]]), np.array([[1e200]])), "at most 1e\\+100 in size"),
+        (lambda: DeterministicMDP([[0], [1, 0]], [[0], [0, 0]]), "must be tables of numbers"),
+        (lambda: DeterministicMDP([[0]], [[0]], start=0.5), "start of an MDP with 1 states must be a whole number"),
+        (lambda: measure_mdp(mdp, "3"), "must be a whole number, not '3'"),
+        (lambda: Gorp(mdp, 2, k=1.5), "k must be a whole number, not 1.5"),
+        (lambda: Gorp(mdp, 2, runs=1.5), "must be a whole number, not 1.5"),
+        (lambda: Gorp(mdp, 2, runs=1, seed=-1), "seed must be at least 0, not -1"),
+        (lambda: Gorp(mdp, 2).success_probability(2.5), "must be a whole number, not 2.5"),
         (lambda: effective_horizon(mdp, 0), "at least 1, not 0"),
         (lambda: mdp.random_values(10**9), "shorter horizon"),
         (lambda: Gorp(mdp, 2, k=20), "at most 1000"),
@@ -241,6 +249,15 @@ def test_invalid_mdp_input_raises_input_error():
         (lambda: measure_mdp(mdp, 1), "at least 2 steps, but the horizon is 1"),
         (lambda: measure_mdp(DeterministicMDP(np.array([[0, 0]]), np.zeros((1, 2))), 5), "no number of steps leads to"),
         (lambda: policy_information([1.0]), "policies, episodes"),
+        (lambda: policy_information([[1], [1, 2]]), "policies, episodes"),
+        (lambda: policy_information([[1e308, -1e308]]), "at most 1e\\+300 in size"),
+        (lambda: policy_information([[0, 1]], n_bins=2.5), "must be a whole number, not 2.5"),
+        (lambda: mdp_policy_information(mdp, 2, deviation=math.nan), "must be from 0 to 1e\\+100, not nan"),
+        (lambda: mdp_policy_information(mdp, 2, n_policies=2.5), "must be a whole number, not 2.5"),
+        (
+            lambda: enumerate_env(gymnasium.make("FrozenLake-v1"), lambda env: [env.unwrapped.s]),
+            "fails: TypeError: unhashable type: 'list'",
+        ),
         (lambda: mdp_policy_information(mdp, 2, temperature=0), "above 0"),
         (lambda: enumerate_env(gymnasium.make("Pendulum-v1"), str), "discrete actions"),
         (
@@ -261,3 +278,10 @@ def test_values_beyond_floats_are_infinite_or_left_out():
     assert measured.horizon_bound == 367
     assert measured.samples == measured.covering_low == measured.covering_high == math.inf
     assert measured.random_success == 0
+
+
+@pytest.mark.filterwarnings("error")
+def test_policy_information_of_tiny_returns_and_temperatures():
+    ones = policy_information([[1, 0], [1, 1]])
+    assert policy_information([[1e-310, 0], [1e-310, 1e-310]]).pic == pytest.approx(ones.pic)
+    assert policy_information([[1, 0], [1, 1]], temperature=1e-310).poic == pytest.approx(ones.pic)

@@ -109,7 +109,7 @@ def test_counts_of_another_graph_raise_input_error():
     counts = count_transitions([[0, 1, 2]], 3, 0, 2)
     with pytest.raises(InputError, match="over 3 nodes, but goal graph c has 9"):
         MeasuredReport(analyze("c"), counts)
-    with pytest.raises(InputError, match="at least 2 resamples"):
+    with pytest.raises(InputError, match="resamples must be at least 2, not 1"):
         MeasuredReport(analyze("a"), count_transitions([[0, 4]], 5, 0, 4), n_resamples=1)
 
 

@@ -153,14 +153,30 @@ def test_reach_is_known_after_failure_unknown_after_truncation():
         (lambda: measure_trajectories([[0, 1], [2, 1]], 1), "begin at the same node, not at 2 and 0"),
         (
             lambda: measure_trajectories([["a", "b"]] * 2, "b", failed=[True]),
-            "failed must have a value for each of 2 episodes, not 1",
+            "failed must have a value for each of 2 episodes, not a list",
         ),
-        (lambda: measure_env(Corridor(), cell, 4, episodes=0), "at least one episode"),
+        (
+            lambda: measure_trajectories([["a", "b"]], "b", failed=True),
+            "failed must have a value for each of 1 episodes",
+        ),
+        (
+            lambda: measure_trajectories([[np.zeros(2), np.ones(2)]], (1, 1)),
+            "a list of nodes such as texts, numbers or",
+        ),
+        (lambda: measure_trajectories([5], "b"), "a list of nodes such as texts, numbers or tuples"),
+        (lambda: measure_trajectories([["a", "b"]], "b", seed=-1), "seed must be at least 0, not -1"),
+        (lambda: measure_env(Corridor(), cell, 4, episodes=0), "episodes must be at least 1, not 0"),
+        (lambda: measure_env(Corridor(), lambda env: [0], 4, episodes=1), "a list of nodes such as texts, numbers or"),
+        (
+            lambda: measure_env(Corridor(), lambda env: 1 / 0, 4, episodes=1),
+            "fails: ZeroDivisionError: division by zero",
+        ),
         (
             lambda: replace(measure_trajectories([["a", "b"]], "b"), labels=("a",)),
             "counts over 2 nodes need 2 labels, not 1",
         ),
         (lambda: replace(measure_trajectories([["a", "b"]], "b"), level=95), "level between 0 and 1"),
+        (lambda: replace(measure_trajectories([["a", "b"]], "b"), level=1 - 1e-16), "level between 0 and 1"),
     ],
 )
 def test_invalid_trajectories_labels_and_levels_raise_input_error(attempt, message):
