@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.errors import user_code
+from hierroom.support.errors import InputError, user_code
 from hierroom.worlds.task.goal_values import as_totals, goal_values
 from hierroom.worlds.task.parts import TaskParts
 
@@ -16,9 +17,9 @@ class Taken(NamedTuple):
     """The results of a step in M environments, with one item for each."""
 
     observations: list[Any]
-    rewards: list[Any]
-    terminated: list[Any]
-    truncated: list[Any]
+    rewards: NDArray[np.float64]
+    terminated: NDArray[np.bool_]
+    truncated: NDArray[np.bool_]
     totals: NDArray  # [M, G] values of the goals
 
 
@@ -45,9 +46,21 @@ class LocalEnvs:
         chosen = [self.envs[number] for number in envs]
         with user_code(f"step of {self._name}"):
             results = [env.step(action) for env, action in zip(chosen, actions, strict=True)]
-            observations, rewards, terminated, truncated, infos = map(list, zip(*results, strict=True))
+            observations, *given, infos = map(list, zip(*results, strict=True))
             values = goal_values(self._goals, chosen, infos, self._name)
-        return Taken(observations, rewards, terminated, truncated, as_totals(values, self._goals, self._name))
+        return Taken(observations, *self._as_arrays(*given), as_totals(values, self._goals, self._name))
+
+    def _as_arrays(self, *given: list[Any]) -> tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_]]:
+        rewards, terminated, truncated = given
+        try:
+            arrays = np.array(rewards, np.float64), np.array(terminated, bool), np.array(truncated, bool)
+            if wrong := [array.shape[1:] for array in arrays if array.ndim > 1]:
+                raise ValueError(f"an array of shape {wrong[0]}")
+        except (TypeError, ValueError, OverflowError) as error:
+            raise InputError(f"{self._name} must return numbers and truths from a step: {error}") from error
+        if not np.isfinite(arrays[0]).all():
+            raise InputError(f"{self._name} gives a reward that is not finite")
+        return arrays
 
     def render(self, env: int) -> Any:
         """Return an environment's picture or text."""
@@ -56,5 +69,6 @@ class LocalEnvs:
 
     def close(self) -> None:
         """Close all environments."""
-        for env in self.envs:
-            env.close()
+        with user_code(f"close of {self._name}"):
+            for env in self.envs:
+                env.close()
