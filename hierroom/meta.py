@@ -182,7 +182,8 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
         >>> meta = hierroom.meta.make_meta(lambda level: min(level.legal_goals, key=lambda goal: goal.distance))
     """
     if not isinstance(spec, str):
-        return checked_meta(LevelMeta(spec) if _is_function(spec) else spec, shown(spec))
+        with user_code(f"the meta-controller {shown(spec)}"):  # reading an attribute may run user code
+            return checked_meta(LevelMeta(spec) if _is_function(spec) else spec, shown(spec))
     if spec == LEARNED:
         raise InputError(f"the learned meta-controller is made in training: {GIVE_TRAINED}")
     known = META_CONTROLLERS if num_envs is None else (*META_CONTROLLERS, LEARNED)
@@ -202,7 +203,7 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
             meta = make.for_training(num_envs)
             if meta is None:
                 raise InputError(f"for_training of the meta-controller {spec!r} must return one, not None")
-    with user_code(f"the meta-controller {spec!r}"):  # reading an attribute may run user code
+    with user_code(f"the meta-controller {spec!r}"):
         return checked_meta(meta, repr(spec))
 
 

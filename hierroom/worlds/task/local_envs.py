@@ -46,21 +46,23 @@ class LocalEnvs:
         chosen = [self.envs[number] for number in envs]
         with user_code(f"step of {self._name}"):
             results = [env.step(action) for env, action in zip(chosen, actions, strict=True)]
-            observations, *given, infos = map(list, zip(*results, strict=True))
+            observations, rewards, terminated, truncated, infos = map(list, zip(*results, strict=True))
             values = goal_values(self._goals, chosen, infos, self._name)
-        return Taken(observations, *self._as_arrays(*given), as_totals(values, self._goals, self._name))
+        results = self._as_arrays(rewards, terminated, truncated)
+        return Taken(observations, *results, as_totals(values, self._goals, self._name))
 
-    def _as_arrays(self, *given: list[Any]) -> tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_]]:
-        rewards, terminated, truncated = given
+    def _as_arrays(
+        self, rewards: list[Any], terminated: list[Any], truncated: list[Any]
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_]]:
         try:
-            arrays = np.array(rewards, np.float64), np.array(terminated, bool), np.array(truncated, bool)
-            if wrong := [array.shape[1:] for array in arrays if array.ndim > 1]:
-                raise ValueError(f"an array of shape {wrong[0]}")
+            paid, ends, cuts = np.array(rewards, np.float64), np.array(terminated, bool), np.array(truncated, bool)
+            if not paid.ndim == ends.ndim == cuts.ndim == 1:
+                raise ValueError("an array in place of one of them")
         except (TypeError, ValueError, OverflowError) as error:
             raise InputError(f"{self._name} must return numbers and truths from a step: {error}") from error
-        if not np.isfinite(arrays[0]).all():
+        if not np.isfinite(paid).all():
             raise InputError(f"{self._name} gives a reward that is not finite")
-        return arrays
+        return paid, ends, cuts
 
     def render(self, env: int) -> Any:
         """Return an environment's picture or text."""

@@ -73,10 +73,10 @@ def read_entry(
     """
     try:
         values = np.array([entry_of(one, path) for one in observations] if path else observations)
-        dtype, shape = np.dtype(space.dtype), space.shape or ()
-        if values.shape[1:] != shape or values.dtype.kind not in "biuf":
+        if values.shape[1:] != space.shape or values.dtype.kind not in "biuf":
             raise ValueError(f"an array of {values.dtype} and shape {values.shape[1:]} in {space}")
-        if (outside := _first_outside(space, values)) is not None:
+        dtype: Any = space.dtype
+        if dtype.kind != "f" and (outside := _first_outside(space, values)) is not None:
             raise ValueError(f"{outside} in {space}")
     except (TypeError, ValueError, KeyError, IndexError, OverflowError) as error:
         raise InputError(f"{task} shows a {name} outside its observation space: {error}") from error
