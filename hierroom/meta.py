@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import NO_GOAL
-from hierroom.support.errors import InputError, shown, user_code
+from hierroom.support.errors import InputError, shown, text_of, user_code
 from hierroom.support.plugins import load_plugin
 from hierroom.support.read_only import read_only
 from hierroom.turns.records import META, Step
@@ -146,8 +146,7 @@ class LevelMeta:
         return np.array([self._goal(situation.level(m), n_goals) if legal[m].any() else NO_GOAL for m in envs])
 
     def _goal(self, level: Any, n_goals: int) -> int:
-        goal = self.function(level)
-        if goal is None:
+        if (goal := self.function(level)) is None:
             return NO_GOAL
         number = getattr(goal, "id", goal)
         if isinstance(number, (int, np.integer)) and not isinstance(number, bool) and NO_GOAL <= number <= n_goals:
@@ -155,7 +154,7 @@ class LevelMeta:
         if inspect.iscoroutine(goal):
             goal.close()
         name = getattr(self.function, "__name__", "a meta-controller's function")
-        given = " ".join(repr(goal).split())
+        given = text_of(goal)
         raise InputError(f"{name} must return a goal of the level, a goal id (0 to {n_goals - 1}) or None, not {given}")
 
 
