@@ -71,9 +71,14 @@ class raw_env(TwoAgentEnv, AECEnv):
         if not self.single.has_begun:
             raise InputError("reset the environment before its first step")
 
+    def _require_agents(self) -> None:
+        self._require_reset()
+        if not self.agents:
+            raise InputError("the episode has ended and no agent is left: reset the environment")
+
     def last(self, observe: bool = True) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Return the selected agent's observation, reward, termination, truncation and info."""
-        self._require_reset()
+        self._require_agents()
         return super().last(observe)
 
     def agent_iter(self, max_iter: int = 2**63) -> AECIterable:
@@ -88,19 +93,19 @@ class raw_env(TwoAgentEnv, AECEnv):
 
     def step(self, action: int | None) -> None:
         """Take the selected agent's turn."""
-        self._require_reset()
+        self._require_agents()
         agent = self.agent_selection
         if self.terminations[agent] or self.truncations[agent]:
             self._was_dead_step(action)
             return
         if action is None:
             raise InputError(f"{agent} must act; None is for agents with an ended episode")
-        self._cumulative_rewards[agent] = 0.0
         if agent == META:
             self.single.choose(action)
             self.rewards = dict.fromkeys(AGENTS, 0.0)
         else:
             self.rewards, self.terminations, self.truncations = self.single.act(action)
+        self._cumulative_rewards[agent] = 0.0  # only now, so that a refused action loses no reward
         self._accumulate_rewards()
         self.infos = self.single.infos()
         has_ended = self.terminations[META] or self.truncations[META]

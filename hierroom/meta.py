@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import NO_GOAL
-from hierroom.support.errors import InputError, shown, user_code
+from hierroom.support.errors import InputError, shown, text_of, user_code
 from hierroom.support.plugins import load_plugin
 from hierroom.support.read_only import read_only
 from hierroom.turns.records import META, Step
@@ -146,8 +146,7 @@ class LevelMeta:
         return np.array([self._goal(situation.level(m), n_goals) if legal[m].any() else NO_GOAL for m in envs])
 
     def _goal(self, level: Any, n_goals: int) -> int:
-        goal = self.function(level)
-        if goal is None:
+        if (goal := self.function(level)) is None:
             return NO_GOAL
         number = getattr(goal, "id", goal)
         if isinstance(number, (int, np.integer)) and not isinstance(number, bool) and NO_GOAL <= number <= n_goals:
@@ -155,7 +154,7 @@ class LevelMeta:
         if inspect.iscoroutine(goal):
             goal.close()
         name = getattr(self.function, "__name__", "a meta-controller's function")
-        given = " ".join(repr(goal).split())
+        given = text_of(goal)
         raise InputError(f"{name} must return a goal of the level, a goal id (0 to {n_goals - 1}) or None, not {given}")
 
 
@@ -182,7 +181,8 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
         >>> meta = hierroom.meta.make_meta(lambda level: min(level.legal_goals, key=lambda goal: goal.distance))
     """
     if not isinstance(spec, str):
-        return checked_meta(LevelMeta(spec) if _is_function(spec) else spec, shown(spec))
+        with user_code(f"the meta-controller {shown(spec)}"):  # reading an attribute may run user code
+            return checked_meta(LevelMeta(spec) if _is_function(spec) else spec, shown(spec))
     if spec == LEARNED:
         raise InputError(f"the learned meta-controller is made in training: {GIVE_TRAINED}")
     known = META_CONTROLLERS if num_envs is None else (*META_CONTROLLERS, LEARNED)
@@ -202,7 +202,7 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
             meta = make.for_training(num_envs)
             if meta is None:
                 raise InputError(f"for_training of the meta-controller {spec!r} must return one, not None")
-    with user_code(f"the meta-controller {spec!r}"):  # reading an attribute may run user code
+    with user_code(f"the meta-controller {spec!r}"):
         return checked_meta(meta, repr(spec))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+from operator import getitem
 from typing import Any
 
 import numpy as np
@@ -30,9 +32,9 @@ class TwoAgentEnv:
         self.possible_agents = list(AGENTS)
         self.observation_spaces = self.single.observation_spaces
         self.action_spaces = self.single.action_spaces
-        # Methods of dicts: fast, as PettingZoo's wrapper asks for a space at each step, and the same object every time.
-        self.observation_space = self.observation_spaces.__getitem__
-        self.action_space = self.action_spaces.__getitem__
+        # Fast, as PettingZoo's wrapper asks for a space at each step; a deep copy would share a method of the dict.
+        self.observation_space = partial(getitem, self.observation_spaces)
+        self.action_space = partial(getitem, self.action_spaces)
         self.state_space = self.single.turns.world.global_state_space
 
     @property

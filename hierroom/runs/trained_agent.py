@@ -119,7 +119,7 @@ class TrainedAgent:
             state: the state from the last call; None at first. After a turn of the controller, ``state.decision`` has
                 its logits, probabilities and values.
             begins: whether an episode begins, so that the agent forgets the last one: True or False, or [N] bool. In
-                every API, the ``length`` in the info is 0 then.
+                every API, the ``length`` in the info is 0 then, and after a ``reset_mask`` its ``_length`` is True.
             greedy: whether the controller takes its most probable action instead of drawing one; None: as loaded.
             seed: determines the random draws if the state is None.
 

@@ -46,7 +46,11 @@ class Situation(Observation):
 
         Actions are goal ids, or no goal (G or -1). The goal of an illegal action is -1.
         """
-        given, no_goal_action = np.asarray(actions), self.goal_set.no_goal_action
+        no_goal_action = self.goal_set.no_goal_action
+        try:
+            given = np.asarray(actions)
+        except ValueError:  # rows of unequal lengths
+            given = np.array(None)
         if given.shape != self.envs.shape or given.dtype.kind not in "iu":
             raise InputError(
                 f"the meta-controller's choice must be {len(self)} goal ids (whole numbers, one for each environment "

@@ -24,9 +24,9 @@ class ObservationWriter:
         self._space = spaces.Dict(self._parts)
         if flat:
             row: Any = spaces.flatten_space(self._space)
-            self.flat_space: spaces.Box = spaces.Box(
-                row.low.astype(np.float32), row.high.astype(np.float32), dtype=np.float32
-            )
+            with np.errstate(over="ignore"):  # bounds of float64 become infinite
+                low, high = row.low.astype(np.float32), row.high.astype(np.float32)
+            self.flat_space: spaces.Box = spaces.Box(low, high, dtype=np.float32)
 
     def empty(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
         """Return new arrays for `write`, and the same arrays by name (an empty dict if flat)."""

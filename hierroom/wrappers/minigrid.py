@@ -84,8 +84,8 @@ class minigrid_view(MiniGridEnv):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):
         """Begin an episode, as the environment does."""
+        observation, info = self.escape_room.reset(seed=seed, options=options)  # refuses an invalid seed
         gymnasium.Env.reset(self, seed=None if seed is None else int(seed))  # Gymnasium accepts no NumPy numbers
-        observation, info = self.escape_room.reset(seed=seed, options=options)
         self.grid = Grid(self.width, self.height)
         self._tiles = np.full((self.height, self.width), constants.EMPTY, np.uint8)
         self._follow()

@@ -24,6 +24,7 @@ from hierroom.vector_env import EscapeRooms
         (np.zeros(3), "an array of float64 and shape (3,)"),
         (0, "an array of int64 and shape ()"),
         (None, "an array of object and shape ()"),
+        ([[0], [0, 1], [0]], "an array of object and shape ()"),
         (["red key"] * 3, "an array of <U7 and shape (3,)"),
     ],
 )

@@ -13,6 +13,7 @@ from children import TIMES_QUIET
 from minigrid.wrappers import ImgObsWrapper
 
 import hierroom
+from hierroom import InputError
 from hierroom.turns.records import META
 
 ID = "hierroom/EscapeRoom-b-v0"
@@ -116,6 +117,27 @@ def test_copy_continues_like_the_original(kind, how, n_before):
     ours = [plain(results) for results in play(env, after)]
     assert plain(list(play(twin, after))) == ours  # only now, to show that it shares nothing with the original
     assert len({str(results) for results in ours}) > 1
+
+
+@pytest.mark.parametrize("how", COPIES)
+@pytest.mark.parametrize("kind", ["aec", "parallel"])
+def test_copies_do_not_share_the_spaces(kind, how):
+    env = KINDS[kind][0]()
+    twin = COPIES[how](COPIES[how](env))
+    for agent in env.possible_agents:
+        assert twin.action_space(agent) is twin.unwrapped.action_spaces[agent] is not env.action_space(agent)
+        assert twin.observation_space(agent) is twin.unwrapped.observation_spaces[agent]
+
+
+@pytest.mark.parametrize("how", COPIES)
+def test_task_in_other_processes_refuses_copies(how):
+    env = hierroom.parallel_env(chest_task.split)
+    env.reset(seed=3)
+    with pytest.raises(InputError, match=r"^environments in other processes cannot be copied"):
+        COPIES[how](env)
+    observations, *_ = env.step({"meta_0": 0, "controller_0": 1})
+    assert observations["controller_0"]["place"] in (1, 3)
+    env.close()
 
 
 @pytest.mark.parametrize("kind", ["gymnasium", "aec", "parallel"])

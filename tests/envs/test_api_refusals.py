@@ -64,6 +64,8 @@ def test_invalid_arguments_raise_input_error(api, arguments, said, tmp_path, mon
         (lambda: EscapeRooms(2).step([0, 0]), "reset the environment before its first step"),
         (lambda: hierroom.parallel_env().step({}), "reset the environment before its first step"),
         (lambda: hierroom.raw_env().last(), "reset the environment before its first step"),
+        (lambda: aec_env_after_its_end().step(0), "the episode has ended and no agent is left: reset the environment"),
+        (lambda: aec_env_after_its_end().last(), "the episode has ended and no agent is left: reset the environment"),
         (lambda: hierroom.raw_env().state(), "reset the environment before its state is asked for"),
         (lambda: EscapeRoom().render(), "reset the environment before"),
         (lambda: step_parallel_env([0, 1]), "actions are a dict by agent, not a list"),
@@ -99,6 +101,25 @@ def test_parallel_step_with_one_invalid_action_changes_nothing():
         env.step({"meta_0": 13, "controller_0": 0.5})
     for name, array in env.single.turns.get_state().items():
         np.testing.assert_array_equal(array, before[name], err_msg=name)
+
+
+def test_refused_action_loses_no_reward_in_aec():
+    env = hierroom.raw_env("a", size=11, reward=lambda step: np.ones(1))
+    env.reset(seed=0)
+    env.step(env.observe("meta_0")["action_mask"].argmax())
+    env.step(1)
+    for action in ("left", None):
+        with pytest.raises(InputError):
+            env.step(action)
+        assert (env.agent_selection, env.last()[1]) == ("controller_0", 1.0)
+
+
+def aec_env_after_its_end():
+    env = hierroom.raw_env(max_steps=1)
+    env.reset(seed=0)
+    for action in (13, 0, None, None):
+        env.step(action)
+    return env
 
 
 def step_parallel_env(actions):

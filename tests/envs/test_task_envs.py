@@ -139,6 +139,14 @@ def test_rollout_plays_a_task_config_at_random():
     assert [len(episode) for episode in episodes] == [60, 60]
 
 
+def test_float64_bounds_become_infinite_without_a_warning(recwarn):
+    space = gymnasium.spaces.Box(-1e300, 1e300, (2,), np.float64)
+    make = lambda: gymnasium.wrappers.TransformObservation(chest_task.Chest(), lambda _: np.zeros(2), space)  # noqa: E731
+    task = hierroom.Task(make, {"chest": chest_task.is_open}, target="chest")
+    assert np.isinf(hierroom.env(task).unwrapped.state_space.high[-2:]).all()
+    assert not recwarn.list
+
+
 def test_library_views_take_or_refuse_a_task():
     parallel, aec = (hierroom.box_view(make(chest_task.taxi)) for make in (hierroom.parallel_env, hierroom.env))
     parallel_api_test(parallel, num_cycles=30)

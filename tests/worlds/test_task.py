@@ -7,7 +7,8 @@ from types import ModuleType
 import chest_task
 import numpy as np
 import pytest
-from chest_task import GOALS, LEFT, RIGHT, USE, Chest, chest, dice, free
+from chest_task import GOALS, LEFT, RIGHT, USE, Chest, chest, dice, free, has_coins
+from gymnasium import spaces
 
 import hierroom
 from hierroom.goals.goal_set import GoalSet
@@ -203,7 +204,13 @@ def test_recorded_episode_is_replayed_and_drawn():
         ({"max_steps": 0}, "max_steps must be at least 1, not 0"),
         ({"vectors": {"coin": [1.0]}}, "vectors of a task are equally many finite numbers for each goal"),
         ({"vectors": {"coin": [1.0], "key": [1.0, 2.0], "chest": [0.0]}}, "no common length"),
+        ({"vectors": {"coin": [], "key": [], "chest": []}}, "no common length above 0"),
         ({"rules": None, "capacity": {"coin": 2}}, "there are no rules"),
+        (
+            {"rules": replace(chest.rules, target="key")},
+            "target 'chest' does not give the target of its rules, 'key'",
+        ),
+        ({"label": "two\nlines"}, "the label of a task must be a text of one line, not 'two"),
     ],
 )
 def test_invalid_task_raises_input_error(changes, said):
@@ -226,6 +233,34 @@ def test_task_takes_a_rules_object():
 
 def test_task_takes_alternatives_of_other_rules():
     assert replace(chest, rules=chest.rules.rules).rules == chest.rules
+
+
+def test_task_keeps_its_goals_if_the_given_dict_changes():
+    goals = dict(GOALS)
+    task = hierroom.Task(make=Chest, goals=goals, target="chest")
+    goals["cave"] = has_coins
+    play(make(task), [RIGHT])
+    assert (*task.goals,) == task.goal_set.names
+
+
+class Named(Chest):
+    """A chest with entries that are named like others of an observation or like features, and an empty one."""
+
+    names = ("goal", "features", "choice", "symbol", "goal-status", "plain")
+    observation_space = spaces.Dict({"empty": spaces.Box(0, 1, (0,)), **{name: spaces.Discrete(9) for name in names}})
+
+    def _observation(self):
+        return {"empty": np.zeros(0, np.float32), **{name: 3 + n for n, name in enumerate(self.names)}}
+
+
+def test_entries_named_like_features_are_renamed():
+    task = hierroom.Task(make=Named, goals=GOALS, target="chest")
+    env = hierroom.add_features(hierroom.parallel_env(task), task.controller_features)
+    observations, _ = env.reset(seed=0)
+    seen = observations["controller_0"]
+    assert [int(seen[f"observation_{name}"]) for name in Named.names[:-1]] + [int(seen["plain"])] == [3, 4, 5, 6, 7, 8]
+    assert sorted(seen["features"].tolist()) == [3, 3, 3, 4, 5, 6, 7, 8]  # also no goal, and no action before
+    assert task.trial.left_out == ["empty"]
 
 
 def test_name_in_module_finds_the_tasks_variable():

@@ -1,5 +1,8 @@
 """Errors in a user's task, or in its use, raise one-line errors."""
 
+import math
+import re
+
 import gymnasium
 import numpy as np
 import pytest
@@ -44,11 +47,30 @@ class Shown(Chest):
         return {**super()._observation(), "place": self.place}
 
 
-class Narrow(Chest):
-    observation_space = gymnasium.spaces.Box(0, 255, (1,), np.uint8)
+class Seen(Chest):
+    """A chest that shows the same array all the time."""
+
+    def __init__(self, shown, high=255, shape=(1,), dtype=np.uint8):
+        super().__init__()
+        self.shown, self.observation_space = shown, gymnasium.spaces.Box(0, high, shape, dtype)
 
     def _observation(self):
-        return [300]
+        return self.shown
+
+
+class Paying(Chest):
+    def __init__(self, reward, **settings):
+        super().__init__(**settings)
+        self.reward = reward
+
+    def step(self, action):
+        observation, _, *rest = super().step(action)
+        return observation, self.reward, *rest
+
+
+class Closing(Chest):
+    def close(self):
+        raise RuntimeError("no end")
 
 
 class Manifold(Chest):
@@ -93,7 +115,32 @@ def stops(env, info):
         ),
         ({"make": lambda: Shown(5)}, "shows a place outside its observation space: 5 in Discrete(6, start=-1)"),
         ({"make": lambda: Shown(-2)}, "shows a place outside its observation space: -2 in Discrete(6, start=-1)"),
-        ({"make": Narrow}, "shows a observation outside its observation space: 300 in Box(0, 255, (1,), uint8)"),
+        ({"make": lambda: Shown(2.5)}, "shows a place outside its observation space: 2.5 in Discrete(6, start=-1)"),
+        ({"make": lambda: Shown(math.nan)}, "shows a place outside its observation space: nan in Discrete(6, start=-1"),
+        (
+            {"make": lambda: Shown(1j)},
+            "shows a place outside its observation space: an array of complex128",
+        ),
+        ({"make": lambda: Shown("1")}, "shows a place outside its observation space: an array of <U1 and shape ()"),
+        ({"make": lambda: Shown([1])}, "shows a place outside its observation space: an array of int64 and shape (1,)"),
+        (
+            {"make": lambda: Seen([300])},
+            "shows a observation outside its observation space: 300 in Box(",
+        ),
+        (
+            {"make": lambda: Seen(0.5, 1, (3,), np.float32)},
+            "an array of float64 and shape () in Box(",
+        ),
+        ({"make": lambda: Seen([1e300], np.inf, dtype=np.float32)}, "task shows a observation that is not finite"),
+        ({"make": lambda: Seen(None, np.inf, dtype=np.float32)}, "an array of object and shape () in Box("),
+        ({"make": lambda: Paying(10**400)}, "task must return numbers and truths from a step: int too large"),
+        ({"make": lambda: Paying("x")}, "task must return numbers and truths from a step: could not convert"),
+        (
+            {"make": lambda: Paying(np.ones(1))},
+            "must return numbers and truths from a step: an array in place of",
+        ),
+        ({"make": lambda: Paying(None)}, "task gives a reward that is not finite"),
+        ({"make": Closing}, "close of task fails: RuntimeError: no end (line "),
         ({"make": Manifold}, "a task has at most 255 actions; task has 500"),
         ({"make": Steered}, "the actions of task must be Discrete, not Box("),
         ({"make": Broken}, "step of task fails: ValueError: no step (line "),
@@ -113,16 +160,22 @@ def test_errors_in_user_code_raise_input_error(changes, said):
     assert "\n" not in str(refused.value)
 
 
-class Generous(Chest):
-    def step(self, action):
-        observation, _, *rest = super().step(action)
-        return observation, 10**400, *rest
-
-
-def test_reward_too_large_for_float_raises_input_error():
-    turns = make(hierroom.Task(make=Generous, goals=GOALS, target="chest"))
-    with pytest.raises(InputError, match="must return numbers and truths from a step: int too large"):
-        turns.step(np.zeros(len(turns), int))
+@pytest.mark.filterwarnings("ignore:.*ERROR.*:UserWarning")  # Gymnasium shows the error of a process, too
+@pytest.mark.parametrize("processes", [0, 2])
+@pytest.mark.parametrize(
+    ("environment", "said"),
+    [
+        (
+            lambda: Seen([300]),
+            "task shows a observation outside its observation space: 300 in Box(0, 255, (1,), ",
+        ),
+        (lambda: Seen(0.5, 1, (3,), np.float32), "outside its observation space: an array of float64 and shape () in"),
+    ],
+)
+def test_errors_are_the_same_in_other_processes(environment, said, processes):
+    task = hierroom.Task(make=environment, goals=GOALS, target="chest", processes=processes)
+    with pytest.raises(InputError, match=re.escape(said)):
+        make(task, 3)
 
 
 @pytest.mark.parametrize(

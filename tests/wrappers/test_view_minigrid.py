@@ -151,6 +151,8 @@ def test_full_grid_has_exit_keys_doors_and_agent():
             lambda: view(gymnasium.wrappers.FlattenObservation(gymnasium.make("hierroom/EscapeRoom-a-v0"))),
             "minigrid_view takes the environment without wrappers that change its observations",
         ),
+        (lambda: make().reset(seed=-1), "a seed must be a whole number from 0 to 2**63 - 1, not -1"),
+        (lambda: make().reset(seed="x"), "a seed must be a whole number from 0 to 2**63 - 1, not 'x'"),
         (lambda: make().step(7), "MiniGrid's actions are 0 to 6, not 7"),
         (lambda: make().step(np.array([0, 1])), "an action must be a whole number, not"),
     ],

@@ -16,10 +16,10 @@ from gymnasium import spaces
 from gymnasium.vector import AsyncVectorEnv, AutoresetMode
 from numpy.typing import NDArray
 
-from hierroom.support.errors import RunError
+from hierroom.support.errors import InputError, RunError
 from hierroom.worlds.task.local_envs import LocalEnvs, Taken
 from hierroom.worlds.task.parts import TaskParts
-from hierroom.worlds.task.spaces import entry_of
+from hierroom.worlds.task.spaces import read_entry
 
 _WAIT, _RESET, _STEP = range(3)
 _SHOWN, _RESULTS = "shown_", ("rewards", "ends", "cuts", "totals")
@@ -65,8 +65,8 @@ class Block(gymnasium.Env):
         return self._arrays, 0.0, False, False, {}
 
     def _keep(self, envs: list[int], observations: list[Any], totals: NDArray) -> None:
-        for name, (path, _) in self._task.trial.entries.items():
-            self._arrays[f"{_SHOWN}{name}"][envs] = [entry_of(one, path) for one in observations]
+        for name, (path, space) in self._task.trial.entries.items():
+            self._arrays[f"{_SHOWN}{name}"][envs] = read_entry(observations, name, path, space, self._task.name)
         self._arrays["totals"][envs] = totals
 
     def draw(self, env: int) -> Any:
@@ -88,6 +88,10 @@ class ProcessEnvs:
         with _running():
             self._blocks.reset()
 
+    def __reduce__(self) -> Any:
+        """Refuse copies, which would share and close the pipes of the original."""
+        raise InputError("environments in other processes cannot be copied; make the task with processes=0")
+
     def reset(self, envs: Sequence[int], seeds: Sequence[int]) -> tuple[list[Any], NDArray]:
         """Begin an episode in some environments; return their observations and goal values [M, G]."""
         shown = self._send(_RESET, envs, seeds)
@@ -96,8 +100,9 @@ class ProcessEnvs:
     def step(self, envs: Sequence[int], actions: Sequence[int]) -> Taken:
         """Act in some environments."""
         shown, chosen = self._send(_STEP, envs, actions), [*envs]
-        rewards, ends, cuts = (shown[name][chosen].tolist() for name in _RESULTS[:3])
-        return Taken(self._observations(shown, envs), rewards, ends, cuts, shown["totals"][chosen])
+        rewards, ends, cuts = (shown[name][chosen] for name in _RESULTS[:3])
+        observations = self._observations(shown, envs)
+        return Taken(observations, rewards, ends.astype(bool), cuts.astype(bool), shown["totals"][chosen])
 
     def _send(self, kind: int, envs: Sequence[int], values: Sequence[int]) -> dict[str, NDArray]:
         actions = np.zeros((self._blocks.num_envs * self._n_places, 2), np.int64)

@@ -13,8 +13,11 @@ from hierroom.support.byte_array import ByteArray
 from hierroom.support.errors import InputError
 from hierroom.worlds.world import Feature
 
-RESERVED = ("goal", "action_mask", "outcome")
-"""Entries of an agent's observation that do not come from the world."""
+RESERVED = (
+    *("goal", "action_mask", "outcome", "features", "choice"),
+    *("symbol", "previous-action", "goal-status", "goal-outcome"),
+)
+"""Entries of an agent's observation that do not come from the world, and features that are no entries."""
 MAX_SYMBOL_SIDE = 31
 """Images of bytes up to this side are grids of symbols, like MiniGrid's; larger ones are pixels."""
 MAX_CATEGORIES = 256
@@ -25,12 +28,12 @@ def flat_entries(space: spaces.Space) -> tuple[dict[str, tuple[tuple[Any, ...], 
     """Return the entries of an observation space by name: the path of keys to each, and its space.
 
     A single array is named ``observation``. Entries of dicts and tuples keep their names; nested ones are joined by
-    ``_``. Entries that no network reads, such as texts, are left out; their names are returned too.
+    ``_``. Entries that no network reads, such as texts and empty arrays, are left out; their names are returned too.
     """
     entries, left_out = {}, []
     for path, part in _leaves(space, ()):
         name = "_".join(map(str, path)) or "observation"
-        if not isinstance(part, _KNOWN):
+        if not isinstance(part, _KNOWN) or 0 in (part.shape or ()):
             left_out.append(name)
             continue
         while name in RESERVED or name in entries:
@@ -61,6 +64,30 @@ def entry_of(observation: Any, path: tuple[Any, ...]) -> Any:
     return observation
 
 
+def read_entry(
+    observations: list[Any], name: str, path: tuple[Any, ...], space: spaces.Space, task: str
+) -> NDArray[Any]:
+    """Return an entry of M observations as an array [M, ...] of its space's type; refuse one outside the space.
+
+    Floats may be outside the bounds of a `Box`, because many environments exceed them.
+    """
+    try:
+        values = np.array([entry_of(one, path) for one in observations] if path else observations)
+        if values.shape[1:] != space.shape or values.dtype.kind not in "biuf":
+            raise ValueError(f"an array of {values.dtype} and shape {values.shape[1:]} in {space}")
+        dtype: Any = space.dtype
+        if dtype.kind != "f" and (outside := _first_outside(space, values)) is not None:
+            raise ValueError(f"{outside} in {space}")
+    except (TypeError, ValueError, KeyError, IndexError, OverflowError) as error:
+        raise InputError(f"{task} shows a {name} outside its observation space: {error}") from error
+    if values.dtype != dtype:
+        with np.errstate(over="ignore"):
+            values = values.astype(dtype)
+    if dtype.kind == "f" and not np.isfinite(values).all():
+        raise InputError(f"{task} shows a {name} that is not finite")
+    return values
+
+
 def feature_of(name: str, space: spaces.Space) -> Feature:
     """Return the feature that reads an entry of the observation."""
     if isinstance(space, spaces.Box):
@@ -82,8 +109,8 @@ def feature_of(name: str, space: spaces.Space) -> Feature:
     return Feature((MAX_CATEGORIES,) * layout.n_bytes, lambda o: layout.to_bytes(numbers(o)), array=layout)
 
 
-def first_outside(space: spaces.Space, values: NDArray) -> Any:
-    """Return the first whole number of values [M, ...] that is outside a space or its dtype; None if there is none."""
+def _first_outside(space: spaces.Space, values: NDArray) -> Any:
+    """Return the first of values [M, ...] that is outside a space of whole numbers or its dtype, or None."""
     if isinstance(space, spaces.Box):
         if space.dtype.kind not in "iu" or values.dtype == space.dtype:
             return None
@@ -92,6 +119,8 @@ def first_outside(space: spaces.Space, values: NDArray) -> Any:
         low, sizes = _categories(space)
         high = low + sizes - 1
     is_outside = (values < low) | (values > high)
+    if values.dtype.kind == "f":
+        is_outside |= values != np.floor(values)  # NaN, too
     return values[is_outside][0] if is_outside.any() else None
 
 

@@ -93,6 +93,8 @@ class Task:
             read_name("the name of a goal", name)
             if not callable(function):
                 raise InputError(f"goal {name!r} must be a function of environment and info, not {shown(function)}")
+        object.__setattr__(self, "goals", dict(self.goals))  # the caller may go on to change theirs
+        read_name("the label of a task", self.label)
         require_number("max_steps", self.max_steps, 1, 10**6, is_whole=True)
         require_number("processes", self.processes, 0, 2**10, is_whole=True)
         self.goal_set  # noqa: B018 - refuses a wrong target and wrong vectors now
@@ -131,6 +133,8 @@ class Task:
             raise InputError(f"a task has a rule for each goal ({', '.join(self.goals)}); these {', '.join(wrong)}")
         if isinstance(self.rules, Rules):
             rules = replace(self.rules, capacity={**self.rules.capacity, **(self.capacity or {})})
+            if not any(rules.target in way.gives for way in rules.rules[self.target]):
+                raise InputError(f"the target {self.target!r} does not give the target of its rules, {rules.target!r}")
         else:
             given = {name: _giving_itself(name, rule) for name, rule in self.rules.items()}
             rules = Rules(given, self.target, self.capacity or {}, label=self.label)
@@ -158,8 +162,8 @@ class Task:
             rows = np.array([self.vectors[name] for name in self.goals], np.float32)
         except (TypeError, ValueError):
             rows = np.zeros(0, np.float32)
-        if rows.ndim != 2 or not np.isfinite(rows).all():
-            raise InputError(f"{rule}; those given have no common length, or are no finite numbers")
+        if rows.ndim != 2 or not rows.size or not np.isfinite(rows).all():
+            raise InputError(f"{rule}; those given have no common length above 0, or are no finite numbers")
         return replace(goals, vectors=np.concatenate([rows, np.zeros_like(rows[:1])]))
 
     def new_env(self, render_mode: str | None = None) -> gymnasium.Env:

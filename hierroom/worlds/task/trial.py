@@ -38,7 +38,8 @@ def try_out(task: TaskParts) -> Trial:
     with user_code(f"step of {task.name}"):
         results = env.step(int(actions.start))
         _returned(f"step of {task.name}", results, "observation, reward, terminated, truncated, info")
-    env.close()
+    with user_code(f"close of {task.name}"):
+        env.close()
     random = np.random.default_rng(0)
     envs.reset([0], [0])
     for _ in range(N_STEPS):

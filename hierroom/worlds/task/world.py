@@ -10,7 +10,6 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from hierroom.support.errors import InputError
 from hierroom.support.schema import Array, Table
 from hierroom.worlds.base import BaseWorld
 from hierroom.worlds.env_config import EnvConfig
@@ -18,7 +17,7 @@ from hierroom.worlds.task.local_envs import LocalEnvs, Taken
 from hierroom.worlds.task.parts import TaskParts
 from hierroom.worlds.task.process_envs import ProcessEnvs
 from hierroom.worlds.task.replayer import Moment, TaskReplayer
-from hierroom.worlds.task.spaces import entry_of, first_outside
+from hierroom.worlds.task.spaces import read_entry
 from hierroom.worlds.world import Feature, Screen
 
 MAX_REMEMBERED = 20_000
@@ -45,7 +44,6 @@ class TaskWorld(BaseWorld):
         left_out = ", ".join(self._trial.left_out)
         self.notes = [f"observations are without {left_out}, which no network reads"] if left_out else []
         self.replayer = TaskReplayer(task)
-        self._paths = [(name, path) for name, (path, _) in self._trial.entries.items()]
         self._shown = {
             name: np.zeros((num_envs, *(space.shape or ())), space.dtype)
             for name, space in self.observation_spaces.items()
@@ -96,17 +94,8 @@ class TaskWorld(BaseWorld):
 
     def _note(self, envs: NDArray[np.integer], observations: list[Any], totals: NDArray) -> None:
         where = self._where(envs)
-        for name, path in self._paths:
-            shown = self._shown[name]
-            try:
-                values = np.array([entry_of(one, path) for one in observations] if path else observations)
-                if (outside := first_outside(self.observation_spaces[name], values)) is not None:
-                    raise ValueError(f"{outside} in {self.observation_spaces[name]}")
-                shown[where] = values
-            except (TypeError, ValueError, KeyError, IndexError, OverflowError) as error:
-                raise InputError(f"{self.variants[0]} shows a {name} outside its observation space: {error}") from error
-            if shown.dtype.kind == "f" and not np.isfinite(values).all():
-                raise InputError(f"{self.variants[0]} shows a {name} that is not finite")
+        for name, (path, space) in self._trial.entries.items():
+            self._shown[name][where] = read_entry(observations, name, path, space, self.variants[0])
         self._totals[where] = totals
 
     def shown(self, envs: NDArray[np.integer]) -> dict[str, NDArray]:
@@ -122,13 +111,8 @@ class TaskWorld(BaseWorld):
         if len(envs):
             where = self._where(envs)
             taken = self._act(envs, actions[where])
-            try:
-                rewards[where], terminated[where] = taken.rewards, taken.terminated
-                truncated[where] |= np.array(taken.truncated, bool)
-            except (TypeError, ValueError, OverflowError) as error:
-                raise InputError(f"{self.variants[0]} must return numbers and truths from a step: {error}") from error
-            if not np.isfinite(rewards).all():
-                raise InputError(f"{self.variants[0]} gives a reward that is not finite")
+            rewards[where], terminated[where] = taken.rewards, taken.terminated
+            truncated[where] |= taken.truncated
         return self.record(np.maximum(self._totals - before, 0), rewards, terminated, truncated)
 
     def _act(self, envs: NDArray[np.integer], actions: NDArray[np.integer]) -> Taken:
