@@ -193,7 +193,7 @@ def _register(env_id: str, kwargs: dict[str, Any]) -> None:
 
 
 _register("hierroom/EscapeRoom-v0", {})
-_register("hierroom/Task-v0", {})
+_register("hierroom/Task-v0", {"task": ""})  # the user gives one
 for _letter in _LETTERS:
     _register(f"hierroom/EscapeRoom-{_letter}-v0", {"graph": _letter})
 _register("hierroom/Workshop-v0", {"task": "workshop:6"})

@@ -78,6 +78,9 @@ def test_gymnasium_make_takes_a_task_name():
     assert info["shortest_length"] == -1
     envs = gymnasium.make_vec("hierroom/Task-v0", num_envs=2, task="chest_task:chest")
     assert envs.reset(seed=0)[0]["picture"].shape == (2, 5, 7, 3)
+    for make in (gymnasium.make, gymnasium.make_vec):
+        with pytest.raises(InputError, match=r"a task is a name, .* not ''"):
+            make("hierroom/Task-v0")
 
 
 @pytest.mark.parametrize("task", [chest_task.chest, chest_task.split], ids=["same process", "other processes"])
