@@ -126,6 +126,11 @@ class RunFolder:
         paths = [path for path in self.checkpoints.glob("*.pt") if path.stem.removesuffix(_INTERRUPTED).isdecimal()]
         return {int(path.stem.removesuffix(_INTERRUPTED)): path for path in sorted(paths)}
 
+    @property
+    def saved_steps(self) -> int:
+        """Return the steps of the newest checkpoint; 0 without one."""
+        return max(self._checkpoint_paths(), default=0)
+
     def _remove_interrupted(self) -> None:
         kept = max(self._checkpoint_paths().items(), default=(0, None))[1]
         for path in self.checkpoints.glob(f"*{_INTERRUPTED}.pt"):
