@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, chdir, contextmanager
 from pathlib import Path
 
 from rich.console import Console
@@ -197,9 +197,11 @@ def train(
             if trainer.is_done:
                 logs.add_results(LearningCurve.of_rows(folder.evaluations.read()))
             logs.sync()
-            stops = True  # if the callback raises
+            stops = callback is not None  # if it raises
             try:
-                stops = callback is not None and bool(callback(trainer))
+                if callback is not None:
+                    with chdir("."):  # it may change the working folder, and the run's path may be relative
+                        stops = bool(callback(trainer))
             finally:
                 is_stopped, is_last = stops and not is_last, is_last or stops
                 if has_completed_part(CHECKPOINTS, before):
