@@ -55,8 +55,10 @@ class TrainArguments:
 def parse(argv: Sequence[str]) -> TrainArguments:
     """Read the command line; other options come from a file, the preset or the resumed run."""
     first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-    for name in ("preset", *_CODE, "config", "resume", "out"):
+    for name in ("preset", *_CODE):
         first.add_argument(f"--{name}", nargs="?")  # tyro reports a missing value later
+    for name in ("config", "resume", "out"):
+        first.add_argument(f"--{name}", nargs="?", type=Path)  # "", as of an unset variable, becomes the current folder
     for name in OF_ESCAPE_ROOMS:
         first.add_argument(f"--{name}", f"--{name.replace('_', '-')}", nargs="*")
     known, _ = first.parse_known_args(argv)
@@ -69,7 +71,7 @@ def parse(argv: Sequence[str]) -> TrainArguments:
         from hierroom.runs.folder.trust import require_trust
 
         default = RunFolder.open(known.resume).config()
-        require_trust(Path(known.resume), default, trust=trust, named=named)
+        require_trust(known.resume, default, trust=trust, named=named)
     elif known.config:
         default = read_config(known.config, trust=trust, **named)
     else:

@@ -32,7 +32,7 @@ class SweepArguments:
     """Train every combination of some values, and gather the results in one table.
 
     Writes OUT/sweep.csv, with a row for each finished run, and OUT/runs/, with a complete folder for each run. Giving
-    the same command again trains missing runs, and repeats a run if its config has changed, as with another preset.
+    the same command again trains missing runs, and repeats a run if its config has changed, as with another gamma.
 
     Args:
         what: entries of training, each with the values to try (method=hippo,ppo-bonus gamma=0.9,0.99 steps=200_000),

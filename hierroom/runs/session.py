@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, chdir, contextmanager
 from pathlib import Path
 
 from rich.console import Console
@@ -53,16 +53,18 @@ def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Tra
     folder = RunFolder.create(out or claim_folder(Path("runs") / run_name(config)), config)
     with ExitStack() as stack:
         stack.enter_context(folder.lock)
-        weights = trainer.controller.weights["learner"]["backend"]["network"]
-        _record(folder, config, variant, digest({}, weights) if config.warm_start else "")
+        _record(folder, trainer, variant)
         folder.save_checkpoint(trainer.state_dict())  # so that the run can be resumed from the very start
         folder.load_checkpoint()  # notice now if the disk loses data
         stack.pop_all()  # `run_session` releases it
     return trainer, folder
 
 
-def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
-    """Lock a run and continue from its newest checkpoint; only steps, threads and device of its config may differ."""
+def resume(config: TrainConfig, path: Path, variant: str = "") -> tuple[Trainer, RunFolder]:
+    """Lock a run and continue from its newest checkpoint; only steps, threads and device of its config may differ.
+
+    ``variant`` is as in `begin`, which may have been killed before it wrote that.
+    """
     folder = RunFolder.open(path)
     with ExitStack() as stack:
         stack.enter_context(folder.lock)
@@ -83,7 +85,7 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
             _warn_of_learning_rates(trainer, folder.config().steps)
             folder.keep_rows(state)
         folder.save_config(config)  # with the new number of steps, in case it is interrupted again
-        _record(folder, config)
+        _record(folder, trainer, variant)
         if state is None:
             folder.save_checkpoint(trainer.state_dict())
         stack.pop_all()
@@ -195,9 +197,11 @@ def train(
             if trainer.is_done:
                 logs.add_results(LearningCurve.of_rows(folder.evaluations.read()))
             logs.sync()
-            stops = True  # if the callback raises
+            stops = callback is not None  # if it raises
             try:
-                stops = callback is not None and bool(callback(trainer))
+                if callback is not None:
+                    with chdir("."):  # it may change the working folder, and the run's path may be relative
+                        stops = bool(callback(trainer))
             finally:
                 is_stopped, is_last = stops and not is_last, is_last or stops
                 if has_completed_part(CHECKPOINTS, before):
@@ -249,6 +253,8 @@ def _try_out(trainer: Trainer) -> None:
         raise InputError(f"what this run would save could not be loaded again: {error}") from error
 
 
-def _record(folder: RunFolder, config: TrainConfig, variant: str = "", warm_start: str = "") -> None:
-    for line in record_session(folder.path, config, variant, warm_start):
+def _record(folder: RunFolder, trainer: Trainer, variant: str) -> None:
+    weights = trainer.controller.weights["learner"]["backend"]["network"]
+    warm_start = digest({}, weights) if trainer.config.warm_start and trainer.steps == 0 else ""
+    for line in record_session(folder.path, trainer.config, variant, warm_start):
         warn(line)

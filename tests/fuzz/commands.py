@@ -116,7 +116,7 @@ def end_of(name: str, argv: Sequence[str]) -> tuple[object, str]:
         contextlib.redirect_stdout(said),
         contextlib.redirect_stderr(output),
         mock.patch.object(session, "run_session", return_value=0),
-        mock.patch.object(pool, "work_here", return_value=iter(())),
+        mock.patch.object(pool, "work_here", return_value=(event for event in ())),
         mock.patch.object(app, "App"),
     ):
         try:

@@ -13,8 +13,12 @@ from tiny_sweep import plan, tiny_words
 from hierroom.commands import sweep as sweep_command
 from hierroom.commands.sweep import main
 from hierroom.lab.sweep import job
+from hierroom.lab.sweep.display import Display
+from hierroom.lab.sweep.job import Event, Job
+from hierroom.lab.sweep.plan import Plan, read_plan
 from hierroom.lab.sweep.summary import summarise
 from hierroom.lab.sweep.sweep import Sweep
+from hierroom.runs.folder.provenance import variant_of
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.run_lock import RunLockedError
 from hierroom.runs.session import begin, resume
@@ -75,6 +79,15 @@ def test_failed_run_is_reported_and_others_continue(tmp_path):
     assert failure[0].identity["meta"] == "fixed-dfs"
     assert failure[1].startswith(str(config))
     assert [*sweep.rows()["meta"]] == ["none"]
+
+
+@pytest.mark.slow
+def test_sweep_trains_a_task_in_several_processes(tmp_path, capfd):
+    words = ("task=chest_task:split", "num_envs=4", "steps=64", "sequence_length=16", "evaluations=0", "seed=0")
+    sweep = Sweep(Plan(read_plan(None, words).values, episodes=4), tmp_path / "out")
+    assert sweep.fill(processes=1).failures == ()
+    assert len(sweep.rows()) == 1
+    assert "Traceback" not in capfd.readouterr().err, "the processes of the task end quietly"
 
 
 @pytest.mark.slow
@@ -142,6 +155,29 @@ def test_note_reports_shortened_evaluations(rows, said):
     note = sweep_command._on_few_episodes(pd.DataFrame(rows, dtype=str))
     assert note.startswith(said)
     assert bool(note) == bool(said)
+
+
+def test_progress_counts_only_the_steps_still_to_train(tmp_path):
+    jobs = []
+    for name in ("one", "two"):
+        (tmp_path / name / "checkpoints").mkdir(parents=True)
+        (tmp_path / name / "checkpoints" / "000000000900.pt").touch()
+        run = SimpleNamespace(name=name, digest=name, config=SimpleNamespace(steps=1000))
+        jobs.append(SimpleNamespace(run=run, folder=tmp_path / name))
+    display = Display(jobs)
+    (bar,) = display._bars.tasks
+    assert (bar.completed, bar.total) == (0, 200)
+    display.show(Event("progressed", jobs[0], (910, "")))
+    assert (bar.completed, bar.total) == (10, 200)
+    display.show(Event("failed", jobs[1], "why"))
+    assert (bar.completed, bar.total) == (10, 100)
+
+
+def test_run_killed_before_its_provenance_keeps_its_variant(tmp_path):
+    (run,) = plan("seed=0", "steps=64", "evaluations=0", variants={"mine": {}}).runs()
+    folder = RunFolder.create(tmp_path / "run", run.config)
+    assert Job(run, folder.path, episodes=1, metas=(), command="").work(lambda steps, words: None) is not None
+    assert variant_of(folder.path) == "mine"
 
 
 def test_run_in_training_raises_run_locked_error(tmp_path):

@@ -52,6 +52,15 @@ def test_seed_and_graph_words_override_the_file(tmp_path):
     assert (run.config.seed, run.identity["graph"]) == (7, "c")
 
 
+def test_words_override_the_variants_of_the_file(tmp_path):
+    path = tmp_path / "sweep.toml"
+    path.write_text('[[variants]]\nname = "long"\ngamma = 0.99\nsize = 31\n[[variants]]\nname = "short"\ngamma = 0.9\n')
+    runs = read_plan(path, ("gamma=0.5",)).runs()
+    assert [(run.identity["variant"], run.config.ppo.gamma) for run in runs] == [("long", 0.5), ("short", 0.5)]
+    with pytest.raises(InputError, match=r"two runs of the sweep are the same: .* with variant short; leave one out$"):
+        read_plan(path, ("gamma=0.5", "size=11")).runs()
+
+
 @pytest.mark.parametrize(
     ("values", "variants", "settings", "names"),
     [

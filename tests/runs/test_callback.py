@@ -1,6 +1,7 @@
 """The `callback` and `quiet` arguments of `hierroom.train`."""
 
 import importlib
+import os
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -41,17 +42,20 @@ def test_run_stopped_by_callback_resumes_exactly(tmp_path, capsys):
     assert differences(tmp_path / "stopped" / "run", tmp_path / "whole" / "run") == []
 
 
-def test_callback_exception_is_raised_after_saving(tmp_path):
+def test_callback_exception_is_raised_after_saving(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
     class Pruned(Exception):
         pass
 
     def callback(trainer):
+        os.chdir(tmp_path.parent)  # the path of the run is relative
         if trainer.steps > 128:
             raise Pruned
 
     with pytest.raises(Pruned):
-        hierroom.train(**SMALL, out=tmp_path / "run", callback=callback, quiet=True)
-    agent = hierroom.load(tmp_path / "run")
+        hierroom.train(**SMALL, out="run", callback=callback, quiet=True)
+    agent = hierroom.load("run")
     assert (agent.steps, agent.is_finished) == (256, False)
 
 

@@ -213,6 +213,16 @@ def test_append_adds_new_columns(table):
     assert [path.name for path in table.path.parent.iterdir()] == ["metrics.csv"]
 
 
+@pytest.mark.parametrize("name", ["two\nlines", "nul\0", "half\udce9", "x" * 70_000])
+def test_table_with_an_unwritable_column_name_is_appended_to(name, tmp_path):
+    for steps in (1, 2):
+        table = CSVTable(tmp_path / "metrics.csv")
+        for more in (0, 0.5):
+            table.append([{"steps": steps + more, name: steps}])
+    (_, column) = table.read()[0]
+    assert [row[column] for row in table.read()] == ["1", "1", "2", "2"]
+
+
 def test_numbers_gives_floats_and_refuses_text(table):
     with pytest.raises(InputError, match="is broken: could not convert string to float: 'g10, of 10'"):
         table.numbers()

@@ -49,6 +49,16 @@ def test_a_checkpoint_is_found_by_its_steps(tmp_path):
         folder.load_checkpoint(65)
 
 
+def test_renamed_checkpoint_raises_checkpoint_error(tmp_path):
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    for steps in (64, 128):
+        path = folder.save_checkpoint(state_after(steps))
+    path.with_name("000000000064.pt").rename(path.with_name("000000000256.pt"))
+    said = r"256\.pt is one after 64 steps, and has been renamed; without it the run goes on from 000000000128\.pt$"
+    with pytest.raises(CheckpointError, match=said):
+        folder.load_checkpoint()
+
+
 def test_broken_newest_checkpoint_error_names_the_one_before(tmp_path):
     folder = RunFolder.create(tmp_path / "run", SMALL)
     paths = []

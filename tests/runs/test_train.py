@@ -195,6 +195,8 @@ def test_evaluate_prints_a_table_and_json(trained, capsys):
         ),
         (["--out", "broken.toml/x"], "cannot create the run folder broken.toml/x: broken.toml is not a folder; choose"),
         (["--out", "."], "is not an empty folder"),
+        (["--config", ""], r"^\. is a folder; a config is a TOML file or"),
+        (["--resume", ""], r"^\. is not a run folder"),
     ],
 )
 def test_wrong_input_raises_input_error_and_writes_nothing(arguments, said, tmp_path, monkeypatch):

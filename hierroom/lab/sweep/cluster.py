@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import socket
 import tarfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,7 +15,7 @@ from hierroom.runs.interrupt import Interrupt
 from hierroom.support.errors import InputError, in_one_line
 
 
-def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> Iterator[Event]:
+def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> Generator[Event, None, None]:
     """Do jobs on the machines of a Ray cluster, one core each, and yield their events.
 
     If its machine is lost, a run begins again on another one. Its folder is sent back when it is done; a request to

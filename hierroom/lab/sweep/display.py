@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from hierroom.lab.sweep.job import Event, Job
+from hierroom.runs.folder.run_folder import RunFolder
 
 
 class Display:
@@ -29,17 +30,18 @@ class Display:
             console=console,
             disable=not console.is_terminal,
         )
-        self._at_work: dict[str, tuple[TaskID, int]] = {}  # by digest; with the steps trained so far
-        self._n_jobs, self._n_ended, self._ended_steps, self._trained = len(jobs), 0, 0, 0
+        self._at_work: dict[str, TaskID] = {}  # by digest
+        self._remaining = {job.run.digest: _remaining(job, RunFolder(job.folder).saved_steps) for job in jobs}
+        self._n_jobs, self._n_ended, self._trained = len(jobs), 0, 0
         self._started = time.monotonic()
-        self._all = self._bars.add_task("", total=sum(job.run.config.steps for job in jobs), words="")
+        self._all = self._bars.add_task("", total=sum(self._remaining.values()), words="")
 
     def __enter__(self) -> Display:
         self._bars.start()
         return self
 
     def __exit__(self, *error: object) -> None:
-        for task, _ in self._at_work.values():
+        for task in self._at_work.values():
             self._bars.remove_task(task)
         self._bars.stop()
 
@@ -48,26 +50,31 @@ class Display:
         run = event.job.run
         if event.kind == "progressed":
             steps, words = event.content
-            if run.digest not in self._at_work:  # a resumed run already has steps
-                self._at_work[run.digest] = self._bars.add_task(run.name, total=run.config.steps, words=""), steps
-            task, before = self._at_work[run.digest]
-            self._at_work[run.digest] = task, steps
-            self._trained += steps - before
-            self._bars.update(task, completed=steps, words=words.rstrip(","))
+            if run.digest not in self._at_work:
+                self._at_work[run.digest] = self._bars.add_task(run.name, total=run.config.steps, words="")
+            remaining = _remaining(event.job, steps)
+            self._trained += self._remaining[run.digest] - remaining
+            self._remaining[run.digest] = remaining
+            self._bars.update(self._at_work[run.digest], completed=steps, words=words.rstrip(","))
         else:
             if run.digest in self._at_work:
-                self._bars.remove_task(self._at_work.pop(run.digest)[0])
+                self._bars.remove_task(self._at_work.pop(run.digest))
             if event.kind in ("finished", "failed", "done elsewhere"):
                 self._n_ended += 1
-                self._ended_steps += run.config.steps
+                self._remaining[run.digest] = 0
             line = _line(event, f"{self._n_ended}/{self._n_jobs}")
             self._bars.console.print(line, markup=False, highlight=False, soft_wrap=True)
         self._bars.update(
             self._all,
             description=f"{self._n_ended} of {self._n_jobs} runs",
-            completed=self._ended_steps + sum(steps for _, steps in self._at_work.values()),
+            completed=self._trained,  # without the steps of resumed and failed runs, else the time left is too short
+            total=self._trained + sum(self._remaining.values()),
             words=f"{self._trained / (time.monotonic() - self._started):,.0f} steps/s",
         )
+
+
+def _remaining(job: Job, steps: int) -> int:
+    return max(job.run.config.steps - steps, 0)
 
 
 def _line(event: Event, count: str) -> str:

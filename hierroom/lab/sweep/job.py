@@ -58,17 +58,17 @@ class Job:
         for file in find_module_files(config, self.metas):
             if _loaded_files.setdefault(file.name, file.digest) != file.digest:
                 raise InputError(f"{file.name} changed while the sweep went on; begin the sweep again to load it anew")
-        user_code = user_code_digest(config, self.metas)
+        user_code, variant = user_code_digest(config, self.metas), self.run.identity["variant"]
         if (self.folder / "config.json").is_file():
             if changes := changed_modules(self.folder, config):
                 raise InputError(f"{changes[0]}; move {self.folder} away to train this run with the code as it is now")
             try:
-                trainer, folder = resume(config, self.folder)
+                trainer, folder = resume(config, self.folder, variant)
             except CheckpointError as error:
                 raise InputError(f"{error}; move {self.folder} away to train this run from its beginning") from error
         else:
             try:
-                trainer, folder = begin(config, self.folder, self.run.identity["variant"])
+                trainer, folder = begin(config, self.folder, variant)
             except InputError as error:
                 has_begun = (self.folder / "config.json").is_file()  # in another process, meanwhile
                 if has_begun or (self.folder.is_dir() and RunLock(self.folder).is_held):

@@ -164,7 +164,9 @@ def read_plan(path: Path | None, words: Sequence[str] = ()) -> Plan:
     for one, several in (("seed", "seeds"), ("graph", "graphs")):
         if one in named:
             own.pop(several, None)
-    values = {**_typed(table, where), **_typed(named, "")}
+    overriding = _typed(named, "")
+    values = {**_typed(table, where), **overriding}
+    variants = {name: {entry: one[entry] for entry in one if entry not in overriding} for name, one in variants.items()}
     kinds = {"graphs": str | tuple[str, ...], "seeds": int, "episodes": int, "metas": tuple[str, ...]}
     settings: dict[str, Any] = {name: typed_value(f"{where}{name}", kinds[name], own[name]) for name in own}
     return Plan(values, variants=variants, **settings)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import get_context, resource_tracker
@@ -19,7 +20,7 @@ from hierroom.runs.interrupt import Interrupt
 from hierroom.support.errors import in_one_line
 
 _SPAWN = get_context("spawn")  # a forked process would share torch's threads and the kernels' cache locks
-_SAVING_SECONDS = 60.0  # time for processes to save their runs when the sweep stops
+_SAVING_SECONDS, _ENDING_SECONDS = 60.0, 10.0  # time for processes to save their runs when the sweep stops, and to end
 
 
 @dataclass
@@ -31,7 +32,7 @@ class _Worker:
     @classmethod
     def start(cls) -> _Worker:
         ours, theirs = _SPAWN.Pipe()
-        process = _SPAWN.Process(target=_work, args=(theirs, sys.orig_argv), daemon=True)
+        process = _SPAWN.Process(target=_work, args=(theirs, sys.orig_argv))  # no daemon, as tasks have processes
         with _without_ctrl_c():
             process.start()
         theirs.close()  # so that our end closes when the process ends
@@ -40,14 +41,15 @@ class _Worker:
 
 def work_here(
     jobs: Sequence[Job], processes: int, interrupt: Interrupt, is_done: Callable[[Job], bool]
-) -> Iterator[Event]:
+) -> Generator[Event, None, None]:
     """Do jobs on this machine in order, and yield their events; a request to stop saves the active runs.
 
-    A job is skipped if another process has done it or is doing it.
+    A job is skipped if another process has done it or is doing it. Close the iterator, which ends the processes.
     """
     waiting, tries = deque(jobs), dict.fromkeys((job.run.digest for job in jobs), 1)
-    workers = [_Worker.start() for _ in range(min(processes, len(jobs)))]
+    workers: list[_Worker] = []
     try:
+        workers += (_Worker.start() for _ in range(min(processes, len(jobs))))
         while not interrupt.is_requested and (waiting or any(worker.job for worker in workers)):
             for n, worker in enumerate(workers):
                 if not worker.process.is_alive() and worker.job is None:
@@ -73,6 +75,9 @@ def work_here(
         yield from _stopped(workers)
     finally:
         for worker in workers:
+            worker.connection.close()  # an idle process ends, and ends those of its task
+        for worker in workers:
+            worker.process.join(_ENDING_SECONDS if worker.job is None else 0)
             worker.process.kill()
             worker.process.join()
 
@@ -126,6 +131,7 @@ def _work(connection: Connection, command: list[str]) -> None:
         try:
             job = connection.recv()
         except (EOFError, OSError):  # the sweep has ended or was killed
+            gc.freeze()  # else Python collects garbage at exit, for seconds on a busy machine
             return
         try:
             numbers = job.work(lambda steps, words: connection.send(("progressed", (steps, words))))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -111,17 +112,18 @@ class Sweep:
             while jobs:
                 here = work_here(jobs, processes or n_cores, interrupt, self._is_done)
                 busy = []
-                for event in here if ray is None else work_on_cluster(jobs, ray, interrupt):
-                    run = event.job.run
-                    if event.kind == "finished":
-                        evaluations = RunFolder(event.job.folder).evaluations.read()
-                        if self.table.add(run, event.content, evaluations):
-                            replaced.append(run)
-                    elif event.kind == "failed":
-                        failures.append((run, event.content))
-                    elif event.kind == "busy":
-                        busy.append(event.job)
-                    display.show(event)
+                with closing(here if ray is None else work_on_cluster(jobs, ray, interrupt)) as events:
+                    for event in events:
+                        run = event.job.run
+                        if event.kind == "finished":
+                            evaluations = RunFolder(event.job.folder).evaluations.read()
+                            if self.table.add(run, event.content, evaluations):
+                                replaced.append(run)
+                        elif event.kind == "failed":
+                            failures.append((run, event.content))
+                        elif event.kind == "busy":
+                            busy.append(event.job)
+                        display.show(event)
                 jobs = self._awaited(busy, interrupt)
         return SweepOutcome(tuple(failures), tuple(replaced), interrupt.is_requested)
 

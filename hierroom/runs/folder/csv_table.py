@@ -65,12 +65,12 @@ class CSVTable:
         """Append rows. Missing entries become NaN; a new entry adds a column, with NaN in all earlier rows."""
         if not rows:
             return
-        n_rows, entries = self.n_rows, dict.fromkeys(name for row in rows for name in row)
+        n_rows, entries = self.n_rows, {_short_line(name): name for row in rows for name in row}
         added = [name for name in entries if name not in self._names]
         if self._names and added:
             self._widen(added)
         self._names = names = [*self._names, *added]
-        lines = b"".join(_line([plain_cell(row.get(name, "nan")) for name in names]) for row in rows)
+        lines = b"".join(_line([plain_cell(row.get(entries.get(name, name), "nan")) for name in names]) for row in rows)
         if not self.path.exists() or self.path.stat().st_size == 0:
             n_rows, lines = 0, _line(names) + lines
         append_whole(self.path, lines)
@@ -161,7 +161,7 @@ def _line(entries: Sequence[object]) -> bytes:
 
 
 def _short_line(text: str) -> str:
-    return " ".join(text.splitlines()).encode(errors="backslashreplace").decode()[:_LONGEST_CELL]
+    return " ".join(text.replace("\0", "\n").splitlines()).encode(errors="backslashreplace").decode()[:_LONGEST_CELL]
 
 
 def _entries(line: bytes, *, is_first: bool) -> list[str] | None:

@@ -126,6 +126,11 @@ class RunFolder:
         paths = [path for path in self.checkpoints.glob("*.pt") if path.stem.removesuffix(_INTERRUPTED).isdecimal()]
         return {int(path.stem.removesuffix(_INTERRUPTED)): path for path in sorted(paths)}
 
+    @property
+    def saved_steps(self) -> int:
+        """Return the steps of the newest checkpoint; 0 without one."""
+        return max(self._checkpoint_paths(), default=0)
+
     def _remove_interrupted(self) -> None:
         kept = max(self._checkpoint_paths().items(), default=(0, None))[1]
         for path in self.checkpoints.glob(f"*{_INTERRUPTED}.pt"):
@@ -152,6 +157,7 @@ class RunFolder:
         self.refuse_foreign()
         remove_unfinished(self.path)
         self._remove_interrupted()
+        self.checkpoints.mkdir(exist_ok=True)  # git and some archives leave out an empty folder
 
     @property
     def is_untrained(self) -> bool:
@@ -165,10 +171,14 @@ class RunFolder:
             raise InputError(f"{self.path} has no checkpoint in {self.checkpoints.name}/")
         if steps is not None and steps not in paths:
             raise InputError(f"{self.path} has checkpoints after {', '.join(map(str, paths))} steps, not {steps}")
-        path = paths[max(paths) if steps is None else steps]
+        steps = max(paths) if steps is None else steps
+        path = paths[steps]
         content = read_bytes(path, MOST_STATE, "the checkpoint ")
         try:
-            return checkpoint.from_bytes(content)
+            state = checkpoint.from_bytes(content)
+            if state["steps"] != steps:
+                raise InputError(f"is one after {state['steps']:,} steps, and has been renamed")
+            return state
         except InputError as error:
             newest, *others = sorted(paths.values(), reverse=True)
             is_alone = not others or path != newest or isinstance(error, checkpoint.OtherFormatError)
