@@ -127,7 +127,7 @@ def test_evaluations_that_lack_graphs_are_reported(tmp_path, compare):
     assert row("compare/summary.csv", graph="all")["steps"] == "500000"
 
 
-def test_graph_met_in_a_single_evaluation_is_not_compared(tmp_path, compare):
+def test_graph_met_in_a_single_evaluation_is_not_compared(tmp_path, compare, refused):
     compare(make_sparse_run(tmp_path / "whole"))
     assert "b" in {one["graph"] for one in rows("compare/summary.csv")}
     printed = compare(make_sparse_run(tmp_path / "once", (0, "b"), (10**5, "b"), (10**6, "b")))
@@ -135,6 +135,10 @@ def test_graph_met_in_a_single_evaluation_is_not_compared(tmp_path, compare):
     assert {one["graph"]: one["steps"] for one in rows("compare/summary.csv")} == dict.fromkeys(
         ["all", "a", "c"], "1000000"
     )
+    apart = make_sparse_run(tmp_path / "apart", *[(steps, graph) for steps in (10**5, 10**6) for graph in "abc"])
+    table = apart / "evaluations.csv"
+    table.write_text("".join(one for n, one in enumerate(table.read_text().splitlines(True)) if n in (0, 1, 5)))
+    refused("apart was evaluated up to 0 steps only", apart)  # graph a at step 0, b later
 
 
 def test_run_alone_with_its_graphs_leaves_no_interval(tmp_path, compare):

@@ -46,9 +46,9 @@ def _on_start(runs: Sequence[EvaluatedRun], comparison: Comparison) -> Iterable[
 
 
 def _on_lengths(runs: Sequence[EvaluatedRun], end: float) -> Iterable[str]:
-    unfinished = [run for run in runs if not run.is_finished]
+    unfinished = [run for run in runs if run.evaluated_steps < run.entries["steps"]]
     if unfinished:
-        texts = [f"{run.path} ({run.last_steps:,.0f} of {run.entries['steps']:,} steps)" for run in unfinished]
+        texts = [f"{run.path} ({run.evaluated_steps:,.0f} of {run.entries['steps']:,} steps)" for run in unfinished]
         yield f"unfinished: {shortened(texts, _SHOWN)}"
     planned = [run.entries["steps"] for run in runs]
     if min(planned) < max(planned):

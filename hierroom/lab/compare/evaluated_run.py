@@ -45,9 +45,9 @@ class EvaluatedRun:
         return next((kind for kind in ("task", "layout") if self.entries.get(kind)), "graph")
 
     @property
-    def is_finished(self) -> bool:
-        """Whether its evaluations, of whatever graphs, go on to the end of its training."""
-        return max(float(row["steps"]) for row in self.rows) >= self.entries["steps"]
+    def evaluated_steps(self) -> float:
+        """Steps trained at the last evaluation, of whatever graphs."""
+        return max(float(row["steps"]) for row in self.rows)
 
     @property
     def first_steps(self) -> float:
@@ -154,10 +154,9 @@ def read_run(path: Path) -> EvaluatedRun:
     config, rows = folder.config(), _evaluations(folder)
     numbers, curves = ["steps", "episodes", *METRICS], {}
     table = pd.DataFrame(rows, dtype=object)[["graph", *numbers]].astype(dict.fromkeys(numbers, float))
-    for graph, own in table.groupby("graph", sort=False):
+    is_curve = table.groupby("graph")["steps"].transform("size") > 1
+    for graph, own in (table[is_curve] if is_curve.any() else table).groupby("graph", sort=False):
         steps = own["steps"].to_numpy()
-        if len(own) == 1 < table["steps"].nunique():
-            continue
         if not (np.diff(steps) > 0).all() or not np.isfinite(steps).all():
             raise InputError(f"{path / _TABLE} is broken: the steps of graph {graph} do not increase from row to row")
         curves[graph] = {name: Curve(steps, own[name].to_numpy()) for name in METRICS}
