@@ -18,7 +18,7 @@ from hierroom.support.tables import named_table, print_table
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from hierroom.runs.evaluation import Evaluation
+    from hierroom.runs.evaluation import Evaluation, Score
 
 MOST_EPISODES = 1000
 """The most episodes to play by default."""
@@ -72,15 +72,15 @@ def main(argv: Sequence[str]) -> int:
     if arguments.json:
         print(to_json({name: asdict(result) for name, result in results.items()}))
         return 0
-    graphs, n_known = results["sampled"].graphs, len(turns["sampled"].world.variants)
-    what = turns["sampled"].config.kind
-    where = f"{what} {next(iter(graphs))}" if n_known == 1 else f"{len(graphs)} {what}s"
-    if n_known > len(graphs):
-        where = f"{len(graphs)} of {n_known} {what}s (the others had no episode)"
+    known, what = turns["sampled"].world.variants, turns["sampled"].config.kind
+    graphs = [name for name in known if any(name in result.graphs for result in results.values())]
+    where = f"{what} {graphs[0]}" if len(known) == 1 else f"{len(graphs)} {what}s"
+    if len(known) > len(graphs):
+        where = f"{len(graphs)} of {len(known)} {what}s (the others had no episode)"
     print(f"{arguments.run} on {where}")
     print_table(_table(results))
     if len(graphs) > 1:
-        print_table(_graph_table(results, what))
+        print_table(_graph_table(results, graphs, what))
     return 0
 
 
@@ -93,9 +93,9 @@ def _table(results: Mapping[str, Evaluation]) -> Table:
         "length / shortest, successes": lambda r: _number(r.length_over_shortest, ".2f"),
         "return of the controller": lambda r: f"{r.mean_return:.2f}",
     }
-    for goal in results["sampled"].steps_to_goals:
+    for goal in dict.fromkeys(goal for result in results.values() for goal in result.steps_to_goals):
         texts[f"steps to {goal}"] = lambda r, g=goal: (
-            f"{_number(r.steps_to_goals[g][1])} ({r.steps_to_goals[g][0]:.1%})"
+            f"{_number(r.steps_to_goals[g][1])} ({r.steps_to_goals[g][0]:.1%})" if g in r.steps_to_goals else "-"
         )
     rows = ([label, *map(text, results.values())] for label, text in texts.items())
     return named_table(["", *(f"{name} actions" for name in results)], rows, box=HEAVY_HEAD, padding=(0, 1))
@@ -105,13 +105,13 @@ def _number(value: float, style: str = ".1f") -> str:
     return "-" if math.isnan(value) else format(value, style)
 
 
-def _graph_table(results: Mapping[str, Evaluation], kind: str) -> Table:
-    rows = []
-    for graph, score in results["sampled"].graphs.items():
-        rows.append([graph, str(score.episodes)])
-        for result in results.values():
-            own = result.graphs[graph]
-            interval = "{:.0%}-{:.0%}".format(*own.success_interval)
-            rows[-1] += [f"{own.success_rate:.1%}", interval, f"{own.length:.0f}"]
-    headings = [f"{name}\n{what}" for name in results for what in ("success", "interval", "length")]
-    return named_table([kind, "episodes", *headings], rows)
+def _graph_table(results: Mapping[str, Evaluation], graphs: Sequence[str], kind: str) -> Table:
+    def cells(score: Score | None) -> list[str]:
+        if score is None:  # a player that fails stops early, perhaps before its first episode there
+            return ["0", "-", "-", "-"]
+        low, high = score.success_interval
+        return [str(score.episodes), f"{score.success_rate:.1%}", f"{low:.0%}-{high:.0%}", f"{score.length:.0f}"]
+
+    rows = [[name, *(cell for one in results.values() for cell in cells(one.graphs.get(name)))] for name in graphs]
+    headings = [f"{name}\n{what}" for name in results for what in ("episodes", "success", "interval", "length")]
+    return named_table([kind, *headings], rows)

@@ -105,6 +105,50 @@ def test_unfinished_run_limits_the_compared_steps(runs, compare):
     assert (found["steps_to_50"], found["reached_50"]) == ("", "0.0")  # 0.8 is there after 625,000
 
 
+def make_sparse_run(path, *missing, seed=0):
+    """Make a run on graphs a to c whose evaluations lack some of them, as (steps, graph)."""
+    make_run(path, dict.fromkeys("abc", line(0.8)), (0, 10**5, 5 * 10**5, 10**6), graph=("a", "b", "c"), seed=seed)
+    lines = (path / "evaluations.csv").read_text().splitlines(keepends=True)
+    left = [
+        one for one in lines if not any(one.startswith(f"{steps},") and f",{graph}," in one for steps, graph in missing)
+    ]
+    (path / "evaluations.csv").write_text("".join(left))
+    return path
+
+
+def test_evaluations_that_lack_graphs_are_reported(tmp_path, compare):
+    late = make_sparse_run(tmp_path / "late", (0, "a"), seed=0)
+    printed = compare(late, make_sparse_run(tmp_path / "whole", seed=1))
+    assert f"compared from 100,000 steps on, as earlier evaluations of {late} lack some of its graphs" in printed
+    assert float(row("compare/summary.csv", graph="all")["auc_mean"]) == pytest.approx((0.08 + 0.8) / 2)
+    printed = compare(early := make_sparse_run(tmp_path / "early", (10**6, "b")))
+    assert f"compared up to 500,000 steps, the end of {early}" not in printed
+    assert "unfinished" not in printed
+    assert row("compare/summary.csv", graph="all")["steps"] == "500000"
+
+
+def test_graph_met_in_a_single_evaluation_is_not_compared(tmp_path, compare, refused):
+    compare(make_sparse_run(tmp_path / "whole"))
+    assert "b" in {one["graph"] for one in rows("compare/summary.csv")}
+    printed = compare(make_sparse_run(tmp_path / "once", (0, "b"), (10**5, "b"), (10**6, "b")))
+    assert "not compared, as no run met it in two evaluations: graph b" in printed
+    assert {one["graph"]: one["steps"] for one in rows("compare/summary.csv")} == dict.fromkeys(
+        ["all", "a", "c"], "1000000"
+    )
+    apart = make_sparse_run(tmp_path / "apart", *[(steps, graph) for steps in (10**5, 10**6) for graph in "abc"])
+    table = apart / "evaluations.csv"
+    table.write_text("".join(one for n, one in enumerate(table.read_text().splitlines(True)) if n in (0, 1, 5)))
+    refused("apart was evaluated up to 0 steps only", apart)  # graph a at step 0, b later
+
+
+def test_run_alone_with_its_graphs_leaves_no_interval(tmp_path, compare):
+    every = [(steps, "b") for steps in (0, 10**5, 5 * 10**5, 10**6)]
+    paths = [make_sparse_run(tmp_path / f"{seed}", *every * (seed == 2), seed=seed) for seed in range(5)]
+    assert f"no interval over all graphs: no other run has exactly those of {paths[2]}" in compare(*paths)
+    assert row("compare/summary.csv", graph="all")["final_iqm_low"] == ""
+    assert row("compare/summary.csv", graph="b")["final_iqm_low"] == "0.8"
+
+
 def test_unequal_lengths_and_episodes_are_reported(runs, compare):
     path = make_run(runs / "random-9", {"c": line(0.8)}, (0, 10**6), episodes=50, meta="random", seed=9)
     text = (path / "config.json").read_text()

@@ -116,6 +116,15 @@ def test_graph_missing_from_a_group_has_curves(tmp_path):
     assert found == {("fixed-dfs", "a", 1), ("random", "a", 1), ("random", "b", 1)}
 
 
+def test_single_run_with_sparse_evaluations_has_a_note(tmp_path):
+    path = make_run(tmp_path / "run", {"a": line(0.5), "c": line(0.8)}, graph=("a", "c"))
+    lines = (path / "evaluations.csv").read_text().splitlines(keepends=True)
+    (path / "evaluations.csv").write_text("".join([lines[0], *lines[2:]]))  # without graph a at step 0
+    assert compare_runs(read_runs([path])[0], None).notes == [
+        f"compared from 10,000 steps on, as earlier evaluations of {path} lack some of its graphs"
+    ]
+
+
 def test_report_pairs_steps_to_success_with_complexity(tmp_path, capsys):
     for graph, end, start, drops in (("a", 1.0, 0.0, False), ("c", 0.4, 0.0, False), ("a", 1.0, 1.0, True)):
         make_run(tmp_path / "in" / f"{graph}{drops}", {graph: line(end, start)}, drop_key=drops)

@@ -205,6 +205,18 @@ def test_graph_subgoal_probabilities_and_value_follow_the_step(reader):
     assert reader.ask(f"byId('subgoals').children[{n - 1}].firstChild.getAttribute('aria-current')") == "true"
 
 
+def test_exit_label_covers_no_key(reader):
+    reader.ask(
+        "Object.assign(DATA.replays[0].episodes[0], {colours: [0, 1], graph: "
+        "{name: '', key_rooms: [0, 1], exit_room: 1, places: [[0, 0], [0, 1], [0, 2]]}})"
+    )
+    reader.click("forward")
+    box = "getBoundingClientRect()"
+    label = reader.ask(f"[...byId('graph').querySelectorAll('text')].find((one) => one.textContent === 'exit').{box}")
+    key = reader.ask(f"document.querySelector('#graph .key[data-room=\"2\"]').{box}")
+    assert label["left"] >= key["right"] or label["bottom"] <= key["top"]
+
+
 def test_choosing_an_episode_restarts_the_replay(reader):
     said = reader.text("replay-said")
     reader.click("forward")
@@ -250,6 +262,53 @@ def test_charts_are_drawn_zoomed_and_toggled(reader):
     assert reader.ask("byId('complexity-chart').layout.xaxis.title.text") == "exit depth"
     depths = reader.ask("byId('complexity-chart').data.map((trace) => trace.x).flat()")
     assert sorted(depths) == [2, 2]
+
+
+def test_goal_names_are_text_in_the_chart(reader):
+    name = '<a href="https://example.org">key</a> 1'
+    reader.browser.execute_script("DATA.goals[0].training = {steps: [1, 2], shares: {[arguments[0]]: [0, 1]}}", name)
+    reader.choose("goal-mode", "training")
+    assert reader.ask("document.querySelector('#goal-chart .legend').textContent") == name
+    assert reader.ask("document.querySelectorAll('#goal-chart .legend a').length") == 0
+
+
+def test_many_goals_have_different_lines(reader):
+    reader.ask(
+        "DATA.goals[0].training = {steps: [1, 2], shares: "
+        "Object.fromEntries([...Array(24).keys()].map((n) => [`item ${n}`, [0, 1]]))}"
+    )
+    reader.choose("goal-mode", "training")
+    lines = reader.ask("byId('goal-chart').data.map((trace) => trace.line.color + trace.line.dash)")
+    assert len({*lines}) == 24
+
+
+def test_eight_groups_differ_on_dark_pages(browser, tmp_path):
+    for n in range(8):
+        evaluated_runs.make_run(tmp_path / "in" / str(n), {"a": evaluated_runs.line(1 - n / 100)}, gamma=0.9 + n / 100)
+    main([str(tmp_path / "in"), "--replays", "0", "--out", str(tmp_path / "report.html")])
+    reader = Reader(browser, tmp_path / "report.html", scheme="dark")
+    ink = reader.ask("colourOf('ink')")
+    assert ink in reader.ask("byId('learning-chart').data.map((trace) => trace.line.color)")
+    marks = reader.ask("byId('complexity-chart').data.map((trace) => trace.marker.color + trace.marker.symbol[0])")
+    assert len({*marks}) == 8
+    assert ink in {mark[:7] for mark in marks}
+    marks = "byId('complexity-chart').data.map((trace) => [trace.marker.symbol[0], trace.y[0]])"
+    open_marks = [height for symbol, height in reader.ask(marks) if symbol == "triangle-up-open"]
+    assert len({*open_marks}) == len(open_marks) > 1
+    reader.assert_quiet()
+
+
+def test_single_run_on_many_graphs_has_no_bands(browser, tmp_path):
+    curves = dict.fromkeys("abc", evaluated_runs.line(1.0))
+    evaluated_runs.make_run(tmp_path / "run", curves, graph=("a", "b", "c"))
+    main([str(tmp_path / "run"), "--replays", "0", "--out", str(tmp_path / "report.html")])
+    reader = Reader(browser, tmp_path / "report.html")
+    assert reader.ask("byId('learning-chart').data.some((trace) => trace.fill)") is False
+    assert reader.text("learning-said").startswith("Thick lines")
+    reader.choose("curve-graph", "a")
+    assert reader.ask("byId('learning-chart').data.some((trace) => trace.fill)") is True
+    assert "(Wilson)" in reader.text("learning-said")
+    reader.assert_quiet()
 
 
 def test_theme_button_switches_dark_and_light(browser, report):

@@ -168,6 +168,16 @@ def test_evaluate_prints_a_table_and_json(trained, capsys):
         assert set(results[name]["steps_to_goals"]) == {"key 1", "door 1", "exit"}
 
 
+def test_evaluate_shows_graphs_that_one_player_met(monkeypatch, capsys):
+    """The greedy player fails more often, stops earlier, and has no episode on some graphs."""
+    monkeypatch.setattr(evaluate, "MOST_EPISODES", 40)
+    monkeypatch.setenv("COLUMNS", "150")
+    assert evaluate.main(["a", "--graph", "rooms:6", "--num-envs", "10"]) == 0
+    lines = [line.split() for line in capsys.readouterr().out.splitlines() if " keys-" in line]
+    assert [sum(int(line[column]) for line in lines) for column in (1, 5)] == [40, 30]  # sampled, greedy
+    assert any(line[5:] == ["0", "-", "-", "-"] for line in lines)
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -21,6 +22,7 @@ def caveats(comparison: Comparison) -> list[str]:
     runs = [run for group in groups for run in group.runs]
     lines = [
         *describe_differences(groups, comparison.by),
+        *_on_start(runs, comparison),
         *_on_lengths(runs, comparison.summaries[0].steps[-1]),
         *_on_graphs(groups, tasks),
         *_on_seeds(groups, tasks),
@@ -35,10 +37,18 @@ def caveats(comparison: Comparison) -> list[str]:
     return lines
 
 
+def _on_start(runs: Sequence[EvaluatedRun], comparison: Comparison) -> Iterable[str]:
+    tasks, metric, start = comparison.tasks, comparison.metric, comparison.summaries[0].steps[0]
+    if min(float(row["steps"]) for run in runs for row in run.rows) < start:
+        firsts = {run.path: [tasks.curve(run, graph, metric).steps[0] for graph in tasks.on(run)] for run in runs}
+        latest = next(path for path, steps in firsts.items() if start in steps)
+        yield f"compared from {start:,.0f} steps on, as earlier evaluations of {latest} lack some of its {tasks.kind}s"
+
+
 def _on_lengths(runs: Sequence[EvaluatedRun], end: float) -> Iterable[str]:
-    unfinished = [run for run in runs if run.last_steps < run.entries["steps"]]
+    unfinished = [run for run in runs if run.evaluated_steps < run.entries["steps"]]
     if unfinished:
-        texts = [f"{run.path} ({run.last_steps:,.0f} of {run.entries['steps']:,} steps)" for run in unfinished]
+        texts = [f"{run.path} ({run.evaluated_steps:,.0f} of {run.entries['steps']:,} steps)" for run in unfinished]
         yield f"unfinished: {shortened(texts, _SHOWN)}"
     planned = [run.entries["steps"] for run in runs]
     if min(planned) < max(planned):
@@ -67,16 +77,23 @@ def _on_graphs(groups: Sequence[Group], tasks: Tasks) -> Iterable[str]:
         yield f"the groups have no {tasks.called} in common: {why}"
     elif left_out := sorted(set.union(*graphs_of(groups)) - set(tasks.graphs)):
         yield f"left out, as not every group has it: {tasks.kind} {shortened(left_out, _SHOWN)}"
+    met = {row["graph"] for group in groups for run in group.runs for row in run.rows}
+    if once := sorted(met - set.union(*graphs_of(groups))):
+        yield f"not compared, as no run met it in two evaluations: {tasks.kind} {shortened(once, _SHOWN)}"
 
 
 def _on_seeds(groups: Sequence[Group], tasks: Tasks) -> Iterable[str]:
     few = []
     for group in groups:
         counts = {graph: sum(graph in tasks.on(run) for run in group.runs) for graph in tasks.graphs}
+        alike = Counter(filter(None, map(tasks.on, group.runs)))  # numbers of runs that are resampled together
         single = [graph for graph, count in counts.items() if count == 1]
         if single:
             where = "" if len(counts) == 1 else f" on {tasks.kind} {shortened(single, _SHOWN)}"
             yield f"{group.label} has a single run{where}: no interval, as nothing tells how much seeds differ"
+        elif 1 in alike.values():
+            path = next(run.path for run in group.runs if alike[tasks.on(run)] == 1)
+            yield f"{group.label} has no interval over all {tasks.kind}s: no other run has exactly those of {path}"
         elif min(counts.values()) < _FEW_RUNS:
             few.append(f"{group.label} ({min(counts.values())})")
         if len(set(counts.values())) > 1:

@@ -34,7 +34,7 @@ class EvaluatedRun:
     entries: Mapping[str, Any]  # see `entries_of`
     meta: str
     reward: str  # the controller's reward
-    curves: Mapping[str, Mapping[str, Curve]]  # by goal graph and metric
+    curves: Mapping[str, Mapping[str, Curve]]  # by goal graph and metric; see `read_run`
     episodes: frozenset[int]  # the different numbers of episodes of its evaluations, over all graphs
     user_graphs: Mapping[str, object]  # by name, what identifies each user-defined goal graph or layout
     code: Mapping[str, frozenset[str]]  # see `provenance.code_of`
@@ -43,6 +43,11 @@ class EvaluatedRun:
     def kind(self) -> str:
         """The source of its levels: ``task``, ``layout`` or ``graph``."""
         return next((kind for kind in ("task", "layout") if self.entries.get(kind)), "graph")
+
+    @property
+    def evaluated_steps(self) -> float:
+        """Steps trained at the last evaluation, of whatever graphs."""
+        return max(float(row["steps"]) for row in self.rows)
 
     @property
     def first_steps(self) -> float:
@@ -140,12 +145,17 @@ def _has_curve(path: Path) -> bool:
 
 
 def read_run(path: Path) -> EvaluatedRun:
-    """Read the config and the evaluations of a run."""
+    """Read the config and the evaluations of a run.
+
+    Evaluations of failing agents have fewer episodes, and of many graphs not each has one: a graph that was met in only
+    one of several evaluations has no curve.
+    """
     folder = RunFolder.open(path)
     config, rows = folder.config(), _evaluations(folder)
     numbers, curves = ["steps", "episodes", *METRICS], {}
     table = pd.DataFrame(rows, dtype=object)[["graph", *numbers]].astype(dict.fromkeys(numbers, float))
-    for graph, own in table.groupby("graph", sort=False):
+    is_curve = table.groupby("graph")["steps"].transform("size") > 1
+    for graph, own in (table[is_curve] if is_curve.any() else table).groupby("graph", sort=False):
         steps = own["steps"].to_numpy()
         if not (np.diff(steps) > 0).all() or not np.isfinite(steps).all():
             raise InputError(f"{path / _TABLE} is broken: the steps of graph {graph} do not increase from row to row")

@@ -75,7 +75,8 @@ def summary_table(comparison: Comparison) -> Table:
     where = f"{kind}s of their own" if graphs == (OWN,) else where
     title = escape(f"{metric.label} on {where}, by {', '.join(comparison.by)}")
     caption = f"interquartile means with 95% intervals{'' if metric.is_higher_better else ', less is better'}"
-    caption += "; steps until the success rate is that high, medians of the runs"
+    caption += f"; steps until the success rate is that high, medians over runs{f' and {kind}s' * (len(graphs) > 1)}"
+    caption += f" (>{steps_text(end)}: half or fewer got there, -: none)"
     levels = [f"steps to\n{level:.0%}" for level in SUCCESS_LEVELS]
     unit = "%" if metric.is_rate else ""
     shown = partial(_with_interval, digits=metric.digits, gap="\n", scale=metric.scale, unit=unit)

@@ -61,8 +61,9 @@ def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable
         if str(run.path) not in group_of:
             group_of[str(run.path)] = len(labels)
             labels.append(run.name)
-    notes = caveats(comparisons[0]) if len(evaluated) > 1 else []
-    notes = [note for note in notes if not note.startswith("left out")]
+    notes = [note for note in caveats(comparisons[0]) if not note.startswith("left out")]
+    if len(evaluated) == 1:
+        notes = [note for note in notes if note.startswith(("compared", "not compared"))]
     return Curves(labels, group_of, tuple(groups[0].choices), comparisons, notes)
 
 
@@ -144,7 +145,6 @@ def goal_row(evaluation: Evaluation) -> dict[str, Any]:
         "length": evaluation.length,
         "over_shortest": evaluation.length_over_shortest,
         "goals": goals,
-        "graphs": {name: [score.success_rate, score.length] for name, score in evaluation.graphs.items()},
     }
 
 

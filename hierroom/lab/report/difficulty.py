@@ -36,7 +36,7 @@ def complexities(runs: Sequence[ReportedRun], rules: Mapping[str, Rules]) -> tup
             notes.append(f"no complexity of {name if name in rules else f'graph {name}'}: {error}")
             continue
         values = dict(zip(MEASURES, rounded(measures), strict=True))
-        rows.append({"name": name, "label": graph_label(name, drop_key), "drop_key": drop_key, "measures": values})
+        rows.append({"label": graph_label(name, drop_key), "measures": values})
     return rows, notes
 
 
@@ -51,7 +51,6 @@ def learning_points(curves: Curves) -> list[dict[str, Any]]:
         {
             "group": group,
             "graph": summary.graph,
-            "drop_key": drop_key,
             "label": graph_label(summary.graph, drop_key),
             "n": summary.n_runs,
             "steps_to": {f"{100 * level:.0f}": rounded([summary.steps_to[level]])[0] for level in SUCCESS_LEVELS},

@@ -20,7 +20,7 @@ from hierroom.lab.report.curves import rounded
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.support.animation import gif
 from hierroom.turns.records import CONTROLLER, META
-from hierroom.worlds.escape_room.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, UNSEEN, WALL
+from hierroom.worlds.escape_room.constants import EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, UNSEEN, WALL
 from hierroom.worlds.escape_room.render import view_of
 from hierroom.worlds.escape_room.replayer import ACTION_NAMES
 from hierroom.worlds.escape_room.rooms import rooms_of
@@ -29,7 +29,6 @@ LETTERS = "0123456789abcdefghijklmnopqrstuvwxyz"  # tile codes on the page, from
 TILES = {
     "letters": LETTERS,
     "unseen": UNSEEN,
-    "empty": EMPTY,
     "exit": EXIT,
     "key": KEY,
     "open_door": OPEN_DOOR,
@@ -94,7 +93,6 @@ def replay(
         "size": size,
         "limit": int(first.max_steps),
         "success": episode.success,
-        "shortest": episode.shortest,
         "colours": colours,
         "tiles": _letters(tiles[0]),
         "changes": [
@@ -105,7 +103,6 @@ def replay(
         "cols": (levels["col"] - MARGIN).tolist(),
         "directions": levels["direction"].tolist(),
         "keys": levels["keys"].tolist(),
-        "found": levels["found"].tolist(),
         "doors": levels["doors"].tolist(),
         "rooms": rooms_of(levels, episode.start.maps).tolist(),
         "actions": episode.actions.tolist(),

@@ -17,6 +17,9 @@
 
   /** Plotly reads tags in names; names are to be read as they are. */
   const plain = (text) => String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
+  const DASHES = ["solid", "dot", "dashdot", "longdash"], SYMBOLS = ["circle", "square", "diamond", "cross"];
+  /** The colour of a group; black would not be seen on the dark page. */
+  const groupPaint = (number) => DATA.groups[number].colour === "#000000" ? colourOf("ink") : DATA.groups[number].colour;
   const faded = (colour, alpha) => colour + Math.round(255 * alpha).toString(16).padStart(2, "0");
   const isNarrow = () => innerWidth < 640;
   const CONFIG = { responsive: true, displaylogo: false, modeBarButtons: [["zoom2d", "pan2d", "zoomIn2d", "zoomOut2d", "resetScale2d", "toImage"]] };
@@ -56,35 +59,36 @@
       const graph = byId("curve-graph").value, over = byId("over").value, hasBands = byId("bands").checked;
       const scale = metric.is_rate ? 100 : 1, traces = [], single = [];  // single runs lie below
       const scaled = (values) => values.map((value) => value === null ? null : value * scale);
-      const group = (number) => DATA.groups[number];
       const band = (x, lows, highs, number, key, into) => {
         if (!hasBands || !lows.some((low) => low !== null)) return;
         const shared = { x, legendgroup: key, showlegend: false, hoverinfo: "skip", mode: "lines", line: { width: 0 } };
-        into.push({ ...shared, y: scaled(lows) }, { ...shared, y: scaled(highs), fill: "tonexty", fillcolor: faded(group(number).colour, .18) });
+        into.push({ ...shared, y: scaled(lows) }, { ...shared, y: scaled(highs), fill: "tonexty", fillcolor: faded(groupPaint(number), .18) });
       };
       let n = 0;
       for (const curve of over === "seconds" ? [] : DATA.curves.filter((one) => one.metric === metric.name && one.graph === graph)) {
-        const { label, colour, dash } = group(curve.group), key = `group${curve.group}`;
+        const { label, dash } = DATA.groups[curve.group], key = `group${curve.group}`;
         band(curve.steps, curve.lows, curve.highs, curve.group, key, traces);
-        traces.push({ x: curve.steps, y: scaled(curve.values), name: plain(`${label} (${curve.n} run${curve.n === 1 ? "" : "s"})`), legendgroup: key, mode: "lines", line: { color: colour, dash, width: 2.5 } });
+        traces.push({ x: curve.steps, y: scaled(curve.values), name: plain(`${label} (${curve.n} run${curve.n === 1 ? "" : "s"})`), legendgroup: key, mode: "lines", line: { color: groupPaint(curve.group), dash, width: 2.5 } });
         n += 1;
       }
-      const isLonely = DATA.runs.length === 1;
+      const namesOf = (run) => graph === "all" ? Object.keys(run.graphs) : [graph].filter((name) => name in run.graphs);
+      const isLonely = DATA.runs.length === 1, isSingle = DATA.runs.every((run) => namesOf(run).length <= 1);
+      const hasWilson = metric.name === "success_rate" && isSingle && (isLonely || !n && DATA.runs.length <= 6);
       if (byId("single").checked || over === "seconds" || !n || isLonely) for (const run of DATA.runs) {
-        const names = graph === "all" ? Object.keys(run.graphs) : [graph].filter((name) => name in run.graphs);
+        const names = namesOf(run);
         for (const name of names) {
           const own = run.graphs[name], x = over === "seconds" ? own.seconds : own.steps, key = `${run.name} ${name}`;
-          if (metric.name === "success_rate" && (isLonely || !n && DATA.runs.length <= 6)) band(x, own.success_low, own.success_high, run.group, key, single);
+          if (hasWilson) band(x, own.success_low, own.success_high, run.group, key, single);
           const title = names.length > 1 ? `${run.name}, ${DATA.kind} ${name}` : run.name;
           const isFew = DATA.runs.length <= 8;
-          single.push({ x, y: scaled(own[metric.name]), name: plain(title), legendgroup: key, mode: isFew ? "lines+markers" : "lines", marker: { size: 4 }, line: { color: faded(group(run.group).colour, isLonely || !n ? 1 : isFew ? .45 : .25), width: n ? 1 : 2 }, showlegend: n ? isFew && (!isLonely || names.length > 1) : true });
+          single.push({ x, y: scaled(own[metric.name]), name: plain(title), legendgroup: key, mode: isFew ? "lines+markers" : "lines", marker: { size: 4 }, line: { color: faded(groupPaint(run.group), !n || isLonely && isSingle ? 1 : isFew ? .45 : .25), width: n ? 1 : 2 }, showlegend: n ? isFew && (!isLonely || names.length > 1) : true });
         }
       }
       const xaxis = over === "seconds" ? { title: "seconds of training" } : { title: "training steps", type: over === "log" ? "log" : "linear" };
       draw("learning-chart", [...single, ...traces], xaxis, { title: metric.is_rate ? `${metric.label} (%)` : metric.label, ...(metric.is_rate ? { range: [-2, 103] } : {}) });
-      byId("learning-said").textContent = isLonely
+      byId("learning-said").textContent = isLonely && hasWilson
         ? "The band is the 95% interval (Wilson) of the success rate from the episodes of each evaluation."
-        : n ? "Thick lines are interquartile means over the runs of a group, bands their 95% stratified bootstrap intervals; a single run has none." : "Each line is a run.";
+        : n ? "Thick lines are interquartile means over the runs of a group (all together: and over the graphs), bands their 95% stratified bootstrap intervals; a single run has none." : "Each line is a run.";
     });
   }
 
@@ -97,16 +101,20 @@
         const row = DATA.goals[byId("goal-run").value];
         const shares = row.training ? inOrder(Object.keys(row.training.shares)).map((name) => [name, row.training.shares[name]]) : [];
         const paints = ["#0072B2", "#D55E00", "#CC79A7", "#E69F00", "#56B4E9", "#8c6d5a"];
-        draw("goal-chart", shares.map(([name, values], at) => ({ x: row.training.steps, y: values.map((value) => 100 * value), name, mode: "lines", line: { color: name === "exit" ? colourOf("good") : paints[(Number(name.split(" ")[1]) - 1) % paints.length] ?? paints[at % paints.length], dash: name.startsWith("door") ? "dash" : "solid", width: 2 } })),
+        draw("goal-chart", shares.map(([name, values], at) => {
+          const [, kind, number] = /^(key|door) (\d+)$/.exec(name) ?? [], index = kind ? number - 1 : at;
+          const line = { color: name === "exit" ? colourOf("good") : paints[index % paints.length], dash: kind === "door" ? "dash" : DASHES[Math.floor(index / paints.length) % DASHES.length], width: 2 };
+          return { x: row.training.steps, y: values.map((value) => 100 * value), name: plain(name), mode: "lines", line };
+        }),
           { title: "training steps" }, { title: "episodes that achieve it (%)", range: [-2, 103] });
         byId("goal-said").textContent = row.training ? "Episodes of training, as they were played: each point is the mean over at least ten of them." : "This run has no table of its training's episodes, or too few rows (fewer than 20).";
         return;
       }
       draw("goal-chart", DATA.goals.map((row, index) => ({
-        type: "bar", name: plain(row.run), x: row.goals.map((goal) => goal.name), marker: { color: faded(DATA.groups[row.group].colour, Math.max(.3, .95 - .14 * DATA.goals.filter((other, at) => at < index && other.group === row.group).length)) },
+        type: "bar", name: plain(row.run), x: row.goals.map((goal) => plain(goal.name)), marker: { color: faded(groupPaint(row.group), Math.max(.3, .95 - .14 * DATA.goals.filter((other, at) => at < index && other.group === row.group).length)) },
         y: row.goals.map((goal) => mode === "share" ? 100 * goal.share : goal.mean_step),
-        hovertext: row.goals.map((goal) => `${plain(row.run)}<br>${goal.name}: ${goal.mean_step === null ? "never" : goal.mean_step.toFixed(1) + " steps"}, ${(100 * goal.share).toFixed(1)}% of episodes`), hoverinfo: "text",
-      })), { title: "", categoryorder: "array", categoryarray: inOrder(DATA.goals.flatMap((row) => row.goals.map((goal) => goal.name))) }, mode === "share" ? { title: "episodes that achieve it (%)", range: [0, 103] } : { title: "mean step", rangemode: "tozero" });
+        hovertext: row.goals.map((goal) => `${plain(row.run)}<br>${plain(goal.name)}: ${goal.mean_step === null ? "never" : goal.mean_step.toFixed(1) + " steps"}, ${(100 * goal.share).toFixed(1)}% of episodes`), hoverinfo: "text",
+      })), { title: "", categoryorder: "array", categoryarray: inOrder(DATA.goals.flatMap((row) => row.goals.map((goal) => goal.name))).map(plain) }, mode === "share" ? { title: "episodes that achieve it (%)", range: [0, 103] } : { title: "mean step", rangemode: "tozero" });
       byId("goal-said").textContent = `Played for this report by the newest checkpoints with ${DATA.is_greedy ? "the most probable" : "sampled"} actions, ${DATA.goals[0].episodes} episodes each, on levels that training never sees.`;
     });
   }
@@ -119,16 +127,17 @@
       const at = Object.fromEntries(DATA.complexity.map((row) => [row.label, row.measures[measure]]));
       const isLog = byId("log-steps").checked;
       const isOpen = (point) => point.steps_to[level] === null, isFirst = (point) => isLog && point.steps_to[level] === 0;
-      const steps = (point) => isOpen(point) ? 1.25 * point.last : point.steps_to[level];
+      const steps = (point) => isOpen(point) ? 1.25 * 1.07 ** point.group * point.last : point.steps_to[level]; // groups apart
       const foot = Math.min(...DATA.points.flatMap((point) => [point.last, steps(point)]).filter((value) => value > 0)) / 2; // a logarithmic axis has no 0
-      const traces = DATA.groups.flatMap(({ label, colour }, number) => {
+      const traces = DATA.groups.flatMap(({ label }, number) => {
+        const colour = groupPaint(number), symbol = SYMBOLS[Math.floor(number / new Set(DATA.groups.map((one) => one.colour)).size) % SYMBOLS.length];
         const points = DATA.points.filter((point) => point.group === number && at[point.label] !== undefined);
         if (!points.length) return [];
         const hasRoom = points.map((point) => point.graph).join("").length <= 60; // else names lie over each other
         return [{
           x: points.map((point) => at[point.label]), y: points.map((point) => isFirst(point) ? foot : steps(point)),
           text: points.map((point) => hasRoom ? plain(point.graph) : ""), textposition: "top center", mode: "markers+text", name: plain(label),
-          marker: { color: colour, size: 11, symbol: points.map((point) => isOpen(point) ? "triangle-up-open" : isFirst(point) ? "triangle-down-open" : "circle"), line: { width: 1.5, color: colour } },
+          marker: { color: colour, size: 11, symbol: points.map((point) => isOpen(point) ? "triangle-up-open" : isFirst(point) ? "triangle-down-open" : symbol), line: { width: 1.5, color: colour } },
           hovertext: points.map((point) => `${plain(label)}, ${DATA.kind} ${plain(point.label)}, ${point.n} runs<br>${isOpen(point) ? "not reached in " + count(point.last) : count(point.steps_to[level])} steps`), hoverinfo: "text",
         }];
       });

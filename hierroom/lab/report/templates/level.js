@@ -135,7 +135,7 @@ function drawGraph(svg, episode, step, goal) {
     const isHere = episode.rooms[step] === room;
     parts.push(shape("text", { x, y: y + (room ? 5.5 : 4), "text-anchor": "middle", "font-size": room ? 15 : 11, "font-weight": 700, fill: room === 0 ? paper : isOpen ? "#000" : ink }, room || "start"));
     if (isHere) parts.push(shape("path", { d: `M ${x + radius + 15} ${y} l -10 -7 l 0 14 z`, transform: `rotate(180 ${x + radius + 10} ${y})`, fill: "#ff3b30", stroke: ink, class: "here", "data-room": room }));
-    if (room === exitRoom) parts.push(shape("text", { x, y: y + radius + 24, "text-anchor": "middle", "font-size": 12, fill: colourOf("good"), "font-weight": 600 }, "exit"));
+    if (room === exitRoom) parts.push(shape("text", { x: x + radius - 3, y: y + radius + 8, "font-size": 12, fill: colourOf("good"), "font-weight": 600 }, "exit"));
   });
   svg.setAttribute("viewBox", `-6 -6 ${width + 22} ${height + 14}`);
   svg.style.maxHeight = `${Math.max(150, Math.min(380, height * 1.25))}px`;
