@@ -45,7 +45,7 @@ def _as_array(tensor: Tensor) -> NDArray:
 def check_start(network: nn.Module) -> None:
     """Check the first weights of a network."""
     try:
-        check_health(network.state_dict().items(), "a network must start with finite weights")
+        check_health(network.named_parameters(), "a network must start with finite weights")
     except DivergenceError as error:
         raise InputError(f"{type(network).__name__}: {error}") from error
 

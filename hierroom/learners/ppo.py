@@ -215,7 +215,7 @@ class Learner:
         ]
         learning_rate = config.learning_rate_at(progress)
         means = self._backend.train(batch, advantages, importance_weights, minibatches, learning_rate)
-        check_update(means, self.network.state_dict().items(), self._backend, batch, learning_rate)
+        check_update(means, self.network.named_parameters(), self._backend, batch, learning_rate)
         target_variance = np.var(advantages + batch.values)
         return {
             **dict(zip(STATISTICS, means.tolist(), strict=True)),
