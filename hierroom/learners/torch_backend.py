@@ -129,7 +129,7 @@ class TorchBackend:
         sizes = [parameter.numel() for parameter in parameters]
         for name, key in _MOMENTS.items():
             for parameter, part in zip(parameters, state[name].split(sizes), strict=True):
-                self._adam.state[parameter][key] = part.clone().view_as(parameter).to(parameter.device)
+                self._adam.state[parameter][key] = part.clone().view_as(parameter).to(parameter)  # also its type
         for parameter in parameters:
             self._adam.state[parameter]["step"] = torch.tensor(float(state["n_steps"]))
 

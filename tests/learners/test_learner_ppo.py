@@ -175,7 +175,18 @@ def test_values_do_not_depend_on_the_time_limit(network, time_limit):
     assert values == pytest.approx(1 / (1 - gamma), rel=0.03)
 
 
-@both_paths
+class Exact(torch.nn.Linear):
+    def forward(self, inputs):
+        return super().forward(inputs.double()).float()
+
+
+class PartlyDouble(PlainTorchNetwork):
+    def __init__(self, space, hidden_size):
+        super().__init__(space, hidden_size)
+        self.value_head = Exact(hidden_size, 1, dtype=torch.float64)
+
+
+@pytest.mark.parametrize("network", [None, PlainTorchNetwork, PartlyDouble], ids=["compiled", "torch", "two dtypes"])
 @pytest.mark.parametrize("ticks", [3, 37])
 def test_learner_saved_within_a_turn_resumes_exactly(network, ticks):
     learner, envs = make_learner(network=network), RandomEnvs(6, seed=1)
