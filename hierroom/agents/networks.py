@@ -57,6 +57,8 @@ def try_network(name: str, network: nn.Module, space: AgentSpace) -> None:
     modes = {module: module.training for module in network.modules()}
     with user_code(f"{name}, in its first turns,"), _one_tries, torch.random.fork_rng([]):
         before = deepcopy(network.state_dict())
+        if other := [entry for entry, value in before.items() if not isinstance(value, Tensor)]:
+            raise InputError(f"{name} has a state_dict whose {other[0]} is no tensor; runs save only tensors")
         buffers = {path: (buffer, buffer.clone()) for path, buffer in network.named_buffers()}  # state dicts lack some
         for n_envs in (2, 1):
             _take_turns(name, policy, space, n_envs)

@@ -135,23 +135,27 @@ MINE = """
             return logits / 0, values, state
 
     class Remembering(Mine):
-        # It has extra state that is no tensor, and a buffer that is not persistent.
+        # It has extra state, and a buffer that is not persistent.
 
         def __init__(self, space, hidden_size):
             super().__init__(space, hidden_size)
-            self.names = {"a": 1}
+            self.extra = torch.ones(1)
             self.register_buffer("n_turns", torch.zeros(()), persistent=False)
             self.held = [self.n_turns]
 
         def get_extra_state(self):
-            return self.names
+            return self.extra
 
         def set_extra_state(self, state):
-            self.names = state
+            self.extra = state
 
         def step(self, features, state):
             self.n_turns += 1
             return super().step(features, state)
+
+    class Naming(Remembering):
+        def get_extra_state(self):
+            return {"a": 1}
 
     class Late(Mine):
         def sequence(self, features, state, resets):
@@ -208,6 +212,7 @@ def test_tied_weights_are_saved_and_loaded(outside, tmp_path):
         ("{outside}:Fragile", "{it}, in its first turns, fails: RuntimeError: out of cheese"),
         ("{outside}:Double", "{it} gives logits of step of torch.float64, not torch.float32"),
         ("{outside}:Detached", "{it} gives values of sequence without a gradient: no weight"),
+        ("{outside}:Naming", "{it} has a state_dict whose _extra_state is no tensor; runs save only tensors"),
         ("{outside}:Frozen", "{it} has no weights to learn: no parameter requires a gradient"),
         ("{outside}:Stateless", "{it} gives 2 environments an initial state of shape (1, 1)"),
         ("{outside}:Counting", "{it} gives other values in sequence than in step, by up to 2;"),
@@ -239,7 +244,7 @@ def test_network_trial_has_no_side_effects(outside):
 
 def test_network_trial_restores_non_persistent_buffers(outside):
     tried = make_network(f"{outside}:Remembering", SPACE, 8, None)
-    assert (tried.n_turns, tried.names) == (0, {"a": 1})
+    assert (tried.n_turns, tried.extra) == (0, 1)
     assert tried.held[0] is tried.n_turns
 
 
