@@ -21,7 +21,7 @@ class PPOConfig:
         minibatches: minibatches of whole sequences in each epoch, at least 1.
         epochs: passes over the data of an update, at least 1.
         learning_rate: Adam's step size at the start of training, above 0.
-        final_learning_rate_fraction: the last update's learning rate as a fraction of the first one's, 0 to 1, with
+        final_learning_rate_fraction: the last update's learning rate as a fraction of ``learning_rate``, 0 to 1, with
             linear annealing in between; with 0 the last update learns nothing.
         adam_epsilon: constant added to the denominator of Adam's update, above 0.
         max_gradient_norm: clips the norm of the gradient of all parameters together, above 0.
