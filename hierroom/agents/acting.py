@@ -40,6 +40,8 @@ def act(
     if state is None:
         require_number("seed", seed, 0, 2**63 - 1, is_whole=True)
         policy = controller.learner.policy(len(envs), seed=seed)
+    elif state.space is not controller.learner.space:  # it would act with that agent's weights
+        raise InputError("the state comes from another agent; the first one is None")
     elif state.num_envs != len(envs):
         raise InputError(f"the state has {state.num_envs} environments, but the observations have {len(envs)}")
     else:

@@ -50,7 +50,7 @@ class Policy:
 
     def __init__(self, stepper: Stepper, space: AgentSpace, num_envs: int, seed: int) -> None:
         self._stepper = stepper
-        self._space = space
+        self.space = space
         self._random = np.random.default_rng(seed)
         self._states = stepper.initial_states(num_envs)
         self._n_left_out, self._kept = 0, slice(None)
@@ -105,10 +105,10 @@ class Policy:
     def _logits(
         self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]
     ) -> NDArray[np.floating]:
-        self._space.check_features(envs, features)
-        self._space.check_masks(envs, masks)
+        self.space.check_features(envs, features)
+        self.space.check_masks(envs, masks)
         if len(envs) == 0:
-            return np.empty((0, self._space.n_actions), np.float32)
+            return np.empty((0, self.space.n_actions), np.float32)
         logits, values, self._states[envs] = self._stepper.evaluate(features, self._states[envs])
         self.decision = Decision(envs, logits, masks, values)
         return logits

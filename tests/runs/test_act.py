@@ -1,5 +1,6 @@
 """`act` in a user's loop gives the same actions as `hierroom.rollout`, in every API."""
 
+from copy import deepcopy
 from dataclasses import replace
 from typing import Any
 
@@ -145,8 +146,9 @@ def test_act_leaves_its_state_unchanged_and_respects_masks():
     observation, _ = env.reset(seed=0)
     _, state = agent.act(observation, greedy=True)
     first, later = agent.act(observation, state, greedy=True)
-    again, _ = agent.act(observation, state, greedy=True)
-    assert first == again
+    for same in (state, deepcopy(state)):
+        again, _ = agent.act(observation, same, greedy=True)
+        assert first == again
     np.testing.assert_array_equal(state.next(np.zeros(1, bool))._states, state._states)
     assert (later._states != state._states).any()
     probabilities = later.decision.probabilities
@@ -172,6 +174,7 @@ def test_invalid_act_arguments_raise_input_error():
         (({"features": observation["features"] + 99},), {}, "feature 0 must be below"),
         ((many, state), {}, "the state has 1 environments, but the observations have 2"),
         ((observation, 7), {}, "the state must come from the last act, or be None, not 7"),
+        ((observation, hierroom.load("a").act(observation)[1]), {}, "the state comes from another agent"),
         ((observation, state), {"begins": [True, False]}, "begins must be True, False or 1 of them, not bool of shape"),
         ((observation,), {"seed": -1}, "seed must be at least 0, not -1"),
         (({**observation, "action_mask": np.zeros(5, np.int8)},), {}, "environment 0 has no legal action"),

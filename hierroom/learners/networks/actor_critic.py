@@ -32,6 +32,10 @@ class AgentSpace:
         if self.n_actions < 1:
             raise InputError(f"an agent needs at least 1 action, not {self.n_actions}")
 
+    def __deepcopy__(self, memo: object) -> AgentSpace:
+        """Return itself, as it never changes; so a copied policy is still known as its learner's."""
+        return self
+
     @property
     def n_features(self) -> int:
         """Number of features K of an observation."""
