@@ -33,6 +33,7 @@ from hierroom.support.errors import InputError
 from hierroom.support.schema import RANDOM_STATE, Array, Exactly, Flag, Items, Table, Whole, like
 
 EPOCHS, MINIBATCHES, SHARE, LEARNING_RATE, CLIP = 4, 4, 0.25, 1e-4, 5.0
+_LEAST_DEVIATION = 1e-8
 GROWTH = 2
 """Horizons 1 / (1 - gamma) until rewards begin: returns that start at 0 are then within 13% of the stationary ones."""
 
@@ -42,7 +43,7 @@ class RandomNetworkDistillation:
 
     f is the fixed random network, f-hat its predictor, H the number of their outputs and sigma the running standard
     deviation of the returns :math:`R_t = \gamma R_{t-1} + \| \cdot \|^2 / H` of all environments. Rewards are zero
-    until the predictor has learned once, and for `GROWTH` horizons after that.
+    until the predictor has learned once, for `GROWTH` horizons after that, and while all returns were equal.
     """
 
     def __init__(
@@ -87,7 +88,8 @@ class RandomNetworkDistillation:
             return np.zeros(len(errors))
         self._moments = _merged(self._moments, self._returns)
         number, _, squares = self._moments
-        return errors / max(np.sqrt(squares / number), 1e-8)
+        deviation = np.sqrt(squares / number)
+        return errors / deviation if deviation > _LEAST_DEVIATION else np.zeros(len(errors))
 
     def learn(self) -> dict[str, float]:
         """Train the predictor on the observations since the last call; return its mean loss as ``curiosity_error``."""

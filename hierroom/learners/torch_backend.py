@@ -99,6 +99,9 @@ class TorchBackend:
         loss, statistics = ppo_loss(logits, values, *turns, scores, targets, self._config)
         self._adam.zero_grad()
         loss.backward()
+        for parameter in self._module.parameters():  # Adam would skip those without one, and count fewer steps
+            if parameter.requires_grad and parameter.grad is None:
+                parameter.grad = torch.zeros_like(parameter)
         norm = nn.utils.clip_grad_norm_(self._module.parameters(), self._config.max_gradient_norm)
         self._adam.step()
         return torch.stack([*statistics, norm.detach()])

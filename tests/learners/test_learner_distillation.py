@@ -84,6 +84,15 @@ def test_first_rewards_are_as_large_as_later_ones():
     assert first < 2 * later
 
 
+def test_the_first_return_of_a_single_environment_earns_nothing():
+    """One return has no deviation: divided by a tiny number, the first reward was above ten million once."""
+    curiosity, rng = make(num_envs=1), np.random.default_rng(4)
+    settled(curiosity, rng, 1)
+    rewards = [curiosity.rewards(draw(rng, 1)).item() for _ in range(20)]
+    assert rewards[0] == 0
+    assert 0 < max(rewards) < 100
+
+
 def test_gamma_of_one_raises_input_error():
     with pytest.raises(InputError, match="gamma must be below 1, not 1"):
         RandomNetworkDistillation(SIZES, 2, gamma=1.0, seed=0)

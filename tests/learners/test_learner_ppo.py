@@ -186,7 +186,23 @@ class PartlyDouble(PlainTorchNetwork):
         self.value_head = Exact(hidden_size, 1, dtype=torch.float64)
 
 
-@pytest.mark.parametrize("network", [None, PlainTorchNetwork, PartlyDouble], ids=["compiled", "torch", "two dtypes"])
+class RarelyUsed(PlainTorchNetwork):
+    """A network with a parameter that gets no gradient from minibatches in which the first sequence does not reset."""
+
+    def __init__(self, space, hidden_size):
+        super().__init__(space, hidden_size)
+        self.offset = torch.nn.Parameter(torch.zeros(1))
+
+    def sequence(self, features, state, resets):
+        logits, values = super().sequence(features, state, resets)
+        return logits, values + self.offset if resets[:, 0].any() else values
+
+
+@pytest.mark.parametrize(
+    "network",
+    [None, PlainTorchNetwork, PartlyDouble, RarelyUsed],
+    ids=["compiled", "torch", "two dtypes", "rare gradient"],
+)
 @pytest.mark.parametrize("ticks", [3, 37])
 def test_learner_saved_within_a_turn_resumes_exactly(network, ticks):
     learner, envs = make_learner(network=network), RandomEnvs(6, seed=1)
