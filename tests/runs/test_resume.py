@@ -86,7 +86,8 @@ def test_differences_finds_every_change(fixed, tmp_path):
     (out / "more").write_text("")
     text = (out / "metrics.csv").read_text()
     (out / "metrics.csv").write_text(text[: len(text) // 2].rpartition("\n")[0] + "\n")
-    shutil.copy(out / "checkpoints" / "000000000512.pt", out / "checkpoints" / "000000001024.pt")
+    changed = RunFolder.open(out)
+    changed.save_checkpoint({**changed.load_checkpoint(512), "steps": 1024})
     shutil.copy(next(out.glob("events*")), out / "events.out.tfevents.9999999999.again.1.0")
     found = differences(folder, out)
     expected = [
