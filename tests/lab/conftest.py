@@ -1,10 +1,12 @@
-"""The command ``compare`` in an empty folder, runs for it, and a run for ``play``."""
+"""The command ``compare`` in an empty folder, runs for it, a run for ``play``, and a report in a browser."""
 
 import pytest
-from evaluated_runs import line, make_run
+from evaluated_runs import line, make_run, rise
+from report_reader import Reader, open_browser
 
 import hierroom
 from hierroom.commands import compare as command
+from hierroom.commands.report import main as write_report
 from hierroom.lab.compare import figure
 from hierroom.support.errors import InputError
 
@@ -56,3 +58,29 @@ def played(tmp_path_factory):
     small = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 8, "minibatches": 2, "steps": 256}
     hierroom.train(**small, meta="fixed-dfs", evaluations=0, out=out)
     return out
+
+
+@pytest.fixture(scope="session")
+def report(tmp_path_factory):
+    """A report on a run that has learned a little, and on two with curves only."""
+    folder = tmp_path_factory.mktemp("browsed")
+    named = {"graph": "a", "size": 11, "max_steps": 80, "num_envs": 16, "minibatches": 2, "steps": 4096}
+    hierroom.train(**named, meta="fixed-dfs", evaluations=3, evaluation_episodes=10, out=folder / "runs" / "a0")
+    for seed in (0, 1):
+        make_run(folder / "runs" / f"b{seed}", {"b": rise(1e5 * (1 + seed))}, meta="random", seed=seed)
+    write_report([str(folder), "--out", str(folder / "report.html"), "--played", "20"])
+    return folder / "report.html"
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory):
+    with open_browser(tmp_path_factory.mktemp("chromium")) as driver:
+        yield driver
+
+
+@pytest.fixture
+def reader(browser, report):
+    """A reader of the report, which logs nothing and loads nothing."""
+    reader = Reader(browser, report)
+    yield reader
+    reader.assert_quiet()
