@@ -46,10 +46,13 @@ class BatchVecEnv(VecEnv):
             ended = np.flatnonzero(dones)
             if "final_obs" in given:  # the next episodes have begun in the same step
                 finals, last = _by_environment(given["final_info"], ended), given["final_obs"][ended]
+                begun = infos
             else:
                 finals, last = [{} for _ in ended], _split(observations, ended)
-                observations, _ = self.envs.reset(options={"reset_mask": dones.copy()})
+                observations, given = self.envs.reset(options={"reset_mask": dones.copy()})
+                begun = _by_environment(given)
             for n, final, observation in zip(ended, finals, last, strict=True):
+                self.reset_infos[n] = begun[n]
                 info = {**infos[n], **final}
                 infos[n] = {
                     **info,

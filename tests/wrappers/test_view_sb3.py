@@ -55,6 +55,7 @@ def test_each_step_equals_the_single_environments(mode):
                 assert infos[n].pop("is_success") == terminated
                 assert infos[n] == info
                 expected[n] = single.reset()
+                assert envs.reset_infos[n] == expected[n][1]
             else:
                 assert infos[n] == info
     assert n_ended >= 3 * N
