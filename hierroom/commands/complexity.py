@@ -16,6 +16,7 @@ from hierroom.complexity.tables import COLUMNS, ColumnName, list_text, report_ce
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.complexity.walk_report import WalkReport
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, Rules, graph_specs, is_graph_set
+from hierroom.runs.logs.output import warn
 from hierroom.support.cli import Flag, given, read_arguments
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
@@ -145,7 +146,7 @@ def show(options: ComplexityArguments) -> None:
     specs = specs or tuple(one.graph for one in maps) or tuple(NAMED_GRAPHS)
     chosen = GraphSet(specs, options.exclude, options.drop, MAX_LISTED_ROOMS, walk, reading)
     for note in chosen.notes:
-        print(f"note: {note}", file=sys.stderr)
+        warn(note)
     if options.measures:
         _show_measures(options, maps or chosen.graphs, walk, reading)
         return

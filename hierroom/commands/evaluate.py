@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from rich.box import HEAVY_HEAD
 
 from hierroom.commands.agent_arguments import AgentArguments
-from hierroom.support.cli import Flag, given, progress_bar, read_arguments
-from hierroom.support.errors import require_number
+from hierroom.support.cli import Flag, progress_bar, read_arguments
+from hierroom.support.errors import one_line, require_number
 from hierroom.support.files import to_json
 from hierroom.support.tables import named_table, print_table
 
@@ -46,19 +46,9 @@ def main(argv: Sequence[str]) -> int:
         if getattr(arguments, name) is not None:
             require_number(name, getattr(arguments, name), 1, most, is_whole=True)
     episodes, may_stop = arguments.episodes or MOST_EPISODES, arguments.episodes is None
-    from hierroom.complexity.graph_set import GraphSet
-    from hierroom.runs.config.unread_entries import entries_without_effect
     from hierroom.runs.evaluation import evaluate
-    from hierroom.runs.logs.output import warn
 
     agent = arguments.load()
-    named = given(arguments, "meta", "goal_mask")
-    for name in entries_without_effect(agent.config.changed(**named)):
-        if name in named:
-            warn(f"--{name.replace('_', '-')} has no effect on a controller of the method {agent.config.agents.method}")
-    if arguments.graph:
-        for note in GraphSet(arguments.graph, arguments.exclude, agent.config.env.drop_key).notes:
-            warn(note)
     num_envs, seed = min(arguments.num_envs, episodes), arguments.seed
     players = {"sampled": agent, "greedy": replace(agent, is_greedy=True)}
     turns = {name: agent.turns(num_envs, seed=seed, env=arguments.env(agent)) for name in players}
@@ -77,7 +67,7 @@ def main(argv: Sequence[str]) -> int:
     where = f"{what} {graphs[0]}" if len(known) == 1 else f"{len(graphs)} {what}s"
     if len(known) > len(graphs):
         where = f"{len(graphs)} of {len(known)} {what}s (the others had no episode)"
-    print(f"{arguments.run} on {where}")
+    print(one_line(f"{arguments.run} on {where}"))  # somebody else may have named the run
     print_table(_table(results))
     if len(graphs) > 1:
         print_table(_graph_table(results, graphs, what))

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain, count, zip_longest
 from pathlib import Path
@@ -14,7 +14,7 @@ import tyro
 
 from hierroom.support.cli import Flag, progress_bar, read_arguments
 from hierroom.support.errors import InputError, one_line, require_number
-from hierroom.support.files import usable_path, write_atomically
+from hierroom.support.files import delete, usable_path, write_atomically
 
 if TYPE_CHECKING:
     from hierroom.lab.report.curves import Curves
@@ -61,22 +61,33 @@ def main(argv: Sequence[str]) -> int:
     bounds = {"replays": (0, 1000), "episodes": (1, 20), "played": (1, 10**6), "seed": (0, 2**63 - 1)}
     for name, (least, most) in bounds.items():
         require_number(name, getattr(arguments, name), least, most, is_whole=True)
-    out = usable_path(arguments.out) if arguments.out else _fresh(Path("report.html"))
+    out = usable_path(arguments.out or Path("report.html"))
     if out.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"a report is an .html file, not {out}")
     if not out.parent.is_dir():
         raise InputError(f"cannot write {out}: there is no folder {out.parent}")
     page, notes = _page(arguments)
-    write_atomically(out, page)
+    if arguments.out is None:
+        out = _claim(out)
+    try:
+        write_atomically(out, page)
+    except InputError:
+        if arguments.out is None:
+            delete(out)
+        raise
     for note in notes:
         print(one_line(f"- {note}"))  # a note may quote the name of a folder, which is untrusted
     print(f"{out} ({len(page) / 1e6:.1f} MB); open it in a browser")
     return 0
 
 
-def _fresh(path: Path) -> Path:
+def _claim(path: Path) -> Path:
     several = (path.with_stem(f"{path.stem}-{number}") for number in count(2))
-    return next(one for one in chain([path], several) if not os.path.lexists(one))
+    for one in chain([path], several):
+        with suppress(FileExistsError):
+            one.touch(exist_ok=False)  # each process gets another file
+            break
+    return one
 
 
 def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:

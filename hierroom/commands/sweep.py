@@ -68,7 +68,7 @@ class SweepArguments:
 
     def plan(self) -> Plan:
         """Return the plan of the file, the entries and the options."""
-        is_file = bool(self.what) and "=" not in self.what[0]
+        is_file = bool(self.what) and not _ENTRY.match(self.what[0])
         return replace(read_plan(Path(self.what[0]) if is_file else None, self.what[is_file:]), **self._settings)
 
     @property

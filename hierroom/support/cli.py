@@ -114,7 +114,7 @@ def run(command: Callable[[], int]) -> None:
     try:
         code = command()
     except KeyboardInterrupt:
-        print("stopped", file=sys.stderr)
+        _say("stopped")
         code = 130
     except BrokenPipeError:  # the reader, such as head, has stopped
         code = 0
@@ -131,8 +131,13 @@ def run(command: Callable[[], int]) -> None:
 def _report(error: Exception) -> int:
     """Print an expected error and return its exit code; raise any other error again."""
     code, message = _failure(error)
-    print(one_line(f"error: {message}"), file=sys.stderr)
+    _say(one_line(f"error: {message}"))
     return code
+
+
+def _say(line: str) -> None:
+    with suppress(OSError):  # a lost line does not change the exit code
+        print(line, file=sys.stderr)
 
 
 def _failure(error: Exception) -> tuple[int, str]:
@@ -152,8 +157,8 @@ def _failure(error: Exception) -> tuple[int, str]:
 
 def _open_streams() -> None:
     """Replace closed standard streams, and make the others escape characters that their encodings lack."""
-    if os.environ.get("COLUMNS") == "0":  # set by some programs without a terminal; rich would print nothing
-        del os.environ["COLUMNS"]
+    if len(os.environ.get("COLUMNS", "80")) < 2:  # some programs without a terminal set 0
+        del os.environ["COLUMNS"]  # else rich would print nothing, and tyro would never end its help
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         try:
             os.fstat(number)

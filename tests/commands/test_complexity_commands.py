@@ -144,4 +144,4 @@ def test_error_is_one_line_with_exit_code_2():
 def test_complexity_notes_equal_graphs(tmp_path, printed, capsys):
     (tmp_path / "mine.toml").write_text('name = "mine"\nkey_rooms = [2, 0]\nexit_room = 1\n')
     show(ComplexityArguments(graph=("c", str(tmp_path / "mine.toml"))))
-    assert capsys.readouterr().err.startswith("note: goal graphs c and mine are the same")
+    assert capsys.readouterr().err.startswith("warning: goal graphs c and mine are the same")

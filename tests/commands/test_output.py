@@ -8,13 +8,16 @@ import sys
 import threading
 import time
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from children import run_child, run_python
 
+from hierroom.commands import report
 from hierroom.runs.interrupt import Interrupt
 from hierroom.runs.logs.output import LastingStream, lasting_output, warn
 from hierroom.support import cli
+from hierroom.support.errors import InputError
 
 TRAIN = f"{sys.executable} -m hierroom train --graph a --size 11 --max-steps 60 --num-envs 8 --minibatches 2"
 TRAIN += " --sequence-length 16 --steps 512 --evaluations 1 --evaluation-episodes 8 --threads 1 --out run"
@@ -176,6 +179,36 @@ def test_system_error_is_shown_with_its_file(error, shown, capsys):
         cli.run(command)
     assert ended.value.code == 2
     assert capsys.readouterr().err == f"error: {shown}\n"
+
+
+def test_full_standard_error_keeps_the_exit_code(tmp_path):
+    command = f"{sys.executable} -m hierroom"
+    for words, code in (("trian", 2), ("complexity --graph c b keys-0-1-exit-2 --csv", 0)):
+        done = run_child(["bash", "-c", f"{command} {words} 2> /dev/full"], cwd=tmp_path)
+        assert done.returncode == code
+        assert (len(done.stdout.splitlines()) == 3) == (code == 0)
+
+
+def test_help_ends_on_a_very_narrow_terminal():
+    done = run_python("-m", "hierroom", "complexity", "--help", env={**os.environ, "COLUMNS": "5"}, quiet_seconds=4)
+    assert "--from-play" in done.stdout
+
+
+def test_new_report_keeps_one_that_is_written_meanwhile(tmp_path, monkeypatch, capsys):
+    def page(arguments):
+        Path("report.html").write_bytes(b"another's")
+        return b"ours", []
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(report, "_page", page)
+    assert report.main(["runs"]) == 0
+    assert Path("report.html").read_bytes() == b"another's"
+    assert Path("report-2.html").read_bytes() == b"ours"
+    assert capsys.readouterr().out.startswith("report-2.html (")
+    monkeypatch.setattr(report, "write_atomically", Mock(side_effect=InputError("the disk is full")))
+    with pytest.raises(InputError, match="the disk is full"):
+        report.main(["runs"])
+    assert not Path("report-3.html").exists()
 
 
 def test_broken_pipe_in_rich_exits_with_code_0(capsys):

@@ -26,7 +26,8 @@ def test_every_combination_is_planned_once_with_seeds_outermost():
 
 
 def test_file_and_command_line_make_a_plan(tmp_path):
-    path = tmp_path / "sweep.toml"
+    path = tmp_path / "gamma=0.9" / "sweep.toml"
+    path.parent.mkdir()
     path.write_text(
         'method = ["hippo", "ppo"]\nsteps = 1000\nseeds = 3\nfeatures = [["view", "goal"]]\n'
         "meta_ppo.gamma = [0.5, 0.6]\n"

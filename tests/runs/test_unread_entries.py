@@ -1,10 +1,13 @@
 """Entries that have no effect, and the warning about them."""
 
+from pathlib import Path
+
 import pytest
 
 import hierroom
 from hierroom.commands.evaluate import main as evaluate
 from hierroom.commands.sweep import main as sweep
+from hierroom.commands.watch import main as watch
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.presets import PRESETS, find_preset
 from hierroom.runs.config.unread_entries import unread_entries, unread_note
@@ -57,7 +60,7 @@ def test_commands_warn_of_unread_entries(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().err == "warning: novelty_bonus is given, and has no effect on any run of the sweep\n"
 
 
-def test_evaluate_warns_for_a_controller_without_goals(tmp_path, monkeypatch, capsys):
+def test_evaluate_and_watch_warn_for_a_controller_without_goals(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["--steps", "300", "--size", "11", "--num-envs", "4", "--minibatches", "1", "--max-steps", "40"]
     for method in ("ppo", "hippo"):
@@ -65,6 +68,11 @@ def test_evaluate_warns_for_a_controller_without_goals(tmp_path, monkeypatch, ca
     capsys.readouterr()
     warning = "warning: --meta has no effect on a controller of the method ppo\n"
     warning += "warning: --goal-mask has no effect on a controller of the method ppo\n"
-    for run, expected in (("ppo", warning), ("hippo", "")):
+    Path("ppo").rename("ppo\x1b[41m")
+    for run, expected in (("ppo\x1b[41m", warning), ("hippo", "")):
         assert evaluate([run, "--episodes", "2", "--meta", "random", "--goal-mask", "none"]) == 0
+        said = capsys.readouterr()
+        assert said.err == expected
+        assert said.out.startswith(run.replace("\x1b", "\\x1b") + " on graph")
+        assert watch([run, "--text", "--meta", "random", "--goal-mask", "none"]) == 0
         assert capsys.readouterr().err == expected

@@ -9,12 +9,15 @@ import subprocess
 import tempfile
 import time
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from children import run_python
+from numba.core import caching
 
 import hierroom
+from hierroom.support import errors
 from hierroom.support.compile import kernel, kernel_folder, side_by_side
 from hierroom.support.compile.clock import ADVICE, compile_clock
 
@@ -115,6 +118,29 @@ def test_kernels_without_cache_folder_compile_with_a_warning(monkeypatch):
     kernel.KERNELS.remove(twice)
 
 
+def test_kernel_works_with_damaged_files_and_on_a_full_disk(tmp_path, monkeypatch):
+    def double(x):
+        return 2 * x
+
+    def files():
+        return [*tmp_path.rglob("*.nb[ci]")]
+
+    monkeypatch.setattr(kernel, "KERNELS", [])
+    monkeypatch.setattr(kernel, "kernel_folder", lambda: str(tmp_path))
+    assert kernel.njit(cache=True)(double)(21) == 42
+    assert len(files()) == 2
+    for damaged in files():
+        damaged.write_bytes(b"")  # as after a power failure
+        assert kernel.njit(cache=True)(double)(21) == 42
+        assert all(path.stat().st_size for path in files())
+    for path in files():
+        path.unlink()
+    errors.warn_once.cache_clear()
+    monkeypatch.setattr(caching.IndexDataCacheFile, "_save_data", Mock(side_effect=OSError(28, "No space left")))
+    with pytest.warns(UserWarning, match="compiled kernels are not kept.*: No space left"):
+        assert kernel.njit(cache=True)(double)(21) == 42
+
+
 SMALL_PACKAGE = {
     "__init__.py": "",
     "support/__init__.py": "",
@@ -144,7 +170,8 @@ def of_a_user():
 def test_changed_kernel_file_recompiles_all_kernels(tmp_path, temporary):
     package = tmp_path / "hierroom"
     shutil.copytree(PACKAGE / "support" / "compile", package / "support" / "compile")
-    shutil.copy(PACKAGE / "support" / "slow.py", package / "support")
+    for name in ("slow.py", "errors.py"):
+        shutil.copy(PACKAGE / "support" / name, package / "support")
     for name, content in SMALL_PACKAGE.items():
         (package / name).write_text(content)
     code = (

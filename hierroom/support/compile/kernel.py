@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numba
@@ -11,6 +12,7 @@ from numba.core import config, types
 
 from hierroom.support.compile.clock import compile_clock
 from hierroom.support.compile.kernel_folder import kernel_folder
+from hierroom.support.errors import warn_once
 
 KERNELS: list[Any] = []
 """All kernels that are kept on disk, in the order of their definitions."""
@@ -30,13 +32,35 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]
         folder, chosen = kernel_folder(), config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue]
         config.CACHE_DIR = folder  # pyright: ignore[reportAttributeAccessIssue]
         try:
-            kernel = numba.njit(cache=folder is not None, **options)(function)
+            kernel: Any = numba.njit(cache=folder is not None, **options)(function)
         finally:
             config.CACHE_DIR = chosen  # pyright: ignore[reportAttributeAccessIssue]
+        _spare_the_caller(kernel._cache)
         KERNELS.append(kernel)
         return _with_plain_integers(kernel)
 
     return define
+
+
+def _spare_the_caller(cache: Any) -> None:
+    """Let a kernel work, compiled anew, if its file is damaged, as after a power failure, or the disk is full."""
+    load, save = cache.load_overload, cache.save_overload
+
+    def load_overload(*key: Any) -> Any:
+        try:
+            return load(*key)
+        except Exception:  # damaged pickles raise any error
+            with suppress(OSError):
+                cache.flush()
+            return None
+
+    def save_overload(*entry: Any) -> None:
+        try:
+            save(*entry)
+        except OSError as error:
+            warn_once(f"compiled kernels are not kept, and the next process compiles them again: {error.strerror}")
+
+    cache.load_overload, cache.save_overload = load_overload, save_overload
 
 
 def _with_plain_integers(kernel: Any) -> Any:
