@@ -177,12 +177,16 @@ DEEP = Rules({f"goal {i}": {"needs": [f"goal {i - 1}"] * (i > 0), "gives": f"goa
     ],
     ids=["line", "long names", "star", "deep rules", "long goals", "deep graph", "long title"],
 )
-def test_texts_are_within_the_picture_and_apart(subject, ends):
+def test_arrows_and_texts_are_within_the_picture_and_texts_apart(subject, ends):
     figure = analyze(subject, **ends)._figure()
     texts = texts_of(figure)
     for words, box in texts:
         assert figure.bbox.x0 <= box.x0, words
         assert box.x1 <= figure.bbox.x1, words
+    for axes in figure.axes:
+        for arrow in (patch for patch in axes.patches if isinstance(patch, FancyArrowPatch)):
+            assert axes.bbox.y0 <= arrow.get_window_extent().y0
+            assert arrow.get_window_extent().y1 <= axes.bbox.y1
     for n, (words, box) in enumerate(texts):
         for others, other in texts[:n]:
             assert not box.overlaps(other), (words, others)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 import numpy as np
@@ -58,7 +59,8 @@ def figure_of_chain(chain: Chain, unrolled: MarkingGraph | None = None, *, resta
     kind = "chain" if unrolled is None else "marking chain"
     pen = Pen(axes[-1], scale, f"{kind}\n{n} nodes, {len(edges)} edges", places)
     for start, end in {tuple(sorted(edge)) for edge in edges.tolist() if edge[0] != edge[1]}:
-        pen.arrow(places[start], places[end], FAINT, _heads(edges, start, end), 0.12)
+        bend = min(0.12, 1 / math.dist(places[start], places[end]))  # long arrows would leave the picture
+        pen.arrow(places[start], places[end], FAINT, _heads(edges, start, end), bend)
     dead = {*unrolled.dead_ends} if unrolled else set()
     for node, (place, text) in enumerate(zip(places, texts, strict=False)):
         is_exit = node in chain.goals[EXIT]
