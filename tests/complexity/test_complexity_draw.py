@@ -1,6 +1,7 @@
 """Drawings of goal graphs and augmented graphs: their content, formats and errors."""
 
 import networkx as nx
+import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -10,6 +11,7 @@ from pictures import has_colour, pixels
 from hierroom.complexity import AugmentedGraph, analyze
 from hierroom.complexity.augmented import kinds_of_nodes
 from hierroom.complexity.drawing.draw import EXIT_COLOUR, INK, ROOM_COLOURS, draw_augmented, draw_goal_graph
+from hierroom.complexity.drawing.draw_state import HALF_HEIGHT, rules_picture
 from hierroom.complexity.drawing.drawn_places import place_augmented, place_goals
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, Rules, enumerate_graphs
 from hierroom.support.errors import InputError
@@ -204,3 +206,13 @@ def test_chain_draws_moves_to_the_start_that_are_no_restarts():
     assert figure.axes[0].get_title() == "chain\n4 nodes, 6 edges"
     assert n_heads(figure) == 6
     assert n_heads(analyze(report.chain)._figure()) == report.edges == 7
+
+
+def test_picture_of_a_state_has_heads_on_arrows_in_a_row_and_keeps_names_apart():
+    wide = Rules({"W" * 20: [{"gives": "a"}, {"needs": "b", "gives": "a"}], "M" * 20: {"gives": "b"}}, "a")
+    picture = rules_picture(wide, frozenset(), (0, 0), None)[:44]
+    inked = (picture.min(axis=2) < 200).sum(axis=0)  # pixels of each column
+    sides = np.flatnonzero(inked > 2 * HALF_HEIGHT)
+    assert len(sides) == 2 * 4, "the sides of two boxes, two pixels wide"
+    between = inked[sides[3] + 1 : sides[4]]
+    assert (between.min(), between.max()) == (0, 7), "a gap, and the head of the arrow"
