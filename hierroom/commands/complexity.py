@@ -219,15 +219,16 @@ def _show_played_rules(options: ComplexityArguments, player: str, walk: Walk) ->
     found = play_rules_named(player, entries, options.drop, options.episodes, options.seed, options.trust_run)
     seen = {"episodes": found.episodes, "seen": dict(found.seen), **found.rules.to_dict()}
     print(to_json(seen) if options.json else found)
+    if options.out is not None:
+        # before the report and the drawing, which may refuse rules that long play has found
+        found.rules.to_toml(options.out)
+        print(options.out, file=sys.stderr if options.json else sys.stdout)
     if not options.json or options.draw is not None:
         report = analyze(found.rules, walk=walk)
         if not options.json:
             print(f"\n{report}")
         if options.draw is not None:
             report.draw(options.draw)
-    if options.out is not None:
-        found.rules.to_toml(options.out)
-        print(options.out, file=sys.stderr if options.json else sys.stdout)
 
 
 def _show_measures(

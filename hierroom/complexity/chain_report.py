@@ -73,4 +73,4 @@ class ChainReport(WalkReport):
     def _figure(self) -> Figure:
         from hierroom.complexity.drawing.draw_chain import figure_of_chain
 
-        return figure_of_chain(self.chain, restarts=self.walk is None)
+        return figure_of_chain(self.chain, restart=self.walk.restart if self.walk else 0.0)

@@ -178,7 +178,7 @@ class RulesReport(WalkReport):
     def _figure(self) -> Figure:
         from hierroom.complexity.drawing.draw_chain import figure_of_chain
 
-        return figure_of_chain(self.chain, self.unrolled, restarts=False)
+        return figure_of_chain(self.chain, self.unrolled, restart=self.walk.restart)
 
 
 def _counts(counts: dict[str, int]) -> str:

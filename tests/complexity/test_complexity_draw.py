@@ -1,14 +1,19 @@
 """Drawings of goal graphs and augmented graphs: their content, formats and errors."""
 
+import networkx as nx
+import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.patches import ArrowStyle, FancyArrowPatch
 from pictures import has_colour, pixels
 
 from hierroom.complexity import AugmentedGraph, analyze
 from hierroom.complexity.augmented import kinds_of_nodes
 from hierroom.complexity.drawing.draw import EXIT_COLOUR, INK, ROOM_COLOURS, draw_augmented, draw_goal_graph
+from hierroom.complexity.drawing.draw_state import HALF_HEIGHT, rules_picture
 from hierroom.complexity.drawing.drawn_places import place_augmented, place_goals
-from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
+from hierroom.goals import NAMED_GRAPHS, GoalGraph, Rules, enumerate_graphs
 from hierroom.support.errors import InputError
 
 
@@ -144,3 +149,70 @@ def test_dollar_signs_in_names_are_not_tex(tmp_path):
     path = tmp_path / "graph.svg"
     analyze(GoalGraph((0,), 1, label=r"$\bad$")).draw(path)
     assert path.read_bytes()
+
+
+def texts_of(figure):
+    """The extents in pixels of a figure's texts, by their words, without the labels of hidden axes."""
+    FigureCanvasAgg(figure).draw()
+    shown = [figure._supxlabel, *(text for axes in figure.axes for text in (axes.title, *axes.texts))]
+    return [(text.get_text(), text.get_window_extent()) for text in shown if text.get_text()]
+
+
+def line_of(names):
+    return nx.relabel_nodes(nx.path_graph(len(names)), dict(enumerate(names)))
+
+
+LONG = "a very long name of a goal in <words> & \\signs{$} " * 2
+DEEP = Rules({f"goal {i}": {"needs": [f"goal {i - 1}"] * (i > 0), "gives": f"goal {i}"} for i in range(20)}, "goal 19")
+
+
+@pytest.mark.parametrize(
+    ("subject", "ends"),
+    [
+        (line_of([*map(str, range(40))]), {"source": "0", "target": "39"}),
+        (line_of(["start", LONG, f"{LONG}2", "line\nbreak", "exit"]), {}),
+        (nx.star_graph(39), {"source": 0, "target": 39}),
+        (DEEP, {}),
+        (Rules({LONG: {"gives": "b"}, f"{LONG}2": {"needs": "b", "gives": LONG}}, LONG), {}),
+        (GoalGraph(tuple(range(9)), 9), {}),
+        (GoalGraph((0, 0, 0), 1, label=LONG.strip()), {}),
+    ],
+    ids=["line", "long names", "star", "deep rules", "long goals", "deep graph", "long title"],
+)
+def test_arrows_and_texts_are_within_the_picture_and_texts_apart(subject, ends):
+    figure = analyze(subject, **ends)._figure()
+    texts = texts_of(figure)
+    for words, box in texts:
+        assert figure.bbox.x0 <= box.x0, words
+        assert box.x1 <= figure.bbox.x1, words
+    for axes in figure.axes:
+        for arrow in (patch for patch in axes.patches if isinstance(patch, FancyArrowPatch)):
+            assert axes.bbox.y0 <= arrow.get_window_extent().y0
+            assert arrow.get_window_extent().y1 <= axes.bbox.y1
+    for n, (words, box) in enumerate(texts):
+        for others, other in texts[:n]:
+            assert not box.overlaps(other), (words, others)
+
+
+def test_chain_draws_moves_to_the_start_that_are_no_restarts():
+    """Nodes 1 and 3 of a cycle lead to its start 0 by an edge, too; from 2, the target, only a restart does."""
+
+    def n_heads(figure):
+        arrows = [patch for patch in figure.axes[-1].patches if isinstance(patch, FancyArrowPatch)]
+        return sum(1 + isinstance(arrow.get_arrowstyle(), ArrowStyle.CurveFilledAB) for arrow in arrows)
+
+    report = analyze(nx.cycle_graph(4), source=0, target=2)
+    figure = report._figure()
+    assert figure.axes[0].get_title() == "chain\n4 nodes, 6 edges"
+    assert n_heads(figure) == 6
+    assert n_heads(analyze(report.chain)._figure()) == report.edges == 7
+
+
+def test_picture_of_a_state_has_heads_on_arrows_in_a_row_and_keeps_names_apart():
+    wide = Rules({"W" * 20: [{"gives": "a"}, {"needs": "b", "gives": "a"}], "M" * 20: {"gives": "b"}}, "a")
+    picture = rules_picture(wide, frozenset(), (0, 0), None)[:44]
+    inked = (picture.min(axis=2) < 200).sum(axis=0)  # pixels of each column
+    sides = np.flatnonzero(inked > 2 * HALF_HEIGHT)
+    assert len(sides) == 2 * 4, "the sides of two boxes, two pixels wide"
+    between = inked[sides[3] + 1 : sides[4]]
+    assert (between.min(), between.max()) == (0, 7), "a gap, and the head of the arrow"

@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 from pictures import pixels
 
 from hierroom.commands.complexity import ComplexityArguments, show
-from hierroom.complexity import analyze, measure_trajectories, to_frame
+from hierroom.complexity import Chain, analyze, measure_trajectories, to_frame
+from hierroom.complexity.drawing.draw import save_figure
 from hierroom.complexity.drawing.draw_reach import draw_played_reach, draw_reach, save_reach
 from hierroom.complexity.measures.table import measure_graphs
 from hierroom.complexity.played.measured import MeasuredReport
@@ -127,6 +128,21 @@ def test_draw_reach_of_several_graphs():
     draw_reach(axes, {letter: analyze(letter).chain for letter in "ac"}, last=100, goal="key 1")
     assert [line.get_label() for line in axes.lines] == ["a", "c"]
     assert axes.get_ylabel() == "probability of key 1"
+
+
+def test_reach_names_every_chain_and_level_exactly(tmp_path):
+    figure, chain = Figure(), analyze("a").chain
+    axes, names = figure.subplots(), ["_mine", r"$\bad$", "for $5 and $6"]
+    priced = Chain(chain.weights, chain.labels, chain.source, {r"$\bad$": (1,), **chain.goals})
+    draw_reach(axes, dict.fromkeys(names, priced), last=20, goal=r"$\bad$")
+    legend = axes.get_legend().get_texts()
+    assert [text.get_text().strip() for text in legend] == names
+    assert not any(text.get_parse_math() for text in (axes.yaxis.label, *legend))
+    save_figure(figure, tmp_path / "reach.png")
+    played = MeasuredReport(analyze("a"), measured().counts, n_resamples=5, level=0.999)
+    assert played.columns[3] == "99.9% interval"
+    draw_played_reach(axes, played, 20)
+    assert "3 episodes, 99.9% interval" in [line.get_label() for line in axes.lines]
 
 
 def test_notebook_shows_svg_and_html_of_reports():

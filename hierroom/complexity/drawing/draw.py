@@ -6,6 +6,7 @@ The exit is drawn in each set of open doors from which it can be reached, so tha
 from __future__ import annotations
 
 import io
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -32,6 +33,8 @@ from hierroom.support.files import usable_path, write_atomically
 PICTURE_FORMATS = (".png", ".pdf", ".svg")
 INCHES, MOST_INCHES, LEAST_SCALE = 0.6, 14.0, 0.55
 """Inches per unit of the drawing, the size above which a drawing is shrunk, and the least scale that can be read."""
+LEAST_WIDTH, HUGE = 2.88, 150.0
+"""Inches: the width in which a title fits, and the size above which a drawing is shrunk below the least scale."""
 
 ROOM_COLOURS = ("#d9d9d9", "#4c8bf5", "#b565d8", "#f28e2b", "#e15759", "#17a2b8", "#c9a400", "#8c6d5a", "#7a8b99")
 """Colours of the start and of rooms 1, 2, ...; a key has the colour of the room it opens."""
@@ -114,21 +117,28 @@ def save_figure(figure: Figure, path: str | Path) -> None:
 def figure_of_graph(augmented: AugmentedGraph) -> Figure:
     """Return the figure of a goal graph next to its augmented graph."""
     drawn = list(place_goals(augmented.graph).values()), _corners(place_augmented(augmented))
-    figure, (left, right), scale = figure_for(drawn, LEAST_SCALE)
+    figure, (left, right), scale = figure_for(drawn)
     draw_goal_graph(augmented.graph, left, scale)
     draw_augmented(augmented, right, scale)
     figure.supxlabel(caption(augmented), fontsize=8 * max(scale, 0.7), color=INK, parse_math=False)
     return figure
 
 
-def figure_for(drawn: Sequence[Sequence[Point]], least_scale: float = 0.0) -> tuple[Figure, Sequence[Axes], float]:
+def figure_for(drawn: Sequence[Sequence[Point]]) -> tuple[Figure, Sequence[Axes], float]:
     """Return a figure with an Axes for the points of each drawing, side by side, and the scale of its symbols."""
     spans = [limits(points) for points in drawn]
     widths = [right - left for (left, right), _ in spans]
     whole = sum(widths) * INCHES, (max(top - bottom for _, (bottom, top) in spans) + 2) * INCHES
-    scale = max(least_scale, min(1.0, MOST_INCHES / max(whole)))
-    figure = Figure(figsize=(whole[0] * scale, whole[1] * scale), layout="constrained")
+    scale = min(1.0, max(MOST_INCHES / max(whole), min(LEAST_SCALE, HUGE / max(whole))))
+    width = max(whole[0] * scale, LEAST_WIDTH)
+    figure = Figure(figsize=(width, whole[1] * scale), layout="constrained")
     return figure, figure.subplots(1, len(drawn), width_ratios=widths, squeeze=False)[0], scale
+
+
+def fold(text: str, width: float, size: float) -> str:
+    """Break the lines of a text of a size in points that are wider than ``width``, in units of the drawing."""
+    most = int(width * INCHES * 72 / (0.6 * size))  # characters, which are 0.6 times as wide as high on average
+    return "\n".join(textwrap.fill(line, most) for line in text.split("\n"))
 
 
 def _draw_box(pen: Pen, augmented: AugmentedGraph, box: Box) -> None:
@@ -188,9 +198,11 @@ class Pen:
 
     def __init__(self, axes: Axes, scale: float, title: str, points: list[Point]) -> None:
         self.axes, self.scale = axes, scale
-        axes.set_title(title, parse_math=False, fontsize=11 * max(scale, 0.7), color=INK)
-        axes.set_aspect("equal", anchor="N")
         horizontal, vertical = limits(points)
+        size = 11 * max(scale, 0.7)
+        title = fold(title, (horizontal[1] - horizontal[0]) * max(scale, LEAST_SCALE), size)
+        axes.set_title(title, parse_math=False, fontsize=size, color=INK)
+        axes.set_aspect("equal", anchor="N")
         axes.set_xlim(*horizontal)
         axes.set_ylim(*vertical)
         axes.axis("off")

@@ -23,11 +23,13 @@ def draw_reach(axes: Axes, chains: Mapping[str, Chain], last: int = 1000, goal: 
     """Draw the probability that a goal is achieved within 0 to ``last`` steps: one line for each chain, by its name."""
     times = _times(last)
     for name, chain in chains.items():
-        axes.plot(times, chain.reach_probability(times, goal), "--", label=name)
+        shown = f" {name}" if name.startswith("_") else name  # matplotlib hides labels that begin with an underscore
+        axes.plot(times, chain.reach_probability(times, goal), "--", label=shown)
     axes.set_xlabel("steps")
-    axes.set_ylabel(f"probability of {goal}")
+    axes.set_ylabel(f"probability of {goal}", parse_math=False)
     axes.set_ylim(-0.02, 1.02)  # so that a curve that stays at zero can be seen
-    axes.legend(frameon=False)
+    for text in axes.legend(frameon=False).get_texts():
+        text.set_parse_math(False)
 
 
 def draw_played_reach(
@@ -45,7 +47,7 @@ def draw_played_reach(
     seen = ~np.isnan(shares)
     low, high = np.transpose([wilson_interval(share, played.episodes, played.level)[1:] for share in shares[seen]])
     axes.fill_between(times[seen], low, high, color="#35a853", alpha=0.25, linewidth=0)
-    label = f"{played.episodes} episodes, {played.level:.0%} interval"
+    label = f"{played.episodes} episodes, {100 * played.level:g}% interval"
     axes.plot(times[seen], shares[seen], color="#35a853", label=label)
     draw_reach(axes, {"their chain": played.chain, **others}, last)
 

@@ -16,7 +16,8 @@ COLUMN, ROW, HALF_HEIGHT, LEGEND = 42, 33, 13, 34
 TIGHT_ROW, FULL_HEIGHT = 18, 600
 """Fewest pixels for a unit down, and the height beyond which units have fewer than ROW."""
 PAPER, INK, FADED, DONE, PURSUED, USED = "#ffffff", "#202020", "#a0a0a0", "#bfe5c8", "#f28e2b", "#e15759"
-LONGEST_NAME = 14
+WIDEST_NAME = 84
+"""Pixels of the widest name that is not shortened, so that names in a row stay apart."""
 
 
 @lru_cache(maxsize=256)
@@ -47,7 +48,9 @@ def rules_picture(
         held = max(
             marking[rules.facts.index(fact)] for way in rules.rules[name] for fact in way.gives or (rules.target,)
         )
-        label = name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
+        label = name
+        while draw.textlength(label, font=font) > WIDEST_NAME:
+            label = f"{label[:-2]}…"
         label += f" x{held}" if held and name in achieved else ""
         half = draw.textlength(label, font=font) / 2 + 5
         box = (x - half, y - HALF_HEIGHT, x + half, y + HALF_HEIGHT)
@@ -77,7 +80,8 @@ def _layout(rules: Rules) -> tuple[list[Point], tuple[int, int]]:
 def _arrow(draw: object, start: Point, end: Point, colour: str) -> None:
     (x, y), (to_x, to_y) = start, end
     down = np.sign(to_y - y)
-    tip, tail = (to_x, to_y - down * HALF_HEIGHT), (x, y + down * HALF_HEIGHT)
+    aside = 0 if down else 1.1 * COLUMN * np.sign(to_x - x)  # in the same row the head is between the goals
+    tip, tail = (to_x - aside, to_y - down * HALF_HEIGHT), (x, y + down * HALF_HEIGHT)
     draw.line((*tail, *tip), fill=colour, width=1)  # pyright: ignore[reportAttributeAccessIssue] - of Pillow
     angle = np.arctan2(tip[1] - tail[1], tip[0] - tail[0])
     sides = [(tip[0] - 7 * np.cos(angle + turn), tip[1] - 7 * np.sin(angle + turn)) for turn in (-0.4, 0.4)]

@@ -141,7 +141,7 @@ class PlayedChain:
     @property
     def columns(self) -> tuple[str, ...]:
         """The headings of `rows`."""
-        interval = f"{self.level:.0%} interval"
+        interval = f"{100 * self.level:g}% interval"
         return "", "observed", interval, "their chain", interval
 
     def rows(self) -> list[tuple[str, ...]]:
