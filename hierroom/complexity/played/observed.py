@@ -54,16 +54,26 @@ class EpisodeCounts:
         share = np.searchsorted(np.sort(self.lengths[self.escaped]), steps, side="right") / len(self.lengths)
         return np.where(steps > self.step_limit, np.nan, share)
 
-    @property
-    def mean_steps(self) -> float:
-        """Mean steps from a start to the next exit across episodes, each restart counting as one, or ``inf``."""
-        n_escaped = int(self.escaped.sum())
-        return (int(self.lengths.sum()) + len(self.lengths) - n_escaped) / n_escaped if n_escaped else float("inf")
+    def passage(self, multiplicity: ArrayLike | None = None) -> tuple[float, float]:
+        """Return mean and standard deviation of the steps T from a start to the next exit; a restart is a step.
 
-    def passages(self) -> NDArray[np.int64]:
-        """Return the steps [n_escaped] from a start to the next exit across episodes; each restart counts as one."""
-        ends = np.cumsum(self.lengths + ~self.escaped)[self.escaped]
-        return np.diff(ends, prepend=0)
+        With X the steps of an episode (and its restart) and I whether it escapes, the mean is E[X] / E[I]. T adds up X
+        until the first escape, so by Wald's second identity Var T = E[(X - E[T] I)^2] / E[I]. It is estimated with one
+        escape fewer in the denominator, as the usual variance is. The order of the episodes does not matter.
+
+        Args:
+            multiplicity: [E], how often each episode counts; by default once.
+
+        Returns:
+            The two numbers; ``inf`` if no episode escaped, the deviation also if only one did.
+        """
+        times = np.ones(len(self.lengths), np.int64) if multiplicity is None else np.asarray(multiplicity)
+        steps, n_escaped = self.lengths + ~self.escaped, int(times @ self.escaped)
+        if n_escaped == 0:
+            return float("inf"), float("inf")
+        mean = int(times @ steps) / n_escaped
+        squares = float(times @ (steps - mean * self.escaped) ** 2)
+        return mean, float(np.sqrt(squares / (n_escaped - 1))) if n_escaped > 1 else float("inf")
 
 
 def counts_of(
@@ -120,22 +130,14 @@ def observed(
     counts: EpisodeCounts, times: tuple[int, ...], level: float, n_resamples: int, rng: np.random.Generator
 ) -> dict[str, Interval]:
     """Return `"expected_steps"` to the exit, their `"std"` and `"exit within N"`; ``nan`` if not observed."""
-    n = len(counts.lengths)
+    n, n_escaped = len(counts.lengths), int(counts.escaped.sum())
+    mean, std = counts.passage()
     # one after the other, because with many episodes all draws together do not fit into memory
     draws = (rng.multinomial(n, np.full(n, 1 / n)) for _ in range(n_resamples))
-    weights = np.column_stack([counts.lengths + ~counts.escaped, counts.escaped])
-    steps, escapes = np.array([drawn @ weights for drawn in draws]).T
-    with np.errstate(divide="ignore"):
-        means = steps / escapes
-    passages = counts.passages()
-    std, stds = np.nan, np.array([np.nan])
-    if len(passages) > 1:
-        std = float(passages.std(ddof=1))
-        chosen = (rng.integers(len(passages), size=len(passages)) for _ in range(n_resamples))
-        stds = np.array([passages[drawn].std(ddof=1) for drawn in chosen])
+    means, stds = np.array([counts.passage(drawn) for drawn in draws]).T
     found = {
-        "expected_steps": percentile_interval(counts.mean_steps, means, n, level),
-        "std": percentile_interval(std, stds, len(passages), level),
+        "expected_steps": percentile_interval(mean, means, n, level),
+        "std": percentile_interval(std if n_escaped > 1 else np.nan, stds, n_escaped, level),
     }
     for t, share in zip(times, counts.reach(times).tolist(), strict=True):
         is_seen = not np.isnan(share)

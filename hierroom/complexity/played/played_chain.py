@@ -82,8 +82,8 @@ class PlayedChain:
 
     @property
     def empirical_steps(self) -> float:
-        """Mean number of steps from a start to the next exit, see `EpisodeCounts.mean_steps`."""
-        return self.counts.mean_steps
+        """Mean number of steps from a start to the next exit, see `EpisodeCounts.passage`."""
+        return self.counts.passage()[0]
 
     def empirical_reach(self, t: ArrayLike) -> NDArray[np.float64]:
         """Return the fraction of the episodes that escaped within t steps; ``nan`` beyond the step limit."""

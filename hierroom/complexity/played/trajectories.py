@@ -109,7 +109,7 @@ def measure_env(
     if max_steps is not None:
         require_number("max_steps", max_steps, 1, is_whole=True)
     require_number("seed", seed, 0, 2**63 - 1, is_whole=True)
-    env.action_space.seed(seed)
+    env.action_space.seed(int(np.random.SeedSequence([seed, 1]).generate_state(1)[0]))  # not the env's own numbers
     trajectories, failed = [], []
     for episode in range(episodes):
         with user_code("the environment, or a function given with it,"):

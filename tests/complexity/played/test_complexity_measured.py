@@ -1,6 +1,6 @@
 """Chains counted from trajectories: hand-counted, against the walk they were drawn from, and their intervals."""
 
-from itertools import groupby
+from itertools import groupby, permutations
 
 import numpy as np
 import pytest
@@ -129,8 +129,15 @@ def test_nothing_is_observed_past_the_step_limit():
 
 
 def test_passages_go_on_through_truncated_episodes():
-    counts = count_transitions([[0, 1, 2], [0, 1, 1, 1], [0, 0, 2], [0, 1, 1, 1]], n_nodes=3, start=0, exit_node=2)
-    assert counts.passages().tolist() == [2, 4 + 2]  # three steps and a restart, then two steps
+    """A geometric number of misses (three or four steps, with the restart) before an escape of two or one steps."""
+    walks = [[0, 1, 2], [0, 1, 1, 1], [0, 2], [0, 1, 1], [0, 0, 2]]
+    for order in permutations(walks):
+        mean, std = count_transitions(order, n_nodes=3, start=0, exit_node=2).passage()
+        misses, escapes, chance = np.array([4, 3]), np.array([2, 1, 2]), 3 / 5
+        n_misses, its_variance = (1 - chance) / chance, (1 - chance) / chance**2
+        assert mean == pytest.approx(n_misses * misses.mean() + escapes.mean())
+        variance = n_misses * misses.var() + its_variance * misses.mean() ** 2 + escapes.var()
+        assert std == pytest.approx(np.sqrt(variance * 3 / 2))
 
 
 def test_few_or_equal_episodes_have_no_interval():
@@ -148,11 +155,11 @@ def test_few_or_equal_episodes_have_no_interval():
 
 def test_observed_resamples_equal_one_large_draw(measured):
     counts, n = measured[0].counts, 400
-    rng = np.random.default_rng(3)
-    draws = rng.multinomial(n, np.full(n, 1 / n), size=50)
-    means = draws @ (counts.lengths + ~counts.escaped) / (draws @ counts.escaped)
-    passages = counts.passages()
-    stds = passages[rng.integers(len(passages), size=(50, len(passages)))].std(axis=1, ddof=1)
+    draws = np.random.default_rng(3).multinomial(n, np.full(n, 1 / n), size=50)
+    steps, escapes = counts.lengths + ~counts.escaped, draws @ counts.escaped
+    means = draws @ steps / escapes
+    surplus = (steps - means[:, None] * counts.escaped) ** 2
+    stds = np.sqrt((draws * surplus).sum(axis=1) / (escapes - 1))
     found = observed(counts, (10,), 0.9, 50, np.random.default_rng(3))
     for name, resampled in (("expected_steps", means), ("std", stds)):
         ends = np.quantile(resampled, (0.05, 0.95), method="inverted_cdf")
