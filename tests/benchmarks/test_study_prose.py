@@ -117,3 +117,20 @@ def test_seed_ranges_in_the_text_are_in_a_file():
     assert len(ranges) == 8
     for low, high in ranges:
         assert f"({low}% to {high}%)" in files, (low, high)
+
+
+def test_conjecture_successes_equal_the_rows_of_the_runs():
+    lines = (ROOT / "docs" / "conjecture.md").read_text().splitlines()
+    start = next(n for n, line in enumerate(lines) if line.startswith("| success (%)"))
+    (_, *headings), _, *rows = (
+        [cell.strip(" `") for cell in line.split("|")[1:-1]] for line in lines[start : start + 4]
+    )
+    folder = ROOT / "benchmarks" / "results"
+    runs = [run for name in ("chains", "rooms") for run in read_rows(folder / f"conjecture_{name}" / "sweep.csv")]
+    for (method, *cells), variant in zip(rows, ("HiPPO", "PPO+Bonus"), strict=True):
+        assert method.startswith(variant)
+        for heading, cell in zip(headings, cells, strict=True):
+            graph = heading if heading.startswith("keys") else f"benchmarks.chains:chain_{heading.split()[0]}"
+            found = [run for run in runs if (run["variant"], run["graph"]) == (variant, graph)]
+            found.sort(key=lambda run: int(run["seed"]))
+            assert cell == " / ".join(f"{100 * float(run['success_rate']):g}" for run in found), (variant, graph)
