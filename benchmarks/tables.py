@@ -9,7 +9,6 @@ of a sweep, and SEEDS how many of its first seeds are taken.
 | line | table |
 |---|---|
 | `<!-- sweep NAME -->` | what was trained; with SEEDS where it is of the first ones only |
-| `<!-- unfinished NAME -->` | the same of a sweep that is not done, with how many runs are |
 | `<!-- measures NAME MEASURE ... -->` | how well measures predicted it, all measures where none is named |
 | `<!-- hierarchy NAME SEEDS -->` | when hierarchy pays; with another milestone, `width` or `rooms`, or another method |
 | `<!-- factors NAME SEEDS REFERENCE -->` | what makes the difference; with a milestone before the reference, as above |
@@ -41,7 +40,6 @@ from inspect import signature
 from pathlib import Path
 from typing import Annotated
 
-import pandas as pd
 import tyro
 
 from benchmarks.committed import ROOT, done_rows, plan_of
@@ -55,9 +53,7 @@ from benchmarks.study.page_tables import (
     measures_table,
     tuning_table,
 )
-from hierroom.lab.sweep.plan import Plan
 from hierroom.lab.sweep.summary import Summary, summarise
-from hierroom.lab.sweep.table import SweepTable
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
@@ -93,29 +89,10 @@ def sweep_table(name: str, n_seeds: str | None = None) -> str:
     if n_seeds is not None:
         plan = replace(plan, seeds=int(n_seeds))
     only = "" if n_seeds is None else f" --seeds {n_seeds}"
-    return _table_of_rows(name, plan, done_rows(name, plan.runs()), only)
-
-
-def unfinished_table(name: str) -> str:
-    """Return the table of a sweep as far as it is done; it says how many runs are.
-
-    Args:
-        name: of the sweep.
-
-    Raises:
-        InputError: if there is no such sweep.
-    """
-    plan = plan_of(name)
-    runs = plan.runs()
-    rows = SweepTable(ROOT / "benchmarks" / "results" / name).of(runs)
-    return _table_of_rows(name, plan, rows, note=f"{len(rows)} of {len(runs)} runs are done; ")
-
-
-def _table_of_rows(name: str, plan: Plan, rows: pd.DataFrame, only: str = "", note: str = "") -> str:
     command = f"python -m hierroom sweep benchmarks/sweeps/{name}.toml{only} --out benchmarks/results/{name}"
-    summary = summarise(plan.runs(), rows, plan.metas)
+    summary = summarise(plan.runs(), done_rows(name, plan.runs()), plan.metas)
     summary = with_notes(summary, ROOT / "benchmarks" / "results" / name / "notes.csv")
-    return f"\n`{command}` ({note}{summary.caption}):\n\n{summary.markdown()}\n\n"
+    return f"\n`{command}` ({summary.caption}):\n\n{summary.markdown()}\n\n"
 
 
 def with_notes(summary: Summary, path: Path) -> Summary:
@@ -217,7 +194,6 @@ def _table(kind: str, words: Sequence[str]) -> str:
 
 MAKERS: Mapping[str, Callable[..., str]] = {
     "sweep": sweep_table,
-    "unfinished": unfinished_table,
     "measures": measures_table,
     "hierarchy": hierarchy_table,
     "factors": factors_table,

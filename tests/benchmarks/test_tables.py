@@ -14,7 +14,6 @@ from benchmarks.study.correlations import correlations
 from benchmarks.study.tables import first_seeds, measures_for, read_rows
 from benchmarks.study.trained import by_rule, measures_of, medians, read_trained
 from hierroom.lab.sweep.summary import Summary
-from hierroom.lab.sweep.table import SweepTable
 from hierroom.support.errors import InputError
 
 ROOT = Path(__file__).parents[2]
@@ -78,22 +77,6 @@ def test_renewed_replaces_only_finished_tables(monkeypatch):
         tables.renewed("<!-- factors study ten -->\n<!-- end of factors -->\n")
     with pytest.raises(InputError, match=r"\d+ of 700 runs of the sweep hippo are done"):
         tables.sweep_table("hippo", "100")
-
-
-def test_unfinished_table_says_how_many_runs_are_done(tmp_path, monkeypatch):
-    for module in (committed, tables):
-        monkeypatch.setattr(module, "ROOT", tmp_path)
-    folders = [tmp_path / "benchmarks" / name for name in ("sweeps", "results/one")]
-    for folder in folders:
-        folder.mkdir(parents=True)
-    (folders[0] / "one.toml").write_text('seeds = 2\nmethod = ["hippo", "ppo"]\n')
-    (run, *_) = committed.plan_of("one").runs()
-    SweepTable(folders[1]).add(run, {"steps": 1, "success_rate": 0.5, "length": 20})
-    lines = tables.renewed("<!-- unfinished one -->\n<!-- end of unfinished -->\n").splitlines()
-    assert "(1 of 4 runs are done; medians" in lines[2]
-    assert [line.split(" | ")[:2] for line in lines[6:8]] == [["| hippo", "1"], ["| ppo", "-"]]
-    with pytest.raises(InputError, match="1 of 4 runs of the sweep one are done"):
-        tables.sweep_table("one")
 
 
 def test_page_with_unfinished_table_does_not_block_others(monkeypatch, tmp_path, capsys):
@@ -176,7 +159,7 @@ def test_measures_table_equals_the_written_correlations(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("page", "said"),
     [
-        ("<!-- swep hippo -->\n<!-- end of swep -->\n", "a table is one of sweep, unfinished, measures, .*, not swep"),
+        ("<!-- swep hippo -->\n<!-- end of swep -->\n", "a table is one of sweep, measures, .*, not swep"),
         ("<!-- sweep hippo -->\n", "1 lines name a table and 0 end one, where 0 tables are found"),
         (
             "<!-- sweep hippo -->\n\n<!-- sweep size31 -->\n\n<!-- end of sweep -->\n",
