@@ -9,7 +9,7 @@ from counted_walks import count_transitions
 from hierroom.complexity import analyze
 from hierroom.complexity.played.markov_order import markov_test
 from hierroom.complexity.played.measured import MeasuredReport
-from hierroom.complexity.played.observed import observed, wilson_interval
+from hierroom.complexity.played.observed import EpisodeCounts, observed, wilson_interval
 from hierroom.support.errors import InputError
 
 
@@ -164,6 +164,24 @@ def test_observed_resamples_equal_one_large_draw(measured):
     for name, resampled in (("expected_steps", means), ("std", stds)):
         ends = np.quantile(resampled, (0.05, 0.95), method="inverted_cdf")
         assert found[name][1:] == pytest.approx(tuple(ends), rel=1e-12)
+
+
+def test_intervals_of_times_cover_the_truth_of_truncated_walks():
+    """A walk to cell 3 cut off after 12 steps; the truth is that of one set of a hundred thousand episodes."""
+    rng, none = np.random.default_rng(0), np.zeros(0, np.int64)
+
+    def play(n):
+        cells, lengths = np.zeros(n, int), np.full(n, 12)
+        for step in range(1, 13):
+            moves = np.where(rng.random(n) < 0.5, 1, -1)
+            cells = np.where(cells == 3, 3, np.maximum(0, cells + moves))
+            lengths = np.where((cells == 3) & (lengths == 12), step, lengths)
+        return EpisodeCounts(1, *[none] * 4, lengths, cells == 3, np.zeros((0, 4), np.int64))
+
+    truth = dict(zip(("expected_steps", "std"), play(100_000).passage(), strict=True))
+    found = [observed(play(30), (), 0.95, 200, rng) for _ in range(100)]
+    for name, value in truth.items():
+        assert sum(one[name].low <= value <= one[name].high for one in found) >= 88, name
 
 
 def test_wilson_interval_by_hand():
