@@ -71,7 +71,7 @@ def main(argv: Sequence[str]) -> int:
         out = _claim(out)
     try:
         write_atomically(out, page)
-    except InputError:
+    except BaseException:  # also Ctrl-C: no empty report stays
         if arguments.out is None:
             delete(out)
         raise
