@@ -11,7 +11,7 @@ from pathlib import Path
 import tyro
 
 import hierroom
-from hierroom.runs.evaluation import Score, evaluate
+from hierroom.agents.evaluation import Score, evaluate
 from hierroom.runs.folder.weights import FOLDER, SHIPPED
 from hierroom.support.cli import run
 from hierroom.support.files import write_atomically

@@ -14,8 +14,8 @@ import tyro
 
 import hierroom
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.config.config_file import read_config
 from hierroom.runs.config.presets import find_preset, implied_preset
+from hierroom.runs.folder.config_file import read_config
 from hierroom.support.cli import Flag, read_arguments, run
 from hierroom.support.errors import InputError, shown
 from hierroom.worlds.env_config import OF_ESCAPE_ROOMS, is_task, refuse_for_task
@@ -120,9 +120,9 @@ def train(
         >>> agent.is_finished, hierroom.load("run").steps
         (True, 256)
     """
-    from hierroom.runs.logs.output import silence
     from hierroom.runs.rehearsal import rehearse
     from hierroom.runs.time_spent import TimeSpent
+    from hierroom.support.output import silence
 
     if callback is not None and not callable(callback):
         raise InputError(f"callback is a function of the trainer, not {shown(callback)}")
@@ -184,7 +184,7 @@ def _warn_of_what_does_nothing(config: TrainConfig) -> None:
     """Warn of graphs that are equal to another one and left out, and of entries that the method does not use."""
     from hierroom.complexity.graph_set import find_graphs
     from hierroom.runs.config.unread_entries import unread_note
-    from hierroom.runs.logs.output import warn
+    from hierroom.support.output import warn
 
     env = config.env
     graphs = find_graphs(env.graph, env.exclude, env.drop_key).notes if env.kind == "graph" else ()

@@ -52,8 +52,8 @@ class AgentArguments:
 
         from hierroom.complexity.graph_set import GraphSet
         from hierroom.runs.config.unread_entries import entries_without_effect
-        from hierroom.runs.logs.output import warn
         from hierroom.runs.trained_agent import load
+        from hierroom.support.output import warn
 
         torch.set_num_threads(1)
         agent = load(self.run, checkpoint=self.checkpoint, meta=self.meta, greedy=greedy, trust=self.trust_run)

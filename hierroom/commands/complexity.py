@@ -10,16 +10,16 @@ from typing import Annotated, Any
 
 import tyro
 
+from hierroom.complexity.chains.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.complexity.graph_set import GraphSet
 from hierroom.complexity.report import analyze
 from hierroom.complexity.tables import COLUMNS, ColumnName, list_text, report_cells, value_of
-from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.complexity.walk_report import WalkReport
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, Rules, graph_specs, is_graph_set
-from hierroom.runs.logs.output import warn
 from hierroom.support.cli import Flag, given, read_arguments
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
+from hierroom.support.output import warn
 from hierroom.support.slow import said_when_slow
 from hierroom.support.tables import named_table, print_table
 from hierroom.worlds.env_config import GRAPHS, LAYOUTS

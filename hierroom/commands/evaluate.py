@@ -18,7 +18,7 @@ from hierroom.support.tables import named_table, print_table
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from hierroom.runs.evaluation import Evaluation, Score
+    from hierroom.agents.evaluation import Evaluation, Score
 
 MOST_EPISODES = 1000
 """The most episodes to play by default."""
@@ -46,7 +46,7 @@ def main(argv: Sequence[str]) -> int:
         if getattr(arguments, name) is not None:
             require_number(name, getattr(arguments, name), 1, most, is_whole=True)
     episodes, may_stop = arguments.episodes or MOST_EPISODES, arguments.episodes is None
-    from hierroom.runs.evaluation import evaluate
+    from hierroom.agents.evaluation import evaluate
 
     agent = arguments.load()
     num_envs, seed = min(arguments.num_envs, episodes), arguments.seed

@@ -172,9 +172,9 @@ def _play(
 
     None, with a note, if they cannot play.
     """
+    from hierroom.agents.evaluation import evaluate
     from hierroom.lab.report.curves import goal_row, training_goals
     from hierroom.lab.report.replay import replays
-    from hierroom.runs.evaluation import evaluate
     from hierroom.runs.folder.run_folder import RunFolder
     from hierroom.runs.trained_agent import load
 

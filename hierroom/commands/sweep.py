@@ -14,9 +14,9 @@ from hierroom.lab.sweep.plan import Plan, PlannedRun, read_plan
 from hierroom.lab.sweep.summary import summarise
 from hierroom.lab.sweep.sweep import Shard, Sweep
 from hierroom.runs.config.unread_entries import entries_without_effect
-from hierroom.runs.logs.output import warn
 from hierroom.support.cli import Flag, given, read_arguments, shell_words
 from hierroom.support.errors import InputError
+from hierroom.support.output import warn
 from hierroom.support.tables import print_table
 
 if TYPE_CHECKING:

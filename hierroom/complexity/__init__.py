@@ -38,6 +38,7 @@ from hierroom.complexity.chains.hitting import (
 )
 from hierroom.complexity.chains.laplacian import laplacian, laplacian_hitting_time, laplacian_sensitivity
 from hierroom.complexity.chains.reach import expected_states, reach_probability
+from hierroom.complexity.chains.walk import Reading, Walk
 from hierroom.complexity.graph_set import Curriculum, GraphSet
 from hierroom.complexity.markings import MarkingGraph
 from hierroom.complexity.played.played_chain import PlayedChain
@@ -45,7 +46,6 @@ from hierroom.complexity.played.trajectories import measure_env, measure_traject
 from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.complexity.rules_report import RulesReport
 from hierroom.complexity.tables import to_frame
-from hierroom.complexity.walk import Reading, Walk
 
 __all__ = [
     "AugmentedGraph",

@@ -11,7 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
+from hierroom.complexity.chains.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
 

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.sparse.csgraph import dijkstra
 
 from hierroom.complexity.chains.chain import EXIT, Chain
+from hierroom.complexity.chains.walk import Walk
 from hierroom.complexity.chains.weights import as_moves
-from hierroom.complexity.walk import Walk
 from hierroom.complexity.walk_report import WalkReport
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from hierroom.complexity.chains.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.complexity.report import analyze
-from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.goals import (
     MAX_GRID_ROOMS,
     GoalGraph,

@@ -14,10 +14,10 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from hierroom.complexity.augmented import MAX_NODES
+from hierroom.complexity.chains.walk import PAPER_WALK, Walk
 from hierroom.complexity.chains.weights import as_targets, can_reach
 from hierroom.complexity.moves import MoveFinder, Moves
 from hierroom.complexity.requirements import relevant_rules
-from hierroom.complexity.walk import PAPER_WALK, Walk
 from hierroom.goals import Rules
 from hierroom.support.errors import InputError
 

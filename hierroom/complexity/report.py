@@ -15,8 +15,8 @@ from hierroom.complexity.augmented import AugmentedGraph, alike_nodes
 from hierroom.complexity.chain_report import ChainReport
 from hierroom.complexity.chains.chain import Chain
 from hierroom.complexity.chains.reach import expected_states
+from hierroom.complexity.chains.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.complexity.rules_report import RulesReport
-from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.complexity.walk_report import WalkReport
 from hierroom.goals import GoalGraph, Rules, as_goal_graph
 from hierroom.support.errors import InputError, shown

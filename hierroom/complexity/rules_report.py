@@ -12,9 +12,9 @@ import numpy as np
 
 from hierroom.complexity.chains.chain import Chain
 from hierroom.complexity.chains.hitting import passage_time_sensitivity
+from hierroom.complexity.chains.walk import PAPER_WALK, Walk
 from hierroom.complexity.markings import MarkingGraph
 from hierroom.complexity.requirements import goal_depths, target_depth
-from hierroom.complexity.walk import PAPER_WALK, Walk
 from hierroom.complexity.walk_report import WalkReport
 from hierroom.goals import Rules
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.complexity.chains.chain import EXIT, Chain, EdgeSensitivity
-from hierroom.complexity.walk import Walk
+from hierroom.complexity.chains.walk import Walk
 from hierroom.support.tables import html_table
 
 if TYPE_CHECKING:

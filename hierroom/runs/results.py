@@ -14,8 +14,7 @@ from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.trust import trust_option
 from hierroom.runs.logs.episode_log import WINDOW
 from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
-from hierroom.runs.logs.output import warn
-from hierroom.runs.logs.plots import plot_learning_curve
+from hierroom.runs.plots import plot_learning_curve
 from hierroom.runs.rollout import rollout
 from hierroom.runs.time_spent import TimeSpent
 from hierroom.runs.trained_agent import TrainedAgent
@@ -23,6 +22,7 @@ from hierroom.runs.trainer import Trainer
 from hierroom.support.cli import shell_words
 from hierroom.support.errors import InputError
 from hierroom.support.files import delete
+from hierroom.support.output import warn
 from hierroom.support.tables import print_table
 from hierroom.turns.records import META
 

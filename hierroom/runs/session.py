@@ -24,7 +24,6 @@ from hierroom.runs.folder.weights import digest
 from hierroom.runs.interrupt import Interrupt
 from hierroom.runs.logs.learning_curve import LearningCurve, evaluation_points, evaluation_rows
 from hierroom.runs.logs.logs import DEFAULT, NONE, Logs
-from hierroom.runs.logs.output import is_quiet, lasting_output, warn
 from hierroom.runs.logs.scalars import evaluation_scalars, metric_scalars
 from hierroom.runs.results import write_results
 from hierroom.runs.time_spent import TimeSpent
@@ -32,6 +31,7 @@ from hierroom.runs.trainer import Trainer
 from hierroom.support.cli import shell_words
 from hierroom.support.errors import DivergenceError, InputError
 from hierroom.support.files import to_json
+from hierroom.support.output import is_quiet, lasting_output, warn
 from hierroom.turns.records import META
 
 ROWS, CHECKPOINTS = 500, 10

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from hierroom.agents.evaluation import Evaluation, evaluate
 from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
@@ -16,7 +17,6 @@ from hierroom.meta import MetaSpec, make_meta
 from hierroom.runs.assembly import evaluation_seed, freeze, make_agents
 from hierroom.runs.config.config import RANGES, TrainConfig
 from hierroom.runs.environments import make_turns
-from hierroom.runs.evaluation import Evaluation, evaluate
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.weights import SavedAgent, weights_file
 from hierroom.runs.logs.episode_log import EpisodeLog

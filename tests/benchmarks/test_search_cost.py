@@ -8,10 +8,10 @@ from benchmarks.informed import Informed
 from benchmarks.result_table import ResultTable
 from benchmarks.search_cost import HEADINGS, row_of
 from benchmarks.searching import Searching
+from hierroom.agents.evaluation import evaluate
 from hierroom.meta import make_meta
 from hierroom.runs.config.presets import find_preset
 from hierroom.runs.environments import make_turns
-from hierroom.runs.evaluation import evaluate
 
 ROOT = Path(__file__).parents[2]
 BENCHMARKS = ROOT / "benchmarks"

@@ -20,7 +20,7 @@ from doc_pages import BLOCKS, PAGES, ROOT, commands, lines_of
 import hierroom
 from hierroom.commands.complexity import main as complexity
 from hierroom.lab.sweep.plan import read_plan
-from hierroom.runs.config.config_file import read_config
+from hierroom.runs.folder.config_file import read_config
 
 OTHERS = sorted({one for found in commands().values() for one in found if not one.startswith("python -m hierroom")})
 """Commands other than the package's, which test_docs_commands.py runs."""

@@ -8,7 +8,7 @@ from evaluated_runs import line, make_run, rise, rows
 from pictures import has_colour, pixels
 
 from hierroom.lab.compare.style import COLOURS, DASHES, MAX_GROUPS, line_style
-from hierroom.runs.logs.plots import step_unit
+from hierroom.runs.plots import step_unit
 
 
 @pytest.mark.parametrize(("graphs", "size"), [("c", 1), ("abcdefg", 8)])

@@ -189,7 +189,7 @@ def test_replays_have_a_value_for_each_action(page):
 
 
 def test_steps_per_goal_equal_an_evaluation(page, runs):
-    from hierroom.runs.evaluation import evaluate
+    from hierroom.agents.evaluation import evaluate
 
     agent = hierroom.load(runs / "runs" / "dfs0")
     expected = evaluate(agent.pair(20, seed=0), agent.turns(20, seed=0), 20)

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from hierroom.goals import GoalGraph
 from hierroom.runs import session
 from hierroom.runs.config.config import META_PPO, TrainConfig
-from hierroom.runs.config.config_file import OF_ENVIRONMENTS, read_config
 from hierroom.runs.config.presets import PRESETS, find_preset
+from hierroom.runs.folder.config_file import OF_ENVIRONMENTS, read_config
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError
 from hierroom.train import main as train

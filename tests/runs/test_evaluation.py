@@ -8,6 +8,7 @@ import pytest
 from turns_helpers import make
 
 from hierroom.agents.episode_facts import EndedEpisodes
+from hierroom.agents.evaluation import _first_of_each, evaluate
 from hierroom.agents.player import OraclePlayer, Pair, Play
 from hierroom.agents.recorder import record
 from hierroom.agents.scripted_agent import ScriptedAgent
@@ -18,7 +19,6 @@ from hierroom.learners.config import PPOConfig
 from hierroom.meta import META_CONTROLLERS, make_meta
 from hierroom.runs.assembly import freeze
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.evaluation import _first_of_each, evaluate
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError

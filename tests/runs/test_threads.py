@@ -16,8 +16,8 @@ from torch.overrides import TorchFunctionMode
 import hierroom
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.learners.networks.initial_weights import one_torch_thread, seeded_weights
-from hierroom.runs.logs.output import lasting_output
-from hierroom.runs.logs.plots import drawing
+from hierroom.runs.plots import drawing
+from hierroom.support.output import lasting_output
 
 SMALL = {"graph": "a", "size": 11, "num_envs": 16, "max_steps": 40, "evaluation_episodes": 8, "seed": 0, "log": "none"}
 SPACE = AgentSpace((50, 70, 140), 5)

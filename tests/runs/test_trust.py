@@ -14,8 +14,8 @@ from hierroom.lab.measure import measure_named
 from hierroom.meta import make_meta
 from hierroom.runs import session
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.config.config_file import read_config
 from hierroom.runs.folder import trust
+from hierroom.runs.folder.config_file import read_config
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.logs.learning_curve import evaluation_rows
 from hierroom.runs.trained_agent import load

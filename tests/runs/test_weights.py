@@ -14,10 +14,10 @@ from safetensors.torch import save_file
 
 import hierroom
 from hierroom.agents.config import AgentsConfig
+from hierroom.agents.evaluation import evaluate
 from hierroom.meta import FixedDFS, choose_goals
 from hierroom.runs.assembly import make_agents
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.evaluation import evaluate
 from hierroom.runs.folder.weights import FOLDER, SHIPPED, SUFFIX, SavedAgent
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError

@@ -9,7 +9,7 @@ import pytest
 
 from hierroom.goals import GoalGraph, Rules
 from hierroom.lab.sweep.plan import read_plan
-from hierroom.runs.config.config_file import read_config
+from hierroom.runs.folder.config_file import read_config
 from hierroom.support import reading
 from hierroom.support.errors import InputError
 from hierroom.support.reading import read_bytes, read_csv, read_json, read_text, read_toml

@@ -22,6 +22,7 @@ from hierroom.complexity.chains.hitting import (
 )
 from hierroom.complexity.chains.laplacian import laplacian_hitting_time, laplacian_sensitivity
 from hierroom.complexity.chains.reach import expected_states, reach_probability
+from hierroom.complexity.chains.walk import Walk
 from hierroom.complexity.chains.weights import (
     Weights,
     as_node,
@@ -34,7 +35,6 @@ from hierroom.complexity.chains.weights import (
     node_labels,
     normalized,
 )
-from hierroom.complexity.walk import Walk
 from hierroom.support.errors import InputError, shown
 from hierroom.support.tables import html_table
 

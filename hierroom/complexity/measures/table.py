@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from rich.console import Console
 from rich.progress import track
 
+from hierroom.complexity.chains.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.complexity.measures.effective_horizon import horizon_of
 from hierroom.complexity.measures.mdp import graph_mdp
 from hierroom.complexity.measures.summary import (
@@ -20,7 +21,6 @@ from hierroom.complexity.measures.summary import (
     measure_walk,
 )
 from hierroom.complexity.report import analyze
-from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.goals import GoalGraph
 from hierroom.support.tables import csv_text, latex_table, markdown_table, named_table, print_table
 

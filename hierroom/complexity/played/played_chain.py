@@ -12,6 +12,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.complexity.chains.chain import EXIT, Chain
+from hierroom.complexity.chains.walk import PAPER_WALK
 from hierroom.complexity.chains.weights import row_sums
 from hierroom.complexity.played.markov_order import MarkovTest, markov_test
 from hierroom.complexity.played.observed import (
@@ -22,7 +23,6 @@ from hierroom.complexity.played.observed import (
     wilson_interval,
     within,
 )
-from hierroom.complexity.walk import PAPER_WALK
 from hierroom.complexity.walk_report import REPORT_TIMES, by_time
 from hierroom.support.errors import InputError, require_number, shown
 from hierroom.support.tables import html_table, text_table

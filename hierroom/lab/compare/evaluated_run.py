@@ -14,7 +14,7 @@ import pandas as pd
 from hierroom.goals import GoalGraph, graph_specs, spec_names
 from hierroom.lab.compare.curve import METRICS, Curve
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.config.config_file import OF_ENVIRONMENTS, hint_of
+from hierroom.runs.folder.config_file import OF_ENVIRONMENTS, hint_of
 from hierroom.runs.folder.provenance import code_of, variant_of
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError, one_line

@@ -13,7 +13,7 @@ from hierroom.lab.compare.comparison import ALL, Comparison, GroupSummary
 from hierroom.lab.compare.curve import METRICS
 from hierroom.lab.compare.style import DASHES, STYLE, line_style, save
 from hierroom.lab.compare.tasks import OWN
-from hierroom.runs.logs.plots import step_unit
+from hierroom.runs.plots import step_unit
 from hierroom.support.drawing import drawing
 
 MAX_PANELS = 12  # with more graphs, only the panel over all is drawn

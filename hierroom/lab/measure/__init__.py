@@ -13,11 +13,11 @@ import numpy as np
 from hierroom.agents.episode_facts import EpisodeFacts
 from hierroom.agents.player import Play, Player, make_player, quotas
 from hierroom.complexity.augmented import AugmentedGraph
+from hierroom.complexity.chains.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.complexity.played.measured import MeasuredReport
 from hierroom.complexity.played.observed import EpisodeCounts, counts_of
 from hierroom.complexity.played.play_rules import PlayedRules
 from hierroom.complexity.report import analyze
-from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.goals import GoalGraph
 from hierroom.runs.trained_agent import load
 from hierroom.support.cli import progress_bar

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from hierroom.agents.evaluation import Evaluation
 from hierroom.lab.compare.caveats import caveats
 from hierroom.lab.compare.comparison import ALL, Comparison, GroupSummary, compare
 from hierroom.lab.compare.curve import METRICS
@@ -17,7 +18,6 @@ from hierroom.lab.compare.evaluated_run import EvaluatedRun, refuse_without_over
 from hierroom.lab.compare.grouping import Group, choose_groups
 from hierroom.lab.compare.tasks import Tasks, common_kind, graphs_of
 from hierroom.lab.report.runs import ReportedRun
-from hierroom.runs.evaluation import Evaluation
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError
 

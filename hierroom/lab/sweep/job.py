@@ -11,21 +11,21 @@ from typing import Any, Literal, NamedTuple
 import torch
 from rich.console import Console
 
+from hierroom.agents.evaluation import Evaluation
 from hierroom.complexity.graph_set import GraphSet
 from hierroom.lab.sweep.plan import PlannedRun
-from hierroom.runs.evaluation import Evaluation
 from hierroom.runs.folder.provenance import changed_modules, version_of_code
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.run_lock import RunLock, RunLockedError
 from hierroom.runs.folder.user_modules import find_module_files, user_code_digest
 from hierroom.runs.interrupt import Interrupt
 from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
-from hierroom.runs.logs.output import lasting_output
 from hierroom.runs.results import write_results
 from hierroom.runs.session import begin, resume, train
 from hierroom.runs.time_spent import TimeSpent
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import CheckpointError, InputError
+from hierroom.support.output import lasting_output
 
 MAX_TRIES = 3  # tries of a run, if its process is killed or stopped
 MOST_EPISODES, FEWEST_EPISODES = 1000, 100  # of an evaluation at the end, unless the plan sets the number

@@ -13,7 +13,6 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder import checkpoint, provenance
 from hierroom.runs.folder.csv_table import CSVTable
 from hierroom.runs.folder.run_lock import RunLock, RunLockedError
-from hierroom.runs.logs.output import warn
 from hierroom.support.errors import CheckpointError, InputError
 from hierroom.support.files import (
     delete,
@@ -24,6 +23,7 @@ from hierroom.support.files import (
     usable_path,
     write_atomically,
 )
+from hierroom.support.output import warn
 from hierroom.support.reading import MOST_STATE, read_bytes, read_json
 
 _INTERRUPTED = "-interrupted"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hierroom.runs.evaluation import Evaluation
+from hierroom.agents.evaluation import Evaluation
 
 MILESTONES = (50, 90, 95, 99)
 """Success rates in percent; a run's summary has the steps until each is reached."""

@@ -10,10 +10,10 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.logs.events import Events
 from hierroom.runs.logs.learning_curve import LearningCurve
 from hierroom.runs.logs.libraries import LIBRARIES, load_library
-from hierroom.runs.logs.output import warn
 from hierroom.runs.logs.scalars import Logger, hyperparameters, result_scalars
 from hierroom.support.errors import InputError, in_one_line, shown
 from hierroom.support.files import to_json, write_atomically
+from hierroom.support.output import warn
 from hierroom.support.reading import read_json
 
 TENSORBOARD, NONE = "tensorboard", "none"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
+from hierroom.agents.evaluation import Evaluation, Score
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.evaluation import Evaluation, Score
 from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
 
 Plain = bool | int | float | str
