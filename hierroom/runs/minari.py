@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import importlib
-from dataclasses import fields
+import io
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import fields, replace
 from importlib.util import find_spec
 from typing import Any
 
 import gymnasium
 import numpy as np
+from gymnasium.envs.registration import EnvSpec
 
+from hierroom.agents.player import Pair, Player
 from hierroom.agents.recorder import record
-from hierroom.goals import plain_specs
+from hierroom.agents.scripted_agent import ScriptedAgent
+from hierroom.goals import NO_GOAL, plain_specs
 from hierroom.meta import META_CONTROLLERS
 from hierroom.runs.rollout import prepare
-from hierroom.runs.trained_agent import TrainedAgent
-from hierroom.support.errors import InputError
-from hierroom.turns.records import CONTROLLER
+from hierroom.support.errors import InputError, shown
+from hierroom.support.files import usable_path
+from hierroom.turns.records import CONTROLLER, META
 from hierroom.worlds.env_config import EnvConfig
 
 
@@ -33,8 +39,9 @@ def minari_dataset(
     """Let an agent play, and write its episodes as a Minari data set.
 
     An episode has the controller's observations, actions and rewards. The data set's ``recover_environment`` makes the
-    same environment, unless its reward or task is an object. This environment uses the agent's meta-controller if it is
-    a built-in scripted one; otherwise it has no goals. Needs the package minari with its extra hdf5.
+    same environment, with the player's meta-controller. If the reward or the task is an object it makes none, and if
+    the meta-controller is not a built-in scripted one the environment has no goals; the description says so. Needs the
+    package minari with its extra hdf5.
 
     Args:
         dataset_id: a new name, such as ``"hierroom/c/hippo-v0"``.
@@ -62,10 +69,15 @@ def minari_dataset(
         raise InputError(f"Minari takes no data set of this name: {error}") from error
     if dataset_id in minari.list_local_datasets():
         raise InputError(f"there is a data set {dataset_id} already: delete it, or give another name")
+    usable_path(minari.storage.get_dataset_path(dataset_id))
     turns, player = prepare(agent, env, episodes, num_envs, seed)
-    buffers = []
+    space = turns.observation_space(CONTROLLER)
+    _require_hdf5_names(space)
+    spec, note = _spec(turns.config, meta := _meta_of(player))
+    buffers, has_goals = [], False
     for n, episode in enumerate(record(turns, player, episodes, observations=True)):
         at_end = np.arange(len(episode)) == len(episode) - 1
+        has_goals |= bool((episode.goals != NO_GOAL).any())
         buffers.append(
             minari.data_collector.EpisodeBuffer(
                 id=n,
@@ -77,25 +89,45 @@ def minari_dataset(
                 truncations=at_end & episode.truncated,
             )
         )
-    meta = agent.config.resolved_method.meta if isinstance(agent, TrainedAgent) and not agent.has_other_meta else None
+    if spec is not None and has_goals and meta == "none":
+        note = "A recovered environment has no goals: their meta-controller is not a built-in scripted one."
+    description = " ".join(filter(None, (details.get("description"), note)))
     return minari.create_dataset_from_buffers(
         dataset_id,
         buffers,
-        env=_spec(turns.config, meta),
-        observation_space=turns.observation_space(CONTROLLER),
+        env=spec,
+        observation_space=space,
         action_space=turns.action_space(CONTROLLER),
         jpeg_encoding=False,  # JPEG would change the symbols
-        **details,
+        **{**details, "description": description or None},
     )
 
 
-def _spec(config: EnvConfig, meta: str | None) -> Any:
-    plain = {entry.name: getattr(config, entry.name) for entry in fields(EnvConfig)}
-    plain = {name: value for name, value in plain.items() if value != getattr(EnvConfig(task=config.task), name)}
-    plain["reward"] = "intrinsic" if config.reward is None else config.reward  # the default of `Turns`
-    if not all(isinstance(plain.get(name, ""), str) for name in ("task", "reward")):
-        return None
-    plain |= {name: plain_specs(plain[name]) for name in ("graph", "exclude") if name in plain}
-    plain |= {"layout": [one.to_dict() for one in config.layout]} if config.layout else {}
-    plain |= {"meta": meta} if meta in META_CONTROLLERS else {}
-    return gymnasium.make("hierroom/EscapeRoom-v0", **plain).spec
+def _require_hdf5_names(names: Iterable[str]) -> None:
+    """Refuse entries of an observation that HDF5 would store under another name, such as ``a/b``."""
+    h5py: Any = importlib.import_module("h5py")
+    with h5py.File(io.BytesIO(), "w") as file:
+        for name in names:
+            with suppress(OSError, TypeError, ValueError):
+                file[name] = 0
+            if name not in [*file]:
+                raise InputError(f"Minari's files cannot hold an entry of an observation called {shown(name)}")
+
+
+def _spec(config: EnvConfig, meta: str) -> tuple[EnvSpec | None, str]:
+    """Return the spec that makes the environment again, with every entry, or why there is none."""
+    entries = {entry.name: getattr(config, entry.name) for entry in fields(config)}
+    entries["reward"] = "intrinsic" if config.reward is None else config.reward  # the default of `Turns`
+    for name in ("reward", "task"):
+        if not isinstance(entries[name], str | None):
+            return None, f"The environment cannot be recovered: its {name} is an object, not a name."
+    entries |= {name: plain_specs(entries[name]) for name in ("graph", "exclude")}
+    entries |= {"layout": [one.to_dict() for one in config.layout], "meta": meta}
+    return replace(gymnasium.spec("hierroom/EscapeRoom-v0"), kwargs=entries, max_episode_steps=config.max_steps), ""
+
+
+def _meta_of(player: Player) -> str:
+    """Return the name of a player's meta-controller; ``none`` if it has none, or one that is not built in."""
+    agent = player.agents.get(META) if isinstance(player, Pair) else None
+    kind = type(agent.meta) if isinstance(agent, ScriptedAgent) else None
+    return next((name for name, one in META_CONTROLLERS.items() if one is kind), "none")

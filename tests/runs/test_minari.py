@@ -6,8 +6,11 @@ from dataclasses import replace
 import gymnasium
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from odd_names import ODD_NAMES, counter, counter_task
 
 import hierroom
+from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
 
@@ -68,16 +71,69 @@ def test_minari_dataset_has_episodes_and_recovers_their_environment(tmp_path, mo
         assert not (theirs.truncations[:-1].any())
         for name, values in (ours.observations or {}).items():
             np.testing.assert_array_equal(values, theirs.observations[name])
-    env = data.recover_environment()
-    assert env.unwrapped.config == EnvConfig("c", max_steps=50, reward="extrinsic", levels="evaluation")
-    assert type(env.unwrapped.meta).__name__ == "FixedDFS"
-    maze = EnvConfig(layout=MAZE, max_steps=9)
-    data = hierroom.minari_dataset("hierroom/maze-v0", "random", maze, 2)
-    assert data.recover_environment().unwrapped.config == replace(maze, reward="intrinsic", levels="evaluation")
     with pytest.raises(InputError, match="there is a data set hierroom/c/hippo-v0 already"):
         hierroom.minari_dataset("hierroom/c/hippo-v0", agent, config, 6)
     with pytest.raises(InputError, match="Minari takes no data set of this name"):
         hierroom.minari_dataset("no version", agent, config, 6)
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize(
+    ("player", "config"),
+    [
+        ("c", EnvConfig("c", max_steps=50, reward="extrinsic")),
+        (
+            "random",
+            EnvConfig(["a", GoalGraph((0, 0), 1, label="a > b")], exclude="a", size=11, max_steps=9, env_index=3),
+        ),
+        ("random", EnvConfig(layout=MAZE, max_steps=9, drop_key=True, novelty_bonus=0.5)),
+        ("random", EnvConfig(task="workshop:4", max_steps=30)),
+        ("random", EnvConfig(task="workshop:4", max_steps=1000, goal_mask="none", subgoal_horizon=7)),
+        ("random", EnvConfig(task="odd_names:counter", max_steps=4, levels="training")),
+    ],
+)
+def test_minari_dataset_recovers_its_environment(player, config, tmp_path, monkeypatch):
+    pytest.importorskip("minari")
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    agent = player if player == "random" else hierroom.load(player, meta="random")
+    data = hierroom.minari_dataset("mine-v0", agent, config, 2)
+    env = data.recover_environment().unwrapped
+    given = {"reward": config.reward or "intrinsic", "levels": config.levels or "evaluation"}
+    assert env.config == replace(config, **given)
+    assert type(env.meta).__name__ == ("NoGoals" if player == "random" else "RandomGoals")
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_minari_dataset_says_what_it_cannot_recover(tmp_path, monkeypatch):
+    pytest.importorskip("minari")
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    data = hierroom.minari_dataset("task-v0", "random", EnvConfig(task=counter, max_steps=4), 2, description="Mine.")
+    assert data.spec.env_spec is None
+    about = data.storage.metadata["description"]
+    assert about == "Mine. The environment cannot be recovered: its task is an object, not a name."
+    data = hierroom.minari_dataset("learned-v0", hierroom.load("learned-g"), EnvConfig("a", size=11, max_steps=9), 1)
+    assert data.storage.metadata["description"].startswith("A recovered environment has no goals: ")
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_minari_dataset_keeps_the_names_of_entries_or_refuses_them_before_play(tmp_path, monkeypatch):
+    pytest.importorskip("minari")
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    numbers = iter(range(1000))
+
+    @settings(max_examples=25, deadline=None)
+    @given(ODD_NAMES)
+    def check(name):
+        task, dataset_id = counter_task(entry=name), f"{next(numbers)}-v0"
+        if name == "." or any(c in "/\0" or "\ud800" <= c <= "\udfff" for c in name):
+            with pytest.raises(InputError, match="^Minari's files cannot hold an entry"):
+                hierroom.minari_dataset(dataset_id, "random", EnvConfig(task=task), 1)
+            assert not (tmp_path / dataset_id).exists()
+        else:
+            data = hierroom.minari_dataset(dataset_id, "random", EnvConfig(task=task), 1)
+            assert task.trial.entries.keys() <= data[0].observations.keys()
+
+    check()
 
 
 def test_missing_minari_raises_input_error(monkeypatch):
