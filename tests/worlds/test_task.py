@@ -5,6 +5,7 @@ from dataclasses import replace
 from types import ModuleType
 
 import chest_task
+import gymnasium
 import numpy as np
 import pytest
 from chest_task import GOALS, LEFT, RIGHT, USE, Chest, chest, dice, free, has_coins
@@ -261,6 +262,27 @@ def test_entries_named_like_features_are_renamed():
     assert [int(seen[f"observation_{name}"]) for name in Named.names[:-1]] + [int(seen["plain"])] == [3, 4, 5, 6, 7, 8]
     assert sorted(seen["features"].tolist()) == [3, 3, 3, 4, 5, 6, 7, 8]  # also no goal, and no action before
     assert task.trial.left_out == ["empty"]
+
+
+class Modeless(Chest):
+    metadata = {"render_modes": []}  # noqa: RUF012 - Gymnasium reads it from the class
+
+    def __init__(self):
+        super().__init__()
+
+
+gymnasium.register("Modeless-v0", Modeless)
+gymnasium.register("Passing-v0", lambda **entries: Modeless(**entries))
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("make", ["Modeless-v0", "Passing-v0", Modeless, lambda: Modeless()])
+def test_environment_without_a_render_mode_is_made_without_it(make):
+    task = hierroom.Task(make=make, goals=GOALS, target="chest")
+    play(Turns(EnvConfig(task=task), 1, seed=0), [RIGHT])
+    assert task.new_env("rgb_array").unwrapped.render_mode == (None if isinstance(make, str) else "rgb_array")
+    with pytest.raises(InputError, match="make of task fails: TypeError: "):
+        hierroom.Task(make=lambda render_mode: 0 + "", goals=GOALS, target="chest").new_env("rgb_array")
 
 
 def test_name_in_module_finds_the_tasks_variable():

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import inspect
 import math
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, cast
 
 import gymnasium
@@ -175,14 +175,18 @@ class Task:
         return env
 
     def _make(self, render_mode: str | None) -> Any:
-        if isinstance(self.make, str):
-            return gymnasium.make(self.make, render_mode=render_mode)
+        make = partial(gymnasium.make, self.make) if isinstance(self.make, str) else self.make
         if render_mode is None:
-            return self.make()
-        if "render_mode" in inspect.signature(self.make).parameters:
-            return self.make(render_mode=render_mode)
-        env = self.make()
-        if isinstance(env, gymnasium.Env):
+            return make()
+        try:
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", ".*possible render_modes")  # drawing it says so, in one line
+                return make(render_mode=render_mode)
+        except TypeError as error:
+            if "'render_mode'" not in str(error):
+                raise
+        env = make()
+        if isinstance(env, gymnasium.Env) and not isinstance(self.make, str):
             env.unwrapped.render_mode = render_mode  # most environments read it where they draw
         return env
 
