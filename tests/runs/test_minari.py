@@ -126,7 +126,7 @@ def test_minari_dataset_keeps_the_names_of_entries_or_refuses_them_before_play(t
     def check(name):
         task, dataset_id = counter_task(entry=name), f"{next(numbers)}-v0"
         if name == "." or any(c in "/\0" or "\ud800" <= c <= "\udfff" for c in name):
-            with pytest.raises(InputError, match="^Minari's files cannot hold an entry"):
+            with pytest.raises(InputError, match=r"^Minari's files cannot hold an entry"):
                 hierroom.minari_dataset(dataset_id, "random", EnvConfig(task=task), 1)
             assert not (tmp_path / dataset_id).exists()
         else:
