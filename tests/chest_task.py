@@ -80,6 +80,7 @@ lake = hierroom.Task(
     goals={"half": lambda env, info: env.unwrapped.s == 8, "gift": lambda env, info: env.unwrapped.s == 15},
     target="gift",
     max_steps=50,
+    label="frozen lake",
 )
 taxi = hierroom.Task(
     make="Taxi-v4",

@@ -115,9 +115,9 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
         while untried and len(goals) < arguments.replays:
             one = untried.popleft()
             if (played := _play(one, arguments, notes)) is not None:
-                row, episodes, dependencies = played
-                if isinstance(dependencies, Rules):
-                    rules[one.config.env.names[0]] = dependencies
+                row, episodes, world = played
+                if isinstance(world.rules, Rules):
+                    rules[world.variants[0]] = world.rules
                 goals.append({"run": one.name, "group": curves.group_of[str(one.path)], **row})
                 (replays if one.config.env.task is None else films).append({"run": one.name, "episodes": episodes})
                 bar.advance(task)
@@ -146,11 +146,12 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
         "replays": replays,
     }
     groups = dict.fromkeys(curves.labels)
-    n_groups = f"{len(groups)} group{'s' * (len(groups) > 1)}"
+    only = runs[0] if len(runs) == 1 else None
+    several = f"{len(runs)} runs in {len(groups)} group{'s' * (len(groups) > 1)}: {'; '.join(groups)}"
     texts = {
         **page_texts(runs, curves, complexity, points, notes),
-        "title": runs[0].name if len(runs) == 1 else f"hierroom: {len(runs)} runs",
-        "summary": runs[0].config.title if len(runs) == 1 else f"{len(runs)} runs in {n_groups}: {'; '.join(groups)}",
+        "title": only.name if only else f"hierroom: {len(runs)} runs",
+        "summary": only.config.title_on(only.names) if only else several,
         "version": __version__,
         "films": films,
     }
@@ -160,7 +161,7 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
 def _in_turn(runs: Sequence[ReportedRun], curves: Curves) -> list[ReportedRun]:
     firsts: dict[int, dict[tuple[str, ...], ReportedRun]] = {}
     for one in runs:
-        firsts.setdefault(curves.group_of[str(one.path)], {}).setdefault(tuple(one.graphs or one.config.env.names), one)
+        firsts.setdefault(curves.group_of[str(one.path)], {}).setdefault(tuple(one.graphs or one.names), one)
     in_turn = zip_longest(*(of_group.values() for of_group in firsts.values()))
     return [one for group in in_turn for one in group if one is not None]
 
@@ -168,7 +169,7 @@ def _in_turn(runs: Sequence[ReportedRun], curves: Curves) -> list[ReportedRun]:
 def _play(
     one: ReportedRun, arguments: ReportArguments, notes: list[str]
 ) -> tuple[dict[str, Any], list[Any], Any] | None:
-    """Return the goals that a run's agents achieve, some episodes, and the rules of their goals.
+    """Return the goals that a run's agents achieve, some episodes, and their world.
 
     None, with a note, if they cannot play.
     """
@@ -192,4 +193,4 @@ def _play(
     except InputError as error:
         training = None
         notes.append(f"the goals that training achieved are left out: {error}")
-    return {**row, "training": training}, episodes, turns.world.rules
+    return {**row, "training": training}, episodes, turns.world

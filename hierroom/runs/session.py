@@ -122,8 +122,10 @@ def run_session(
         def say(line: str) -> None:
             console.print(line, soft_wrap=True, markup=False)
 
-        say(f"{trainer.config.title}, into {folder.path}")
-        for line in (*trainer.turns.world.stage_titles, *trainer.turns.world.notes):
+        env, world = trainer.config.env, trainer.turns.world
+        names = env.names if env.task is None else world.variants
+        say(f"{trainer.config.title_on(names)}, into {folder.path}")
+        for line in (*world.stage_titles, *world.notes):
             say(line)
         meta = trainer.agents[META]
         if isinstance(meta, ScriptedAgent) and (unsaved := unsaved_memory(meta.meta)):

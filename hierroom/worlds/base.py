@@ -58,6 +58,7 @@ class BaseWorld(ABC):
     stage = 0
     can_split = False
     default_max_steps = DEFAULT_MAX_STEPS
+    label: str | None = None  # its name in titles and tables, if the user gave one
     outcomes, seeds, indices, numbers = Shown(), Shown(), Shown(), Shown()
     counts, markings, lengths, has_ended = Shown(), Shown(), Shown(), Shown()
 
@@ -74,7 +75,7 @@ class BaseWorld(ABC):
         Whole(1, 2**31 - 1).check(num_envs, "num_envs")
         self.config, self.autoreset, self.has_begun = config, autoreset, False
         self.max_steps = config.max_steps or self.default_max_steps
-        self.variants: tuple[str, ...] = config.names
+        self.variants: tuple[str, ...] = (self.label,) if self.label else config.names
         self.everywhere: NDArray[np.integer] = freeze(np.arange(num_envs))
         self._outcomes = np.zeros(num_envs, OUTCOME)
         self.allocate()

@@ -27,7 +27,7 @@ class WorldMaker(Protocol):
     """A task, which makes its worlds; `EnvConfig.task` is one or names one.
 
     Attributes:
-        name: the name in titles, tables and errors.
+        name: the name in errors; in titles and tables, where it is not named ``package.module:name``.
         goal_set: the goals.
         n_actions: the controller's number of actions.
         features: features that networks can read, by name, in addition to those of every world (`features.offered`).

@@ -57,7 +57,7 @@ def test_two_graphs_with_one_name_raise_input_error(tmp_path, refused):
     for keys in ("[0, 1, 0]", "[0, 0, 0]"):
         (tmp_path / "mine.toml").write_text(f"key_rooms = {keys}\nexit_room = 3\n")
         make_run(tmp_path / "r" / keys, {"mine": line(0.5)}, graph=str(tmp_path / "mine.toml"))
-    refused("two different goal graphs or layouts are called mine", tmp_path / "r")
+    refused("two different goal graphs, layouts or tasks are called mine", tmp_path / "r")
 
 
 def test_groups_without_common_graph_raise_input_error(tmp_path, refused):

@@ -36,7 +36,7 @@ class EvaluatedRun:
     reward: str  # the controller's reward
     curves: Mapping[str, Mapping[str, Curve]]  # by goal graph and metric; see `read_run`
     episodes: frozenset[int]  # the different numbers of episodes of its evaluations, over all graphs
-    user_graphs: Mapping[str, object]  # by name, what identifies each user-defined goal graph or layout
+    user_graphs: Mapping[str, object]  # by name, what identifies each user-defined goal graph, layout or task
     code: Mapping[str, frozenset[str]]  # see `provenance.code_of`
 
     @property
@@ -69,6 +69,8 @@ class EvaluatedRun:
     def _text(self, name: str) -> str:
         if name in ("meta", "reward"):
             return str(getattr(self, name))
+        if name == "task" and self.kind == "task":
+            return ", ".join(self.curves)  # the task's label, if it has one
         value = self.entries[name]
         if name == "warm_start" and value:
             # Remove the seed, and the suffix that a sweep or a second run of that name adds.
@@ -165,6 +167,8 @@ def read_run(path: Path) -> EvaluatedRun:
     graphs: dict[str, object] = {one.name: one.rows for one in config.env.layout} or {
         spec.name: spec.canonical() for spec in graph_specs(config.env.graph) if isinstance(spec, GoalGraph)
     }
+    if config.env.task is not None:
+        graphs = dict.fromkeys(curves, config.env.task)  # two tasks may have the same label
     entries, reward = entries_of(path, config), str(method.reward)
     return EvaluatedRun(path, rows, entries, method.meta, reward, curves, counts, graphs, code_of(path))
 

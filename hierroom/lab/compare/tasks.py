@@ -72,13 +72,13 @@ def common_kind(kinds: Iterable[str]) -> str:
 
 
 def graphs_of(groups: Sequence[Group]) -> list[set[str]]:
-    """Return the names of each group's graphs; refuse two different goal graphs with the same name."""
+    """Return the names of each group's graphs; refuse two different ones with the same name."""
     named: dict[str, EvaluatedRun] = {}
     for run in (run for group in groups for run in group.runs):
         for name, graph in run.user_graphs.items():
             if named.setdefault(name, run).user_graphs[name] != graph:
                 both = f"in {named[name].path} and in {run.path}"
                 raise InputError(
-                    f"two different goal graphs or layouts are called {name}, {both}; compare one of them at a time"
+                    f"two different goal graphs, layouts or tasks are called {name}, {both}; compare one at a time"
                 )
     return [{graph for run in group.runs for graph in run.curves} for group in groups]

@@ -104,7 +104,7 @@ def _run(run: ReportedRun, curves: Curves, shown: Sequence[str], differing: Sequ
     return {
         "name": run.name,
         "path": str(run.path),
-        "graph": shortened([*(run.graphs or run.config.env.names)], 3),
+        "graph": shortened([*(run.graphs or run.names)], 3),
         "colour": line_style(curves.group_of[str(run.path)])[0],
         "differing": [run.evaluated.choice(name) if run.evaluated else _text(run.entries.get(name)) for name in shown],
         "others": ", ".join(f"{name} {_text(run.entries.get(name))}" for name in differing if name not in shown),

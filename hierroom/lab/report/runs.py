@@ -32,6 +32,12 @@ class ReportedRun:
         """The name of its folder."""
         return self.path.resolve().name
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of what it plays: a task's label, which its evaluations have, or those of its config."""
+        is_task = self.config.env.task is not None
+        return tuple(self.evaluated.curves) if is_task and self.evaluated else self.config.env.names
+
     @cached_property
     def graphs(self) -> dict[str, GoalGraph]:
         """The goal graphs of its training, by the names of graphs or layouts, the easiest first; none for a task."""

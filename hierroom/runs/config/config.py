@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from difflib import get_close_matches
 from functools import cache
@@ -125,8 +125,12 @@ class TrainConfig:
     @property
     def title(self) -> str:
         """Return a description of the run in one line."""
+        return self.title_on(self.env.names)
+
+    def title_on(self, names: Sequence[str]) -> str:
+        """Return the title with other names of what is played, such as a task's label."""
         agents = f"{self.agents.method} with meta-controller {self.resolved_method.meta}"
-        played, excluded = ", ".join(self.env.names), ", ".join(spec_names(self.env.exclude))
+        played, excluded = ", ".join(names), ", ".join(spec_names(self.env.exclude))
         where = f"{self.env.kind} {played}{f' without {excluded}' if excluded else ''}, seed {self.seed}"
         return f"{agents} on {where}, preset {self.preset}: {self.steps:,} steps in {self.num_envs} environments"
 

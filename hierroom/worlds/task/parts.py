@@ -38,6 +38,7 @@ class TaskParts(Protocol):
     """The attributes of a `Task` that its worlds, environments and replays use; `Task` describes them."""
 
     name: str
+    label: str | None
     goals: Mapping[str, GoalFunction]
     goal_set: GoalSet
     rules: Rules | None

@@ -59,7 +59,7 @@ class Task:
         vectors: for each goal the numbers that an agent's observation shows for it; None: one-hot.
         capacity: largest counts of facts of the rules; 1 by default.
         processes: number of processes for the environments; 0: this process.
-        label: the name in titles and tables, unless the task is given as ``package.module:name``.
+        label: the name in titles and tables; None: ``package.module:name``, if the task is given so.
 
     Examples:
         >>> goals = {"far shore": lambda env, info: env.unwrapped.s == 15}
@@ -80,7 +80,7 @@ class Task:
     vectors: Mapping[str, Sequence[float]] | None = None
     capacity: Mapping[str, int] | None = None
     processes: int = 0
-    label: str = "task"
+    label: str | None = None
 
     def __post_init__(self) -> None:
         if not callable(self.make) and not (isinstance(self.make, str) and self.make):
@@ -94,7 +94,8 @@ class Task:
             if not callable(function):
                 raise InputError(f"goal {name!r} must be a function of environment and info, not {shown(function)}")
         object.__setattr__(self, "goals", dict(self.goals))  # the caller may go on to change theirs
-        read_name("the label of a task", self.label)
+        if self.label is not None:
+            read_name("the label of a task", self.label)
         require_number("max_steps", self.max_steps, 1, 10**6, is_whole=True)
         require_number("processes", self.processes, 0, 2**10, is_whole=True)
         self.goal_set  # noqa: B018 - refuses a wrong target and wrong vectors now
@@ -109,8 +110,8 @@ class Task:
 
     @property
     def name(self) -> str:
-        """The name in titles, tables and errors."""
-        return self.label
+        """The label, or ``task``."""
+        return self.label or "task"
 
     @property
     def homes(self) -> set[str]:
@@ -137,7 +138,7 @@ class Task:
                 raise InputError(f"the target {self.target!r} does not give the target of its rules, {rules.target!r}")
         else:
             given = {name: _giving_itself(name, rule) for name, rule in self.rules.items()}
-            rules = Rules(given, self.target, self.capacity or {}, label=self.label)
+            rules = Rules(given, self.target, self.capacity or {}, label=self.name)
         there = {fact for ways in rules.rules.values() for way in ways for fact in way.gives}
         there |= {fact for fact, n in rules.start.items() if n}
         for name, ways in rules.rules.items():

@@ -36,7 +36,7 @@ class TaskWorld(BaseWorld):
     """
 
     def __init__(self, task: TaskParts, config: EnvConfig, num_envs: int, **settings: Any) -> None:
-        self.task, self._trial = task, task.trial
+        self.task, self._trial, self.label = task, task.trial, task.label
         self.goals, self.n_actions, self.rules = task.goal_set, task.n_actions, task.rules
         self.is_repeatable = self._trial.are_counts
         self.observation_spaces: dict[str, spaces.Space] = {name: one for name, (_, one) in self._trial.entries.items()}

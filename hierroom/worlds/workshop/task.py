@@ -23,15 +23,15 @@ from hierroom.worlds.workshop.world import WorkshopWorld
 
 @dataclass(frozen=True)
 class WorkshopTask:
-    """A workshop of some rules, as a `hierroom.worlds.make.WorldMaker`; equal rules and names give equal tasks.
+    """A workshop of some rules, as a `hierroom.worlds.make.WorldMaker`; equal rules and labels give equal tasks.
 
     Args:
         rules: the recipes.
-        name: the task's name in titles and tables.
+        label: the name in titles and tables; None: ``package.module:name``, if the task is given so.
     """
 
     rules: Rules
-    name: str
+    label: str | None
     controller_features = ("goal-shelf", "goal-bench", "symbol", "shelf", "stock", "bench", "previous-action")
     meta_features = ("goal-status", "stock", "bench", "goal-outcome")
     max_steps = DEFAULT_MAX_STEPS
@@ -40,8 +40,13 @@ class WorkshopTask:
         self.book  # refuses rules that cannot be a workshop  # noqa: B018
 
     def __getstate__(self) -> dict[str, Any]:
-        """Pickle and copy only rules and name, because features contain functions without a name."""
-        return {"rules": self.rules, "name": self.name}
+        """Pickle and copy only rules and label, because features contain functions without a name."""
+        return {"rules": self.rules, "label": self.label}
+
+    @property
+    def name(self) -> str:
+        """The label, or ``rules``."""
+        return self.label or self.rules.name
 
     @cached_property
     def book(self) -> Book:
@@ -111,4 +116,4 @@ def workshop(rules: Rules) -> WorkshopTask:
     """
     if not isinstance(rules, Rules):
         raise InputError(f"a workshop is made of hierroom.Rules, not of {shown(rules)}")
-    return WorkshopTask(rules, rules.name)
+    return WorkshopTask(rules, rules.label)

@@ -76,7 +76,8 @@ class WorkshopWorld(BaseWorld):
     can_split = True
 
     def __init__(self, task: Any, config: EnvConfig, num_envs: int, *, threads: int = 1, **settings: Any) -> None:
-        self.task, self.book, self.rules, self.replayer = task, task.book, task.rules, task.replayer
+        self.task, self.label, self.book, self.rules = task, task.label, task.book, task.rules
+        self.replayer = task.replayer
         self.goals, self.n_actions = task.goal_set, task.n_actions
         self.observation_spaces, self.default_max_steps = task.observation_spaces, task.max_steps
         n_places = self.n_actions - 2
