@@ -11,7 +11,8 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from hierroom.support.errors import InputError, require_number, shown, use_python_numbers
+from hierroom.support.errors import InputError, shown
+from hierroom.support.typed_value import Fraction, NotNegative, check_entries
 
 DEFAULT_NETWORK = "recurrent"
 """The built-in network; all others are custom."""
@@ -105,23 +106,18 @@ class AgentsConfig:
         *("view", "goal", "goal-in-view", "goal-place", "direction", "keys", "previous-action"),
         *("doorway-places", "frontier-places"),
     )
-    curiosity_weight: float = 0.05
+    curiosity_weight: NotNegative = 0.05
     meta_features: Annotated[tuple[str, ...] | None, FEATURES] = ("goal-status", "goal-outcome")
-    meta_start_success: float = 0.03
+    meta_start_success: Fraction = 0.03
 
     def __post_init__(self) -> None:
-        use_python_numbers(self)
-        if self.method not in METHODS:
-            raise InputError(f"the methods are {', '.join(METHODS)}; there is no {self.method!r}")
         for name in ("features", "meta_features"):
             if (given := getattr(self, name)) is not None:
                 require_features(name, given)
-                object.__setattr__(self, name, tuple(given))
+        check_entries(self)
         for name in ("meta", "network"):
             if getattr(self, name) == "":
                 raise InputError(f"{name} must be a name, not an empty text")
-        require_number("curiosity_weight", self.curiosity_weight, 0)
-        require_number("meta_start_success", self.meta_start_success, 0, 1)
 
     def resolved_method(self, reward: Any) -> Method:
         """Return the method with the config's meta-controller and reward instead of its own; None keeps its own."""

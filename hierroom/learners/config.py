@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from typing import Annotated
 
-from hierroom.support.errors import InputError, require_number, use_python_numbers
+from msgspec import Meta
 
-MOST = {"sequence_length": 2**20, "minibatches": 2**20, "epochs": 2**20, "hidden_size": 2**16}
-"""Upper bounds of whole numbers: beyond any practical use, but safe in 64-bit arithmetic."""
+from hierroom.support.errors import InputError
+from hierroom.support.typed_value import Fraction, NotNegative, Positive, check_entries
+
+_Count = Annotated[int, Meta(ge=1, le=2**20)]
+"""A whole number with a bound beyond any practical use, but safe in 64-bit arithmetic."""
 
 
 @dataclass(frozen=True)
@@ -36,42 +39,28 @@ class PPOConfig:
         hidden_size: units of the encoder and of the recurrent core, at least 1.
     """
 
-    sequence_length: int = 32
-    sequences_per_update: int | None = None
-    minibatches: int = 4
-    epochs: int = 4
-    learning_rate: float = 1e-3
-    final_learning_rate_fraction: float = 1.0
-    adam_epsilon: float = 1e-5
-    max_gradient_norm: float = 0.5
-    clip: float = 0.2
-    value_weight: float = 1.0
-    entropy_weight: float = 0.01
-    gamma: float = 0.95
-    gae_lambda: float = 0.95
+    sequence_length: _Count = 32
+    sequences_per_update: _Count | None = None
+    minibatches: _Count = 4
+    epochs: _Count = 4
+    learning_rate: Positive = 1e-3
+    final_learning_rate_fraction: Fraction = 1.0
+    adam_epsilon: Positive = 1e-5
+    max_gradient_norm: Positive = 0.5
+    clip: Positive = 0.2
+    value_weight: NotNegative = 1.0
+    entropy_weight: NotNegative = 0.01
+    gamma: Fraction = 0.95
+    gae_lambda: Fraction = 0.95
     normalize_advantages: bool = True
-    min_advantage_std: float = 0.1
-    hidden_size: int = 64
+    min_advantage_std: Positive = 0.1
+    hidden_size: Annotated[int, Meta(ge=1, le=2**16)] = 64
 
     def __post_init__(self) -> None:
-        use_python_numbers(self)
-        for name, high in MOST.items():
-            require_number(name, getattr(self, name), 1, high, is_whole=True)
-        if self.sequences_per_update is not None:
-            require_number("sequences_per_update", self.sequences_per_update, 1, MOST["minibatches"], is_whole=True)
-            if self.sequences_per_update < self.minibatches:
-                few = f"{self.sequences_per_update} sequences_per_update"
-                raise InputError(f"each of the {self.minibatches} minibatches needs a sequence; there are {few}")
-        for name in ("learning_rate", "adam_epsilon", "max_gradient_norm", "clip", "min_advantage_std"):
-            require_number(name, value := getattr(self, name), -math.inf)
-            if value <= 0:
-                raise InputError(f"{name} must be above 0, not {value}")
-        for name in ("value_weight", "entropy_weight"):
-            require_number(name, getattr(self, name), 0)
-        for name in ("gamma", "gae_lambda", "final_learning_rate_fraction"):
-            require_number(name, getattr(self, name), 0, 1)
-        if not isinstance(self.normalize_advantages, bool):
-            raise InputError(f"normalize_advantages must be True or False, not {self.normalize_advantages!r}")
+        check_entries(self)
+        if self.sequences_per_update is not None and self.sequences_per_update < self.minibatches:
+            few = f"{self.sequences_per_update} sequences_per_update"
+            raise InputError(f"each of the {self.minibatches} minibatches needs a sequence; there are {few}")
 
     def learning_rate_at(self, progress: float) -> float:
         """Return Adam's step size when a fraction of training, from 0 to 1, is done."""

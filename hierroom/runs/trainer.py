@@ -15,7 +15,7 @@ from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaSpec, make_meta
 from hierroom.runs.assembly import evaluation_seed, freeze, make_agents
-from hierroom.runs.config.config import RANGES, TrainConfig
+from hierroom.runs.config.config import MOST_EVALUATION_EPISODES, TrainConfig
 from hierroom.runs.environments import make_turns
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.weights import SavedAgent, weights_file
@@ -143,7 +143,7 @@ class Trainer:
     ) -> Evaluation:
         """Evaluate the agents as they are now, each time on the same levels; None: as in the config."""
         if episodes is not None:
-            require_number("episodes", episodes, *RANGES["evaluation_episodes"], is_whole=True)
+            require_number("episodes", episodes, 1, MOST_EVALUATION_EPISODES, is_whole=True)
         asked = self.config.evaluation_episodes if episodes is None else episodes
         episodes, num_envs = (MOST_EPISODES, ROUND) if asked is None else (asked, min(MAX_EVALUATION_ENVS, asked))
         seed = evaluation_seed(self.config.seed)

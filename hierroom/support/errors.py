@@ -67,7 +67,7 @@ def use_python_numbers(config: Any) -> None:
 
 
 def require_name(name: str, value: object, allowed: Collection[str | None]) -> None:
-    """Refuse a value that is not allowed; the message begins with ``name``, such as ``the presets are``."""
+    """Refuse a value that is not allowed; the message begins with ``name``, such as ``render_mode must be one of``."""
     if not (value is None or isinstance(value, str)) or value not in allowed:
         names = ", ".join(one for one in allowed if one is not None)
         raise InputError(f"{name} {names}{' or None' * (None in allowed)}, not {shown(value)}")

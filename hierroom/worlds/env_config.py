@@ -8,9 +8,11 @@ from dataclasses import dataclass, fields, replace
 from typing import Annotated, Any, Literal, get_args
 
 import tyro
+from msgspec import Meta
 
 from hierroom.goals import GraphSpecs, graph_specs, spec_names
-from hierroom.support.errors import InputError, require_name, shown, use_python_numbers
+from hierroom.support.errors import InputError, shown
+from hierroom.support.typed_value import check_entries
 from hierroom.worlds.escape_room.level_map import as_maps
 
 RewardName = Literal["extrinsic", "bonus", "intrinsic", "novelty"]
@@ -22,7 +24,7 @@ SPLITS: Mapping[str | None, int] = {name: n for n, name in enumerate((None, *get
 NOVELTY_BONUS = 0.03
 """Default bonus for a novel state. Up to (1 - gamma) / gamma, 0.053 at the default discount, leaving immediately is
 certain to be worth more than visiting the remaining states first."""
-_LARGEST_BONUS = 10**6
+_Count = Annotated[int, Meta(ge=1, le=2**62 - 1)]
 FRAMES_PER_SECOND = 10
 GRAPHS = tyro.constructors.PrimitiveConstructorSpec(
     nargs="*",
@@ -101,49 +103,31 @@ class EnvConfig:
 
     graph: Annotated[GraphSpecs, GRAPHS] = "c"
     exclude: Annotated[GraphSpecs, GRAPHS] = ()
-    curriculum_stages: int = 1
+    curriculum_stages: _Count = 1
     size: int = 19
-    max_steps: int | None = None
+    max_steps: _Count | None = None
     drop_key: bool = False
     reward: Annotated[Any, _named("REWARD")] = None
-    novelty_bonus: float = NOVELTY_BONUS
-    subgoal_horizon: int | None = None
+    novelty_bonus: Annotated[float, Meta(ge=0, le=10**6)] = NOVELTY_BONUS
+    subgoal_horizon: _Count | None = None
     goal_mask: GoalMaskName = "reachable"
     task: Annotated[Any, _named("TASK")] = None
     layout: Annotated[Any, LAYOUTS] = ()
-    env_index: Annotated[int, tyro.conf.Suppress] = 0
+    env_index: Annotated[int, Meta(ge=0, le=2**62 - 1), tyro.conf.Suppress] = 0
     levels: Annotated[LevelsName | None, tyro.conf.Suppress] = None
 
     def __post_init__(self) -> None:
-        use_python_numbers(self)
+        check_entries(self)
         specs = graph_specs(self.graph)
         object.__setattr__(self, "graph", specs[0] if len(specs) == 1 else specs)
         object.__setattr__(self, "exclude", graph_specs(self.exclude))
         object.__setattr__(self, "layout", as_maps(() if self.layout is None else self.layout))
-        self._require("drop_key", isinstance(self.drop_key, bool), "True or False")
-        for name, low in (("curriculum_stages", 1), ("env_index", 0)):
-            self._require(name, _is_whole(getattr(self, name), low), f"a whole number of at least {low}")
-        is_limit = self.max_steps is None or _is_whole(self.max_steps, 1)
-        self._require("max_steps", is_limit, "a whole number of at least 1")
         if self.task is not None:
             self._require_task()
         else:
             object.__setattr__(self, "max_steps", DEFAULT_MAX_STEPS if self.max_steps is None else self.max_steps)
             if self.layout:
                 self._use_layout()
-        horizon = self.subgoal_horizon
-        is_horizon = horizon is None or _is_whole(horizon, 1)
-        self._require("subgoal_horizon", is_horizon, "a whole number of at least 1 or None")
-        bonus = self.novelty_bonus
-        is_number = isinstance(bonus, (int, float)) and not isinstance(bonus, bool)
-        is_bonus = is_number and 0 <= bonus <= _LARGEST_BONUS
-        self._require("novelty_bonus", is_bonus, f"a number from 0 to {_LARGEST_BONUS:,}")
-        require_name("goal_mask is one of", self.goal_mask, get_args(GoalMaskName))
-        require_name("levels are", self.levels, (*get_args(LevelsName), None))
-
-    def _require(self, name: str, is_right: bool, allowed: str) -> None:
-        if not is_right:
-            raise InputError(f"{name} must be {allowed}, not {shown(getattr(self, name))}")
 
     def _require_task(self) -> None:
         if self.task == "" or not (isinstance(self.task, str) or is_task(self.task)):
@@ -210,10 +194,6 @@ def refuse_for_task(names: Collection[str], task: Any) -> None:
     """Refuse entries, by name, that the user has given for a task (None: no task) and that only EscapeRooms have."""
     if task is not None and (unknown := [name for name in OF_ESCAPE_ROOMS if name in names]):
         raise InputError(f"{unknown[0]} is for EscapeRooms; {task_name(task)} has no such entry")
-
-
-def _is_whole(value: object, low: int) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and low <= int(value) < 2**62
 
 
 def fresh_seed() -> int:

@@ -243,7 +243,7 @@ def test_meta_learned_option_uses_the_learned_preset(tmp_path):
 @pytest.mark.parametrize(
     ("entry", "said"),
     [
-        ({"meta_start_success": 2}, "meta_start_success must be from 0 to 1, not 2"),
+        ({"meta_start_success": 2}, "meta_start_success must be a number from 0 to 1, not 2"),
         ({"meta_features": ("smell",)}, "meta_features are .*; not smell"),
     ],
 )

@@ -171,7 +171,7 @@ def test_distillation_learns_from_a_single_observation():
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"curiosity_weight": -1.0}, "curiosity_weight must be at least 0, not -1.0"),
+        ({"curiosity_weight": -1.0}, "curiosity_weight must be a number of at least 0, not -1.0"),
         ({"features": ("previous-action",)}, "curiosity needs features of the level; previous-action has none"),
     ],
 )

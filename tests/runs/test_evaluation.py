@@ -138,7 +138,7 @@ def test_meta_option_gives_other_goals(evaluated):
     for wrong in ("learned", "nobody"):
         with pytest.raises(InputError, match=r"is made in training|a meta-controller is one of"):
             evaluated("--meta", wrong)
-    with pytest.raises(InputError, match="goal_mask is one of reachable, existing, seen, none, not 'all'"):
+    with pytest.raises(InputError, match="goal_mask must be one of reachable, existing, seen, none, not 'all'"):
         evaluated("--goal-mask", "all")
 
 

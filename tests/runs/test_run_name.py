@@ -113,7 +113,7 @@ def test_run_name_is_a_valid_folder_name(changes):
 
 
 def test_run_name_of_unknown_preset_raises_input_error():
-    with pytest.raises(InputError, match="the presets are"):
+    with pytest.raises(InputError, match="preset must be one of default"):
         run_name(TrainConfig(preset="best"))
 
 

@@ -15,11 +15,11 @@ from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs
 from hierroom.runs.config.config import CHANGED_WHEN_RESUMED, TrainConfig
 from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.runs.config.run_name import run_name
-from hierroom.runs.config.typed_value import typed_value
 from hierroom.runs.folder.config_file import flat_entries, flat_entry_types, hint_of
 from hierroom.support.errors import InputError, require_number, shown
 from hierroom.support.files import to_json
 from hierroom.support.reading import read_toml
+from hierroom.support.typed_value import typed_value
 from hierroom.worlds.env_config import refuse_for_task
 from hierroom.worlds.make import find_task, ships
 

@@ -8,16 +8,17 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from difflib import get_close_matches
 from functools import cache
-from typing import Any, Literal, get_args
+from typing import Annotated, Any, Literal
 
 import msgspec
 import tyro
+from msgspec import Meta
 
 from hierroom.agents.config import ESCAPE_ROOM_FEATURES, AgentsConfig, Method, require_features
 from hierroom.goals import NAMED_GRAPHS, is_graph_set, plain_specs, spec_names
 from hierroom.learners.config import PPOConfig
-from hierroom.runs.config.typed_value import entry_types
-from hierroom.support.errors import InputError, require_name, require_number, shown, use_python_numbers
+from hierroom.support.errors import InputError, shown
+from hierroom.support.typed_value import Seed, check_entries, entry_types
 from hierroom.worlds.env_config import EnvConfig
 
 PresetName = Literal["default", "long", "large", "learned", "paper", "algorithm1"]
@@ -28,17 +29,7 @@ OF_WORLD = ("features", "meta_features", "max_steps")
 META_PPO = PPOConfig(sequence_length=8, sequences_per_update=32, gamma=0.998, value_weight=0.5, min_advantage_std=0.05)
 """For learning to choose goals. Decisions are rare, so 256 of them make an update. The discount lets the exit count 500
 steps before it, as is needed while the controller is slow."""
-
-
-RANGES: Mapping[str, tuple[int, int]] = {
-    "steps": (1, 10**15),
-    "evaluations": (0, 10**4),
-    "evaluation_episodes": (1, 10**7),
-    "seed": (0, 2**63 - 1),
-    "num_envs": (1, 2**20),
-    "threads": (1, 2**10),
-}
-"""The smallest and the largest value of each whole number of a run."""
+MOST_EVALUATION_EPISODES = 10**7
 
 
 @dataclass(frozen=True)
@@ -79,30 +70,22 @@ class TrainConfig:
     ppo: tyro.conf.OmitArgPrefixes[PPOConfig] = field(default_factory=PPOConfig)
     meta_ppo: PPOConfig = META_PPO
     preset: PresetName = "default"
-    steps: int = 1_000_000
-    evaluations: int = 16
-    evaluation_episodes: int | None = None
-    seed: int = 0
-    num_envs: int = 64
+    steps: Annotated[int, Meta(ge=1, le=10**15)] = 1_000_000
+    evaluations: Annotated[int, Meta(ge=0, le=10**4)] = 16
+    evaluation_episodes: Annotated[int, Meta(ge=1, le=MOST_EVALUATION_EPISODES)] | None = None
+    seed: Seed = 0
+    num_envs: Annotated[int, Meta(ge=1, le=2**20)] = 64
     stagger_clocks: bool = True
-    threads: int = min(2, os.cpu_count() or 1)
+    threads: Annotated[int, Meta(ge=1, le=2**10)] = min(2, os.cpu_count() or 1)
     device: str = "cpu"
     warm_start: str | None = None
 
     def __post_init__(self) -> None:
-        use_python_numbers(self)
-        for name, (low, high) in RANGES.items():
-            if (value := getattr(self, name)) is not None or name != "evaluation_episodes":
-                require_number(name, value, low, high, is_whole=True)
-        require_name("the presets are", self.preset, get_args(PresetName))
-        if not isinstance(self.device, str):
-            raise InputError(f"device must be a text such as cpu or cuda, not {self.device!r}")
-        if not isinstance(self.stagger_clocks, bool):
-            raise InputError(f"stagger_clocks must be True or False, not {self.stagger_clocks!r}")
         if isinstance(self.warm_start, os.PathLike):
             object.__setattr__(self, "warm_start", os.fspath(self.warm_start))
-        if not isinstance(self.warm_start, str | None) or self.warm_start == "":
-            raise InputError(f"warm_start must be a folder, a file or the name of an agent, not {self.warm_start!r}")
+        check_entries(self)
+        if self.warm_start == "":
+            raise InputError("warm_start must be a folder, a file or the name of an agent, not ''")
         for name, kind in PARTS.items():
             if not isinstance(part := getattr(self, name), kind):
                 raise InputError(f"{name} must be of type {kind.__name__}, not {shown(part)}")

@@ -87,7 +87,7 @@ def find_preset(name: str) -> TrainConfig:
         5000000
     """
     if name not in PRESETS:
-        raise InputError(f"the presets are {', '.join(PRESETS)}; there is no {name!r}")
+        raise InputError(f"preset must be one of {', '.join(PRESETS)}, not {name!r}")
     return PRESETS[name]
 
 

@@ -9,10 +9,10 @@ from typing import Any
 
 from hierroom.runs.config.config import ENTRIES, META_PART, OF_META, PARTS, TrainConfig
 from hierroom.runs.config.presets import find_preset, implied_preset
-from hierroom.runs.config.typed_value import entry_types, typed_value
 from hierroom.support.errors import InputError, shown
 from hierroom.support.files import usable_path
 from hierroom.support.reading import read_toml
+from hierroom.support.typed_value import entry_types, typed_value
 from hierroom.worlds.env_config import refuse_for_task
 
 OF_ENVIRONMENTS = ("env_index", "levels")

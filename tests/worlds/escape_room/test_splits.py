@@ -58,6 +58,6 @@ def test_every_api_takes_the_levels_argument():
             env.reset(seed=3)
             grid = env.unwrapped.single.turns.world.state.grids[0]
             assert is_held_out(grid.tobytes()) == (levels == "evaluation")
-    with pytest.raises(InputError, match="levels are training, evaluation or None, not 'test'"):
+    with pytest.raises(InputError, match="levels must be one of training, evaluation or None, not 'test'"):
         hierroom.env(levels="test")
     assert Turns(EnvConfig("a"), seed=0).world.state.levels["split"][0] == 0
