@@ -93,7 +93,7 @@ def typed_value(name: str, kind: Any, value: Any) -> Any:
 def _convert(name: str, kind: Any, value: Any) -> Any:
     try:
         return msgspec.convert(value, kind)
-    except msgspec.ValidationError:
+    except ValueError:  # of msgspec, or of a text that UTF-8 cannot hold
         raise InputError(f"{name} must be {_allowed(kind)}, not {shown(value)}") from None
 
 

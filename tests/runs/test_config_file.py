@@ -220,5 +220,5 @@ def test_preset_of_a_config_cannot_be_changed(tmp_path):
 
 @pytest.mark.parametrize("value", ["many", 2.5, True, None])
 def test_steps_must_be_a_whole_number(value):
-    with pytest.raises(InputError, match=f"steps must be a whole number from 1 to 1,000,000,000,000,000, not {value!r}"):
+    with pytest.raises(InputError, match=f"steps must be a whole number from 1 to .*, not {value!r}"):
         find_preset("default").changed(steps=value)

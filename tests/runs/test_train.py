@@ -195,7 +195,7 @@ def test_evaluate_shows_graphs_that_one_player_met(monkeypatch, capsys):
         (["--network", "best"], "a network is one of"),
         (["--warm-start", "nowhere"], "nowhere is not a run folder"),
         (["--novelty-bonus", "-1"], "novelty_bonus must be a number from 0 to 1,000,000"),
-        (["--method", "ppo-rnd", "--curiosity-weight", "-1"], "curiosity_weight must be a number of at least 0, not -1"),
+        (["--method", "ppo-rnd", "--curiosity-weight", "-1"], "curiosity_weight must be a number of at least 0"),
         (["--size", "10"], "size must be a whole number from 11 to 63"),
         (["--max-steps", "0"], "max_steps must be"),
         (["--resume", "nowhere"], "is not a run folder"),
