@@ -3,8 +3,8 @@
     python -m benchmarks.call_counts
     python -m benchmarks.call_counts --files
 
-Whoever follows the command from its start to the first step of Adam meets them. Each function counts once, whether it is
-inside another one or not; comprehensions belong to their function, and kernels count only where Python calls them.
+Whoever follows the command from its start to the first step of Adam meets them. Each function counts once, a function
+inside another one too. Comprehensions belong to their function, and kernels count only where Python calls them.
 """
 
 from __future__ import annotations

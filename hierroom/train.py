@@ -120,15 +120,19 @@ def train(
         >>> agent.is_finished, hierroom.load("run").steps
         (True, 256)
     """
-    from hierroom.runs.rehearsal import rehearse
     from hierroom.runs.time_spent import TimeSpent
+
+    spent = TimeSpent()
+    from hierroom.learners.networks.initial_weights import plain_torch  # slow to load, as is the session
+    from hierroom.runs.logs.logs import logger_names
+    from hierroom.runs.session import begin, run_session
+    from hierroom.runs.trained_agent import load
     from hierroom.support.output import silence
 
     if callback is not None and not callable(callback):
         raise InputError(f"callback is a function of the trainer, not {shown(callback)}")
     if not isinstance(quiet, bool):
         raise InputError(f"quiet must be True or False, not {shown(quiet)}")
-    spent = TimeSpent()
     if config is None:
         config = find_preset(entries.pop("preset", None) or implied_preset(entries))
     elif not isinstance(config, TrainConfig):
@@ -139,15 +143,6 @@ def train(
     with ExitStack() as stack:
         if quiet:
             stack.enter_context(silence())
-        rehearse(config)
-        from hierroom.learners.networks.initial_weights import plain_torch
-        from hierroom.runs.logs.logs import logger_names
-        from hierroom.runs.session import (  # they import torch and compile; a rehearsal does both faster
-            begin,
-            run_session,
-        )
-        from hierroom.runs.trained_agent import load
-
         loggers = logger_names(log)
         stack.enter_context(plain_torch())
         trainer, folder = begin(config, None if out is None else Path(out))
@@ -160,14 +155,11 @@ def train(
 def main(argv: Sequence[str]) -> int:
     """Run the command with its arguments."""
     arguments = parse(argv)
-    from hierroom.runs.rehearsal import rehearse
+    from hierroom.runs.logs.logs import logger_names
+    from hierroom.runs.session import begin, resume, run_session  # slow to load, and --help does not need it
     from hierroom.runs.time_spent import TimeSpent
 
     spent = TimeSpent(started=hierroom._started)
-    rehearse(arguments.config)
-    from hierroom.runs.logs.logs import logger_names
-    from hierroom.runs.session import begin, resume, run_session  # slow to load, and --help does not need it
-
     loggers = logger_names(arguments.log)
     if arguments.resume:
         return run_session(*resume(arguments.config, arguments.resume), loggers, spent)

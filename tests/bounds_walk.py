@@ -1,5 +1,7 @@
 """Uses every kernel that is compiled ahead; under ``NUMBA_BOUNDSCHECK=1`` an index outside of an array raises."""
 
+from pathlib import Path
+
 import numpy as np
 import turns_trace
 import world_trace
@@ -12,6 +14,7 @@ from hierroom.commands.compile import compile_all
 from hierroom.goals import NO_GOAL
 from hierroom.learners.config import PPOConfig
 from hierroom.runs.trainer import Trainer
+from hierroom.support.compile.kernel_folder import kernel_folder
 from hierroom.turns.records import AGENTS, CONTROLLER, META
 from hierroom.turns.turns import Turns
 from hierroom.worlds.escape_room.constants import MIN_SIZE
@@ -61,7 +64,7 @@ def main() -> None:
     learn(features=tuple(OF_BOTH), drop_key=True)
     learn(meta="learned")
     learn(features=("view-ids", "goal"), method="ppo-rnd")
-    compile_all()  # each kernel is used once, those of the measures with it
+    compile_all(Path(kernel_folder()))  # each kernel is used once, those of the measures with it
 
 
 if __name__ == "__main__":

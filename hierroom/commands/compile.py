@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import hashlib
-import json
 import platform
+import subprocess
+import sys
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,10 +16,17 @@ from typing import Any
 from hierroom.support.cli import read_arguments
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
-from hierroom.support.reading import read_json
+from hierroom.support.slow import said_when_slow
 
 PACKAGE = Path(__file__).parents[1]
-STAMP = "hierroom-compiled.json"
+LEARNERS = f"""
+import gc, sys
+gc.disable()
+sys.path.insert(0, {str(PACKAGE.parent)!r})
+from hierroom.commands.compile import play_with_learners
+play_with_learners()
+"""
+"""The program of the second process."""
 
 
 @dataclass(frozen=True)
@@ -37,37 +46,50 @@ def main(argv: Sequence[str]) -> int:
 
     if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
         raise InputError("NUMBA_DISABLE_JIT is set, so there is nothing to compile; unset it")
-    started = time.perf_counter()
     folder = kernel_folder()
     if folder is None:
         raise InputError("there is no folder to keep compiled code in; set NUMBA_CACHE_DIR to one that can be written")
-    stamp = Path(folder) / STAMP
-    n_new = 0
-    if not _is_complete(stamp):
-        n_new = compile_all()
-        files = [str(path) for path in sorted(stamp.parent.rglob("*.nb[ci]"))]
-        write_atomically(stamp, json.dumps({"made_of": _made_of(), "files": files}))
+    started = time.perf_counter()
+    n_new = 0 if stamp(Path(folder)).exists() else compile_all(Path(folder))
+    write_atomically(stamp(Path(folder)), "complete")  # which fails on a full disk, where kernels are not kept
     seconds = f"{time.perf_counter() - started:.1f} s"
-    done = f"{n_new} kernels compiled in {seconds}"
-    print(done if n_new else f"all kernels are compiled already ({seconds})")
+    print(f"{n_new} kernels compiled in {seconds}" if n_new else f"all kernels are compiled already ({seconds})")
     return 0
 
 
-def compile_all() -> int:
+def compile_all(folder: Path) -> int:
     """Call every kernel with all types of arguments that it gets, in two processes; return how many were compiled.
 
-    In the end, this process calls all of them and loads from the disk those that the other process has compiled.
+    In the end, this process calls all of them and loads from ``folder`` those that the other process has compiled.
     """
     from hierroom.support.compile.clock import compile_clock
-    from hierroom.support.compile.side_by_side import n_compiled, side_by_side
 
-    before = n_compiled()
-    with side_by_side("from hierroom.commands.compile import play_with_learners; play_with_learners()"):
-        play_in_worlds()
-    with compile_clock().quiet():
-        play_with_learners()
-        play_as_trained()
-    return n_compiled() - before
+    before = n_kernels(folder)
+    compile_clock().may_speak = False  # the line below says more
+    gc.disable()  # with Numba's many objects it takes a tenth of the time
+    nowhere = subprocess.DEVNULL
+    child = subprocess.Popen([sys.executable, "-c", LEARNERS], stdin=nowhere, stdout=nowhere, stderr=nowhere)
+    try:
+        with said_when_slow(lambda: f"compiling kernels: {n_kernels(folder) - before} so far"):
+            play_in_worlds()
+            child.wait()
+            play_with_learners()
+            play_as_trained()
+    finally:
+        gc.enable()
+        child.kill()  # has no effect if it has ended
+        child.wait()
+    return n_kernels(folder) - before
+
+
+def stamp(folder: Path) -> Path:
+    """Return the path of a file that exists if all kernels are in a folder: it names their number and their digest."""
+    return folder / f"complete-{n_kernels(folder)}-{_digest()}"
+
+
+def n_kernels(folder: Path) -> int:
+    """Return the number of kernels in a folder, counting each signature of a kernel."""
+    return len([*folder.rglob("*.nbc")])
 
 
 SMALL: Mapping[str, Any] = {"graph": "d", "size": 11, "max_steps": 30}
@@ -176,16 +198,8 @@ def _step(env: Any, n: int | None) -> None:
             env.reset()
 
 
-def _is_complete(stamp: Path) -> bool:
-    try:
-        written = read_json(stamp)
-        files = [Path(file) for file in written["files"]]
-        return written["made_of"] == _made_of() and bool(files) and all(file.exists() for file in files)
-    except (InputError, TypeError, KeyError):
-        return False
-
-
-def _made_of() -> str:
+def _digest() -> str:
+    """Return a digest of all that determines which kernels there are, and their compiled code."""
     import numba
     from llvmlite import binding
 
@@ -193,5 +207,5 @@ def _made_of() -> str:
     for path in sorted(PACKAGE.rglob("*.py")):
         digest.update(path.read_bytes())
     machine = binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()
-    digest.update(repr((PACKAGE, platform.python_version(), numba.__version__, *machine)).encode())
-    return digest.hexdigest()
+    digest.update(repr((platform.python_version(), numba.__version__, *machine)).encode())
+    return digest.hexdigest()[:16]

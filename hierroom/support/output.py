@@ -88,11 +88,12 @@ _quiet: ContextVar[bool] = ContextVar("quiet", default=False)
 @contextmanager
 def silence() -> Iterator[None]:
     """Make runs print nothing in this context and thread; see `is_quiet`."""
-    before = _quiet.set(True)
+    before, clock = _quiet.set(True), compile_clock()
+    may_speak, clock.may_speak = clock.may_speak, False
     try:
-        with compile_clock().quiet():
-            yield
+        yield
     finally:
+        clock.may_speak = may_speak
         _quiet.reset(before)
 
 

@@ -7,7 +7,6 @@ import shutil
 import stat
 import subprocess
 import tempfile
-import time
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -18,8 +17,8 @@ from numba.core import caching
 
 import hierroom
 from hierroom.support import errors
-from hierroom.support.compile import kernel, kernel_folder, side_by_side
-from hierroom.support.compile.clock import ADVICE, compile_clock
+from hierroom.support.compile import kernel, kernel_folder
+from hierroom.support.compile.clock import LINE
 
 PACKAGE = Path(hierroom.__file__).parent
 DIGEST = kernel_folder.digest_of_kernels(PACKAGE)[:16]
@@ -29,7 +28,7 @@ from hierroom.worlds.random_kernels import mix
 hierroom.env(graph='a')
 print(mix.stats.cache_path)
 """
-SLOW = "from hierroom.support.compile import clock; clock.FIRST_SECONDS = 0.0\n"
+SLOW = "from hierroom.support.compile import clock; clock.PATIENCE_SECONDS = 0.0\n"
 COMPILE = """
 from hierroom.support.compile.kernel import njit
 def double(x):
@@ -170,8 +169,7 @@ def of_a_user():
 def test_changed_kernel_file_recompiles_all_kernels(tmp_path, temporary):
     package = tmp_path / "hierroom"
     shutil.copytree(PACKAGE / "support" / "compile", package / "support" / "compile")
-    for name in ("slow.py", "errors.py"):
-        shutil.copy(PACKAGE / "support" / name, package / "support")
+    shutil.copy(PACKAGE / "support" / "errors.py", package / "support")
     for name, content in SMALL_PACKAGE.items():
         (package / name).write_text(content)
     code = (
@@ -213,9 +211,11 @@ def test_long_compilation_prints_one_line():
     code = COMPILE.format(module="hierroom.worlds.escape_room.step_kernels")
     said, printed = on_a_terminal(SLOW + code)
     assert printed.split() == ["42", "42"]
-    assert said.splitlines() == [f"compiling kernels (1 so far, in 0 s, now double), {ADVICE}"]
+    assert said.splitlines() == [LINE]
     assert run_python("-c", SLOW + code, check=True).stderr.splitlines() == said.splitlines()
     assert run_python("-c", code, check=True).stderr == ""  # a fraction of a second
+    silent = "from hierroom.support.output import silence\nquiet = silence()\nquiet.__enter__()\n"
+    assert run_python("-c", SLOW + silent + code, check=True).stderr == ""
     assert on_a_terminal(SLOW + COMPILE.format(module="somebody.elses"))[0] == ""
 
 
@@ -231,20 +231,6 @@ def test_kernel_compiles_once_for_constants_and_narrow_integers(monkeypatch):
     assert len(inner.signatures) == 1
     assert inner(0.5, np.int32(1)) == 1.5  # from Python as ever
     assert len(inner.signatures) == 2
-
-
-def test_side_by_side_waits_unless_the_caller_fails(tmp_path, monkeypatch):
-    monkeypatch.setattr(side_by_side, "_can_share", lambda: True)
-    clock, done = compile_clock(), tmp_path / "done"
-    before = clock.seconds
-    with side_by_side.side_by_side(f"open({str(done)!r}, 'w').close()"):
-        assert not done.exists()
-    assert done.exists()
-    assert clock.seconds > before  # waiting is compiling
-    started = time.perf_counter()
-    with pytest.raises(KeyError), side_by_side.side_by_side("import time; time.sleep(100)"):
-        raise KeyError
-    assert time.perf_counter() - started < 50
 
 
 def test_every_kernel_uses_the_njit_of_hierroom():

@@ -1,1 +1,1 @@
-"""Compilation of kernels by Numba: the decorator, the folder of compiled kernels, a clock, and two processes."""
+"""Compilation of kernels by Numba: the decorator, the folder of compiled kernels, and a clock."""

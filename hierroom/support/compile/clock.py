@@ -1,84 +1,52 @@
-"""A clock of Numba's compilation, so that it does not count as training, and lines about its progress."""
+"""A clock of Numba's compilation, so that it does not count as training, and one line if it takes long."""
 
 from __future__ import annotations
 
-import gc
 import multiprocessing
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import cache
-from typing import Any
 
 from numba.core import event
 
-from hierroom.support.slow import FIRST_SECONDS, NEXT_SECONDS
-
 COMPILE_EVENT = "numba:compile"
 """Numba's event when it compiles a function that is not on disk."""
-ADVICE = "once; python -m hierroom compile does it ahead"
-
-
-def compiling(event: event.Event) -> Any:
-    """Return the kernel that an event is about."""
-    assert event.data is not None
-    return event.data["dispatcher"]
+PATIENCE_SECONDS = 2.0
+LINE = "compiling kernels, once, for up to half a minute; python -m hierroom compile does it ahead"
 
 
 class CompileClock(event.Listener):
-    """Adds up the time that this process compiles, and reports it on standard error if it is long.
+    """Adds up the time that this process compiles; if it is long, one line on standard error says so.
 
-    Python's garbage collector is off during compilation: with Numba's many objects, it took a tenth of the time.
+    Attributes:
+        may_speak: whether the line may still be printed. Worker processes are silent, as their parent compiles, too.
     """
 
     def __init__(self) -> None:
-        self._depth, self._started, self._done, self._n_kernels = 0, 0.0, 0.0, 0
-        self._next_line, self._collects, self._is_heard = FIRST_SECONDS, False, True
+        self._depth, self._started, self._done = 0, 0.0, 0.0
+        self.may_speak = multiprocessing.parent_process() is None
 
     @property
     def seconds(self) -> float:
         """The seconds of compilation so far."""
         return self._done + (time.perf_counter() - self._started if self._depth else 0.0)
 
-    def add(self, seconds: float) -> None:
-        """Add time that was spent waiting for another process to compile."""
-        self._done += seconds
-
-    @contextmanager
-    def quiet(self) -> Iterator[None]:
-        """Print nothing in this context, because other lines report compilation."""
-        was_heard, self._is_heard = self._is_heard, False
-        try:
-            yield
-        finally:
-            self._is_heard, self._next_line = was_heard, self.seconds + FIRST_SECONDS
-
     def on_start(self, event: event.Event) -> None:
         """Start the clock."""
         if self._depth == 0:
-            self._started, self._collects = time.perf_counter(), gc.isenabled()
-            gc.disable()
+            self._started = time.perf_counter()
         self._depth += 1
-        if compiling(event).py_func.__module__.startswith("hierroom."):
-            self._n_kernels += 1
-            self._say(compiling(event).__name__)
+        assert event.data is not None
+        is_ours = event.data["dispatcher"].py_func.__module__.startswith("hierroom.")
+        if self.may_speak and is_ours and self.seconds >= PATIENCE_SECONDS and sys.stderr is not None:
+            self.may_speak = False
+            print(LINE, file=sys.stderr, flush=True)
 
     def on_end(self, event: event.Event) -> None:
         """Stop the clock."""
         self._depth -= 1
         if self._depth == 0:
             self._done += time.perf_counter() - self._started
-            if self._collects:
-                gc.enable()
-
-    def _say(self, kernel: str) -> None:
-        # Workers stay silent: if they compile, their parent does, too.
-        is_heard = self._is_heard and sys.stderr is not None and multiprocessing.parent_process() is None
-        if is_heard and self.seconds >= self._next_line:
-            self._next_line = self.seconds + NEXT_SECONDS
-            so_far = f"{self._n_kernels} so far, in {self.seconds:.0f} s, now {kernel}"
-            print(f"compiling kernels ({so_far}), {ADVICE}", file=sys.stderr, flush=True)
 
 
 @cache
