@@ -7,7 +7,6 @@ hierroom`` and ``import numpy as np``.
 from __future__ import annotations
 
 import importlib
-import os
 import re
 import sys
 import time
@@ -16,23 +15,9 @@ from importlib.metadata import PackageNotFoundError, version
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-_started = time.perf_counter()  # the wall clock of a command begins here
+_started = time.perf_counter()  # the wall clock of a command begins before the imports that take long
 
-
-def _leave_quietly(kind: type[BaseException], error: BaseException, traceback: Any) -> None:
-    """On Ctrl-C during imports, end a command with one line and exit code 130, as after the imports."""
-    if not issubclass(kind, KeyboardInterrupt):
-        sys.__excepthook__(kind, error, traceback)
-        return
-    print("stopped", file=sys.stderr, flush=True)
-    os._exit(130)
-
-
-_run = sys.orig_argv[sys.orig_argv.index("-m") + 1 :][:1] if sys.argv[:1] == ["-m"] else sys.argv[:1]
-if _run and re.match(r"hierroom(\.|$)", os.path.basename(_run[0])):  # the command line, by python -m or as a script
-    sys.excepthook = _leave_quietly
-
-import gymnasium  # noqa: E402 - slow, so Ctrl-C may come meanwhile
+import gymnasium  # noqa: E402
 import pettingzoo  # noqa: E402
 
 if TYPE_CHECKING:

@@ -2,12 +2,11 @@
 
 import json
 import os
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from children import run_child, run_python
+from children import run_python
 
 import hierroom
 from hierroom.complexity.augmented import AugmentedGraph
@@ -169,26 +168,6 @@ def test_long_goal_graph_raises_no_recursion_error():
         AugmentedGraph(graph)
     with pytest.raises(InputError, match="gives far more"):
         AugmentedGraph(GoalGraph((0,) * 20_000, 1))
-
-
-@pytest.mark.parametrize("module", ["gymnasium", "tyro"])
-@pytest.mark.parametrize("is_script", [False, True])
-def test_ctrl_c_during_command_import_prints_one_line(module, is_script, tmp_path):
-    (tmp_path / f"{module}.py").write_text("raise KeyboardInterrupt")
-    script = str(Path(sys.executable).with_name("hierroom"))
-    command = [script, "train"] if is_script else [sys.executable, "-m", "hierroom", "train"]
-    path = os.pathsep.join([str(tmp_path), str(Path(hierroom.__file__).parents[1])])
-    env = {**os.environ, "PYTHONPATH": path}
-    done = run_child(command, cwd=tmp_path, env=env)
-    assert (done.returncode, done.stderr) == (130, "stopped\n")
-
-
-def test_ctrl_c_in_import_hierroom_shows_a_traceback(tmp_path):
-    (tmp_path / "gymnasium.py").write_text("raise KeyboardInterrupt")
-    path = os.pathsep.join([str(tmp_path), str(Path(hierroom.__file__).parents[1])])
-    env = {**os.environ, "PYTHONPATH": path}
-    done = run_python("-c", "import hierroom", cwd=tmp_path, env=env)
-    assert "Traceback" in done.stderr
 
 
 @pytest.mark.parametrize("name", ["two\nlines", "\x1b[31mred", "\udcff", "x" * 5000, "\u2028"])
