@@ -92,6 +92,11 @@ class OldStep(Chest):
         return observation, reward, False, info
 
 
+class Parted(Chest):
+    def _observation(self):
+        return {name: one for name, one in super()._observation().items() if name != "held"}
+
+
 ONLY = Chest()
 
 
@@ -108,10 +113,10 @@ def stops(env, info):
         ({"make": Untrue}, "observations are Box, Discrete, MultiDiscrete or MultiBinary, or dicts, not Dict("),
         ({"make": lambda: ONLY}, "make of task must return a new environment each time, not always the same one"),
         ({"make": Unobserved}, "make of task fails: AttributeError: "),
-        ({"make": Old}, "reset of task must return observation, info, the last one a dict, not a dict"),
+        ({"make": Old}, "reset of task must return a tuple (observation, info), not a dict"),
         (
             {"make": OldStep},
-            "step of task must return observation, reward, terminated, truncated, info, the last one a dict, not 4",
+            "step of task must return a tuple (observation, reward, terminated, truncated, info), not 4 values",
         ),
         ({"make": lambda: Shown(5)}, "shows a place outside its observation space: 5 in Discrete(6, start=-1)"),
         ({"make": lambda: Shown(-2)}, "shows a place outside its observation space: -2 in Discrete(6, start=-1)"),
@@ -121,6 +126,7 @@ def stops(env, info):
             {"make": lambda: Shown(1j)},
             "shows a place outside its observation space: an array of complex128",
         ),
+        ({"make": Parted}, "task shows a held_coins outside its observation space: KeyError: 'held' in Box("),
         ({"make": lambda: Shown("1")}, "shows a place outside its observation space: an array of <U1 and shape ()"),
         ({"make": lambda: Shown([1])}, "shows a place outside its observation space: an array of int64 and shape (1,)"),
         (
@@ -131,15 +137,18 @@ def stops(env, info):
             {"make": lambda: Seen(0.5, 1, (3,), np.float32)},
             "an array of float64 and shape () in Box(",
         ),
-        ({"make": lambda: Seen([1e300], np.inf, dtype=np.float32)}, "task shows a observation that is not finite"),
-        ({"make": lambda: Seen(None, np.inf, dtype=np.float32)}, "an array of object and shape () in Box("),
-        ({"make": lambda: Paying(10**400)}, "task must return numbers and truths from a step: int too large"),
-        ({"make": lambda: Paying("x")}, "task must return numbers and truths from a step: could not convert"),
+        (
+            {"make": lambda: Seen([1e300], np.inf, dtype=np.float32)},
+            "task shows a observation with 1e+300; a network reads finite numbers up",
+        ),
+        ({"make": lambda: Seen(None, np.inf, dtype=np.float32)}, "outside its observation space: None in Box("),
+        ({"make": lambda: Paying(10**400)}, "step of task must return a finite number as reward, not 1000"),
+        ({"make": lambda: Paying("x")}, "step of task must return a finite number as reward, not 'x'"),
         (
             {"make": lambda: Paying(np.ones(1))},
-            "must return numbers and truths from a step: an array in place of",
+            "step of task must return a finite number as reward, not a ndarray",
         ),
-        ({"make": lambda: Paying(None)}, "task gives a reward that is not finite"),
+        ({"make": lambda: Paying(None)}, "step of task must return a finite number as reward, not None"),
         ({"make": Closing}, "close of task fails: RuntimeError: no end (line "),
         ({"make": Manifold}, "a task has at most 255 actions; task has 500"),
         ({"make": Steered}, "the actions of task must be Discrete, not Box("),
@@ -160,22 +169,53 @@ def test_errors_in_user_code_raise_input_error(changes, said):
     assert "\n" not in str(refused.value)
 
 
+class Turning(Seen):
+    """A chest that shows two numbers, and whose steps have other results after forty of them."""
+
+    def __init__(self, **later):
+        super().__init__(np.zeros(2), np.inf, (2,), np.float64)
+        self.later, self.steps = later, 0
+
+    def step(self, action):
+        self.steps += 1
+        names = ("observation", "reward", "terminated", "truncated", "info")
+        results = dict(zip(names, super().step(action), strict=True))
+        return tuple((results | self.later if self.steps > 40 else results).values())
+
+
+def goal_that(value):
+    return lambda env, info: env.steps > 40 and value
+
+
 @pytest.mark.filterwarnings("ignore:.*ERROR.*:UserWarning")  # Gymnasium shows the error of a process, too
 @pytest.mark.parametrize("processes", [0, 2])
 @pytest.mark.parametrize(
-    ("environment", "said"),
+    ("later", "goal", "said"),
     [
+        ({"observation": np.zeros(3)}, False, "an array of float64 and shape (3,) in Box("),
+        ({"observation": None}, False, "task shows a observation outside its observation space: None in Box("),
+        ({"observation": [1e39, 0]}, False, "task shows a observation with 1e+39; a network reads finite numbers up"),
+        ({"reward": "1.5"}, False, "step of task must return a finite number as reward, not '1.5'"),
+        ({"terminated": "False"}, False, "step of task must return True or False as terminated, not 'False'"),
+        ({"info": None}, False, "must return a dict as info, not None"),
         (
-            lambda: Seen([300]),
-            "task shows a observation outside its observation space: 300 in Box(0, 255, (1,), ",
+            {"more": 1},
+            False,
+            "step of task must return a tuple (observation, reward, terminated, truncated, info), not ",
         ),
-        (lambda: Seen(0.5, 1, (3,), np.float32), "outside its observation space: an array of float64 and shape () in"),
+        ({}, "yes", "goal 'chest' of task must return True, False or a count of at least 0, not 'yes'"),
+        ({}, np.ones(2), "goal 'chest' of task must return True, False or a count of at least 0, not a ndarray"),
     ],
 )
-def test_errors_are_the_same_in_other_processes(environment, said, processes):
-    task = hierroom.Task(make=environment, goals=GOALS, target="chest", processes=processes)
+def test_wrong_results_are_refused_at_any_step_and_in_other_processes(later, goal, said, processes):
+    goals = {"chest": goal_that(goal)}
+    task = hierroom.Task(make=lambda: Turning(**later), goals=goals, target="chest", processes=processes)
+    turns = make(task, 3)
+    for _ in range(40):
+        turns.step([2] * 3)
     with pytest.raises(InputError, match=re.escape(said)):
-        make(task, 3)
+        turns.step([2] * 3)
+    turns.world.close()
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from hierroom.complexity.augmented import AugmentedGraph
 from hierroom.complexity.measures import horizon_kernels as kernels
+from hierroom.support.env_results import step_results
 from hierroom.support.errors import InputError, require_number, shown, user_code
 
 Values = NDArray[np.float64]
@@ -226,7 +227,7 @@ def _enumerated(
             targets, earned = [], []
             for action in chosen:
                 after = deepcopy(here)
-                _, gained, terminated, _, _ = after.step(action)
+                _, (gained,), (terminated,), *_ = step_results([after.step(action)], "the environment")
                 earned.append(reward(float(gained)))
                 if terminated:
                     targets.append(-1)

@@ -14,6 +14,7 @@ from hierroom.complexity.chains.chain import EXIT
 from hierroom.complexity.chains.weights import first_names, node_labels
 from hierroom.complexity.played.observed import counts_of
 from hierroom.complexity.played.played_chain import PlayedChain
+from hierroom.support.env_results import reset_results, unpaid_step
 from hierroom.support.errors import InputError, require_number, shown, user_code
 
 NO_STEP = "a trajectory must have at least one step, from a node that is not the target"
@@ -113,16 +114,16 @@ def measure_env(
     trajectories, failed = [], []
     for episode in range(episodes):
         with user_code("the environment, or a function given with it,"):
-            observation, _ = env.reset(seed=seed + episode)
+            (observation,), _ = reset_results([env.reset(seed=seed + episode)], "the environment")
             nodes, has_ended, terminated = [node(env)], False, False
             check_start(as_walk(nodes, target)[0], (trajectories or [nodes])[0][0], target)  # not after hours of play
             while not has_ended:
                 action = env.action_space.sample() if policy is None else policy(observation)
-                observation, _, terminated, truncated, _ = env.step(action)
+                observation, terminated, truncated = unpaid_step(env.step(action), "the environment")
                 nodes.append(node(env))
                 has_ended = terminated or truncated or nodes[-1] == target or len(nodes) - 1 == max_steps
         trajectories.append(nodes)
-        failed.append(bool(terminated))
+        failed.append(terminated)
         progress(episode + 1)
     played = measure_trajectories(trajectories, target, may_miss=True, failed=failed, seed=seed)
     if not played.counts.escaped.any():

@@ -46,7 +46,7 @@ def as_totals(values: list[Any], goals: Mapping[str, GoalFunction], task: str) -
         for number, value in enumerate(values):
             is_whole = isinstance(value, (bool, int, np.bool_, np.integer))
             if not is_whole or not 0 <= value < _MOST:
-                rule = "must return True, False or a count of at least 0"
-                raise InputError(f"goal {[*goals][number % len(goals)]!r} of {task} {rule}, not {shown(value)}")
+                name, rule = [*goals][number % len(goals)], "must return True, False or a count of at least 0"
+                raise InputError(f"goal {name!r} of {task} {rule}, not {shown(value)}")
     dtype = np.bool_ if kinds <= _TRUTHS else np.int64
     return np.array(values, dtype).reshape(-1, len(goals))

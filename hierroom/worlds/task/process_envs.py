@@ -64,7 +64,7 @@ class Block(gymnasium.Env):
                 self._arrays[name][stepped] = values
         return self._arrays, 0.0, False, False, {}
 
-    def _keep(self, envs: list[int], observations: list[Any], totals: NDArray) -> None:
+    def _keep(self, envs: list[int], observations: Sequence[Any], totals: NDArray) -> None:
         for name, (path, space) in self._task.trial.entries.items():
             self._arrays[f"{_SHOWN}{name}"][envs] = read_entry(observations, name, path, space, self._task.name)
         self._arrays["totals"][envs] = totals

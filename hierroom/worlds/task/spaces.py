@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.support.byte_array import ByteArray
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, in_one_line, shown, text_of
 from hierroom.worlds.world import Feature
 
 RESERVED = (
@@ -65,7 +65,7 @@ def entry_of(observation: Any, path: tuple[Any, ...]) -> Any:
 
 
 def read_entry(
-    observations: list[Any], name: str, path: tuple[Any, ...], space: spaces.Space, task: str
+    observations: Sequence[Any], name: str, path: tuple[Any, ...], space: spaces.Space, task: str
 ) -> NDArray[Any]:
     """Return an entry of M observations as an array [M, ...] of its space's type; refuse one outside the space.
 
@@ -73,19 +73,34 @@ def read_entry(
     """
     try:
         values = np.array([entry_of(one, path) for one in observations] if path else observations)
-        if values.shape[1:] != space.shape or values.dtype.kind not in "biuf":
-            raise ValueError(f"an array of {values.dtype} and shape {values.shape[1:]} in {space}")
-        dtype: Any = space.dtype
-        if dtype.kind != "f" and (outside := _first_outside(space, values)) is not None:
-            raise ValueError(f"{outside} in {space}")
-    except (TypeError, ValueError, KeyError, IndexError, OverflowError) as error:
-        raise InputError(f"{task} shows a {name} outside its observation space: {error}") from error
-    if values.dtype != dtype:
-        with np.errstate(over="ignore"):
-            values = values.astype(dtype)
-    if dtype.kind == "f" and not np.isfinite(values).all():
-        raise InputError(f"{task} shows a {name} that is not finite")
-    return values
+    except Exception:  # an entry is missing, or NumPy makes no array of them
+        values = np.array(None)
+    if values.shape[1:] != space.shape or values.dtype.kind not in "biuf" or len(values) != len(observations):
+        raise InputError(f"{task} shows a {name} outside its observation space: {_unlike(observations, path, space)}")
+    dtype: Any = space.dtype
+    if dtype.kind != "f" and (outside := _first_outside(space, values)) is not None:
+        raise InputError(f"{task} shows a {name} outside its observation space: {outside} in {text_of(space)}")
+    with np.errstate(over="ignore"):
+        read = values.astype(dtype, copy=False)
+        if dtype.kind == "f" and not (are_finite := np.isfinite(read.astype(np.float32, copy=False))).all():
+            most = min(np.finfo(dtype).max, np.finfo(np.float32).max)
+            wrong = f"{name} with {values[~are_finite][0]}"
+            raise InputError(f"{task} shows a {wrong}; a network reads finite numbers up to {most:.4g}")
+    return read
+
+
+def _unlike(observations: Sequence[Any], path: tuple[Any, ...], space: spaces.Space) -> str:
+    """Describe the first observation with an entry that is no array of numbers in the shape of its space."""
+    for one in observations:
+        try:
+            entry = entry_of(one, path)
+            array = np.array(entry)
+        except Exception as error:
+            return f"{in_one_line(error)} in {text_of(space)}"
+        if array.shape != space.shape or array.dtype.kind not in "biuf":
+            given = f"an array of {array.dtype} and shape {array.shape}"
+            return f"{shown(entry) if array.dtype == object else given} in {text_of(space)}"
+    return f"arrays of different kinds in {text_of(space)}"
 
 
 def feature_of(name: str, space: spaces.Space) -> Feature:

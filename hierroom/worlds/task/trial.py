@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from gymnasium import spaces
 
-from hierroom.support.errors import InputError, shown, user_code, warn_once
+from hierroom.support.env_results import reset_results
+from hierroom.support.errors import InputError, user_code, warn_once
 from hierroom.worlds.task.goal_values import goal_values
 from hierroom.worlds.task.local_envs import LocalEnvs
 from hierroom.worlds.task.parts import TaskParts, Trial
@@ -29,15 +28,12 @@ def try_out(task: TaskParts) -> Trial:
         raise InputError(f"a task has at most {MAX_CATEGORIES - 1} actions; {task.name} has {actions.n}")
     entries, left_out = flat_entries(space)
     with user_code(f"reset of {task.name}"):
-        _, info = _returned(f"reset of {task.name}", env.reset(seed=0), "observation, info")
-    values = goal_values(task.goals, [env], [info], task.name)
+        _, infos = reset_results([env.reset(seed=0)], task.name)
+    values = goal_values(task.goals, [env], infos, task.name)
     are_counts = tuple(not isinstance(value, (bool, np.bool_)) for value in values)
     if values[target := task.goal_set.target] and not are_counts[target]:
         name = task.goal_set.names[target]
         warn_once(f"the target {name!r} of {task.name} is true at a reset; such an episode cannot achieve it")
-    with user_code(f"step of {task.name}"):
-        results = env.step(int(actions.start))
-        _returned(f"step of {task.name}", results, "observation, reward, terminated, truncated, info")
     with user_code(f"close of {task.name}"):
         env.close()
     random = np.random.default_rng(0)
@@ -48,10 +44,3 @@ def try_out(task: TaskParts) -> Trial:
             envs.reset([0], [0])
     envs.close()
     return Trial(entries, left_out, int(actions.n), int(actions.start), are_counts)
-
-
-def _returned(what: str, results: Any, names: str) -> tuple[Any, ...]:
-    if not isinstance(results, tuple) or len(results) != len(names.split()) or not isinstance(results[-1], dict):
-        given = f"{len(results)} values" if isinstance(results, tuple) else shown(results)
-        raise InputError(f"{what} must return {names}, the last one a dict, not {given}")
-    return results

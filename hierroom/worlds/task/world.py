@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -92,7 +92,7 @@ class TaskWorld(BaseWorld):
         """Return the identity of an environment's episode: seed, environment, episode number and set of levels."""
         return int(self.seeds[env]), int(self.indices[env]), int(self.numbers[env]), self.config.levels
 
-    def _note(self, envs: NDArray[np.integer], observations: list[Any], totals: NDArray) -> None:
+    def _note(self, envs: NDArray[np.integer], observations: Sequence[Any], totals: NDArray) -> None:
         where = self._where(envs)
         for name, (path, space) in self._trial.entries.items():
             self._shown[name][where] = read_entry(observations, name, path, space, self.variants[0])

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hierroom.complexity import measure_env, measure_trajectories
+from hierroom.complexity.measures import enumerate_env
 from hierroom.support.errors import InputError
 
 
@@ -94,6 +95,19 @@ def test_measure_env_of_random_play():
     again = measure_env(Corridor(), cell, 4, episodes=400, seed=2)
     np.testing.assert_array_equal(played.counts.lengths, again.counts.lengths)
     assert replace(again, n_resamples=20).to_dict() == replace(played, n_resamples=20).to_dict()
+
+
+class Texting(Corridor):
+    def step(self, action):
+        return 0, 0.0, "False", False, {}
+
+
+def test_wrong_results_of_an_environment_raise_input_error():
+    """A text is true in Python, so that each episode would end after one step."""
+    with pytest.raises(InputError, match="step of the environment must return True or False as terminated"):
+        measure_env(Texting(), lambda env: 0, 1)
+    with pytest.raises(InputError, match="step of the environment must return True or False as terminated"):
+        enumerate_env(Texting(), lambda env: 0)
 
 
 class Guess(Corridor):
