@@ -32,15 +32,14 @@ test-all: $(VENV)/.installed ## everything, as CI runs it: slow tests, and a few
 test-random: $(VENV)/.installed ## the tests in random order and in parallel; the seed is printed, SEED=n repeats it
 	$(BIN)/python -m pytest --verbose -p randomly -n auto $(if $(SEED),--randomly-seed=$(SEED))
 
-# Whose kernels no other test runs as plain Python, in which alone their lines are seen. Those of the measures are left
-# out: they take longer than all of these together.
-OF_KERNELS := tests/worlds/escape_room/test_state_check.py tests/worlds/escape_room/test_sampled_level.py tests/worlds/escape_room/test_features.py \
+# Whose kernels no other test runs as plain Python, in which alone their lines are seen.
+OF_KERNELS := tests/worlds/escape_room/test_state_check.py tests/worlds/escape_room/test_features.py \
 	tests/complexity/chains/test_complexity_elimination.py tests/learners/test_learner_gae.py tests/learners/test_learner_kernels.py
 
 coverage: $(VENV)/.installed ## which branches the tests take, of kernels as plain Python too; fails below 95%
 	$(BIN)/coverage erase
 	$(BIN)/coverage run -m pytest -n auto
-	NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest -n auto -k "not its_own_source and not as_computed" $(OF_KERNELS)
+	NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest -n auto -k "not its_own_source" $(OF_KERNELS)
 	$(BIN)/coverage combine --quiet
 	$(BIN)/coverage report
 

@@ -25,15 +25,11 @@ import tyro
 from rich.console import Console
 from rich.progress import track
 
+from benchmarks.measures.covering import covering_length
+from benchmarks.measures.effective_horizon import effective_horizon, effective_planning_window, minimum_k
+from benchmarks.measures.gorp import Gorp
+from benchmarks.measures.mdp import enumerate_env
 from benchmarks.result_table import ResultTable
-from hierroom.complexity.measures import (
-    Gorp,
-    covering_length,
-    effective_horizon,
-    effective_planning_window,
-    enumerate_env,
-    minimum_k,
-)
 
 PUBLISHED = {
     "MiniGrid-KeyCorridorS3R1-v0": {

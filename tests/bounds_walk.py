@@ -64,7 +64,7 @@ def main() -> None:
     learn(features=tuple(OF_BOTH), drop_key=True)
     learn(meta="learned")
     learn(features=("view-ids", "goal"), method="ppo-rnd")
-    compile_all(Path(kernel_folder()))  # each kernel is used once, those of the measures with it
+    compile_all(Path(kernel_folder()))  # each kernel is used once
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hierroom.complexity.measures.mdp import DeterministicMDP
+from benchmarks.measures.mdp import DeterministicMDP
 
 
 def lock(n, n_actions=2):

@@ -13,14 +13,14 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import tyro
 
+from benchmarks.measures.mdp import graph_mdp
+from benchmarks.measures.summary import measure_mdp, measure_walk
 from benchmarks.study.graphs import study_graphs, twins
 from benchmarks.study.tables import MEASURES_PATH, Row, read_measures
 from hierroom.agents.player import make_player
 from hierroom.complexity import analyze
-from hierroom.complexity.measures import graph_mdp, measure_mdp, measure_walk
 from hierroom.goals import GoalGraph
 from hierroom.lab.measure import MAX_ENVS, measure
 from hierroom.support.cli import progress_bar, run
@@ -28,7 +28,6 @@ from hierroom.support.files import write_atomically
 from hierroom.support.tables import csv_text
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
-from hierroom.worlds.escape_room.measured_levels import GORP_RUNS, LEVEL_POLICIES, MAX_LEVEL_STATES, level_mdp
 
 
 @dataclass(frozen=True)
@@ -37,13 +36,11 @@ class Settings:
 
     Args:
         horizon: steps of an episode on the goal graph's MDP.
-        size: cells of the grid's side in random play and in levels.
+        size: cells of the grid's side in random play.
         episodes: episodes of random play of the usual length, for the rate of success.
         max_steps: steps after which such an episode is truncated.
         chain_episodes: long episodes of random play, from which the chain is measured.
         chain_steps: steps after which a long episode is truncated.
-        levels: levels of each graph that are measured by their exact states; takes minutes for each.
-        level_horizon: steps of an episode in them.
         seed: of levels and actions.
     """
 
@@ -53,8 +50,6 @@ class Settings:
     max_steps: int = 1000
     chain_episodes: int = 200
     chain_steps: int = 20_000
-    levels: int = 0
-    level_horizon: int = 1000
     seed: int = 0
 
 
@@ -99,7 +94,6 @@ def measured_row(graph: GoalGraph, settings: Settings, twin_of: str = "") -> dic
         **asdict(mdp),
         **asdict(measure_walk(report.chain)),
         **_of_play(graph, settings),
-        **_of_levels(graph, settings),
         "settings": settings_text(settings),
     }
 
@@ -153,20 +147,6 @@ def _of_play(graph: GoalGraph, settings: Settings) -> dict[str, float]:
         "play_expected_steps": long.chain.expected_steps,
         "play_long_success": long.success_rate,
     }
-
-
-def _of_levels(graph: GoalGraph, settings: Settings) -> dict[str, float | str]:
-    """Medians over levels of the measures of their exact states; nothing where a level is too large."""
-    if not settings.levels:
-        return {}
-    mdps = [level_mdp(graph, settings.seed + i, size=settings.size) for i in range(settings.levels)]
-    names = ("random_success", "planning_window", "horizon_bound", "effective_horizon", "covering_high", "pic", "poic")
-    if any(mdp.n_states > MAX_LEVEL_STATES for mdp in mdps):
-        return {f"level_{name}": "" for name in ("states", *names)}
-    measures = [
-        measure_mdp(mdp, settings.level_horizon, n_policies=LEVEL_POLICIES, gorp_runs=GORP_RUNS) for mdp in mdps
-    ]
-    return {f"level_{name}": float(np.median([getattr(one, name) for one in measures])) for name in ("states", *names)}
 
 
 def main() -> int:

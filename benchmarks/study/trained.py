@@ -45,13 +45,6 @@ MEASURES: Mapping[str, int] = {
     "mixing": 1,
     "commute": 1,
     "cover": 1,
-    "level_random_success": -1,
-    "level_planning_window": 1,
-    "level_horizon_bound": 1,
-    "level_effective_horizon": 1,
-    "level_covering_high": 1,
-    "level_pic": -1,
-    "level_poic": -1,
 }
 """The measures of the study, and 1 where more of it should be harder, -1 where it should be easier."""
 

@@ -97,17 +97,11 @@ SHOP: Mapping[str, Any] = {"task": "workshop:2", "max_steps": 30}
 
 
 def play_in_worlds() -> None:
-    """Use the kernels of the worlds, the turns and the measures of levels, which need no learner."""
+    """Use the kernels of the worlds and the turns, which need no learner."""
     import hierroom
-    from hierroom.complexity.measures.table import measure_graphs
     from hierroom.gym_env import EscapeRoom
     from hierroom.turns.rewards import REWARDS
     from hierroom.vector_env import EscapeRooms
-    from hierroom.worlds.escape_room.engine import Engine
-    from hierroom.worlds.escape_room.measured_levels import measure_levels
-    from hierroom.worlds.escape_room.sampled_level import SampledLevel
-
-    graph_a = hierroom.GoalGraph.named("a")
 
     def play(env: Any) -> None:
         env.reset(seed=0)
@@ -125,18 +119,11 @@ def play_in_worlds() -> None:
     _step(EscapeRooms(4, **SMALL, flat=True), 4)
     _step(EscapeRooms(4, **SMALL, autoreset_mode="NextStep", copy=False), 4)
     _step(EscapeRooms(4, layout="######\n#@rRE#\n######", max_steps=30, autoreset_mode="SameStep"), 4)
-    measure_levels([graph_a], 1, 60)
-    few: Mapping[str, int] = {"episodes": 2, "n_policies": 2, "policy_episodes": 2, "gorp_runs": 2, "max_steps": 0}
-    SampledLevel(Engine([graph_a]).state, 60).measure(**few)
-    measure_graphs([graph_a], 20)
 
 
 def play_with_learners() -> None:
     """Use the kernels of learners, of chains and of the Workshop."""
-    import numpy as np
-
     import hierroom
-    from hierroom.complexity.measures import sampled_cover_time
     from hierroom.complexity.report import analyze
     from hierroom.gym_env import EscapeRoom
     from hierroom.vector_env import EscapeRooms
@@ -145,7 +132,6 @@ def play_with_learners() -> None:
     pole = hierroom.Task("CartPole-v1", {"left": lambda env, info: env.unwrapped.state[0] < 0}, target="left")
     _train(task=pole, meta="random", max_steps=30)
     analyze("a").goal_sensitivity()
-    sampled_cover_time(np.eye(2)[::-1], 0, 2)
     _train(**SHOP, method="ppo-novelty")
     _train(**SHOP, preset="learned", meta="learned", features=(*workshop_of("2").features,))
     _step(EscapeRoom(**SHOP, meta="fixed-dfs"), None)

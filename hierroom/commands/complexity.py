@@ -23,7 +23,7 @@ from hierroom.support.output import warn
 from hierroom.support.slow import said_when_slow
 from hierroom.support.tables import named_table, print_table
 from hierroom.worlds.env_config import GRAPHS, LAYOUTS
-from hierroom.worlds.escape_room.level_map import LevelMap, as_maps
+from hierroom.worlds.escape_room.level_map import as_maps
 from hierroom.worlds.make import find_task
 
 MAX_LISTED_ROOMS = 8  # with 612 goal graphs; the 1,747 of 9 rooms would take most of a minute
@@ -64,9 +64,6 @@ class ComplexityArguments:
             agents, random for random actions, or oracle for shortest solutions; by default on the run's graph, or c.
             With --task or --out: estimate from play which goals need which others, an upper bound of the true needs.
         out: with --from-play, write the rules that play showed into this .toml file.
-        measures: list measures such as the effective horizon and the covering length, on the augmented graph's MDP.
-        levels: with --measures, measure this number of levels of each graph by their exact states instead.
-        horizon: with --measures, steps of an episode: by default 20 on goal graphs and 1000 in levels.
         size: cells of the grid's side in play; by default the run's, or 19 for random and oracle.
         max_steps: steps after which an episode of play is truncated; by default the run's, or 1000.
         episodes: number of episodes to play.
@@ -91,9 +88,6 @@ class ComplexityArguments:
     reading: Annotated[tuple[str, str, str], tyro.conf.arg(metavar="KEYS ROOMS DROP")] = astuple(TABLE_READING)
     from_play: str | None = None
     out: Path | None = None
-    measures: Flag = False
-    levels: int = 0
-    horizon: int | None = None
     size: int | None = None
     max_steps: int | None = None
     episodes: int = 1000
@@ -133,12 +127,9 @@ def show(options: ComplexityArguments) -> None:
     if options.from_play is not None:
         _show_play(options, options.from_play, walk, reading)
         return
-    has_seed = options.seed != ComplexityArguments.seed and not options.levels
-    if has_seed or any(getattr(options, name) != getattr(ComplexityArguments, name) for name in OF_PLAY):
+    if any(getattr(options, name) != getattr(ComplexityArguments, name) for name in (*OF_PLAY, "seed")):
         options_of_play = "--episodes, --seed, --size, --max-steps and --trust-run"
-        raise InputError(f"{options_of_play} go with --from-play, which is missing, or --seed with --levels")
-    if (options.levels or options.horizon is not None) and not options.measures:
-        raise InputError("--levels and --horizon go with --measures, which is missing")
+        raise InputError(f"{options_of_play} go with --from-play, which is missing")
     maps = as_maps(options.layout)
     specs = graph_specs(options.graph)
     if bool(specs) + bool(maps) + options.all > 1:
@@ -147,9 +138,6 @@ def show(options: ComplexityArguments) -> None:
     chosen = GraphSet(specs, options.exclude, options.drop, MAX_LISTED_ROOMS, walk, reading)
     for note in chosen.notes:
         warn(note)
-    if options.measures:
-        _show_measures(options, maps or chosen.graphs, walk, reading)
-        return
     reports = [analyze(graph, options.drop, walk, reading) for graph in chosen.graphs]
     _show_reports(options, reports, len(specs) > 1 or any(map(is_graph_set, specs)))
 
@@ -231,40 +219,9 @@ def _show_played_rules(options: ComplexityArguments, player: str, walk: Walk) ->
             report.draw(options.draw)
 
 
-def _show_measures(
-    options: ComplexityArguments, levels: Sequence[GoalGraph | LevelMap], walk: Walk, reading: Reading
-) -> None:
-    if options.draw is not None or options.sort is not None:
-        raise InputError("--measures allows neither --draw nor --sort")
-    is_assumed = (options.walk, options.reading) != (ComplexityArguments.walk, ComplexityArguments.reading)
-    if is_assumed and options.levels:
-        raise InputError("--levels measures the levels themselves, which no --walk and no --reading describe")
-    from hierroom.complexity.measures.table import measure_graphs, measures_text, print_measures
-
-    horizon = options.horizon if options.horizon is not None else 1000 if options.levels else 20
-    drop = "with" if options.drop else "without"
-    what = f"{_counted(levels)}, {drop} drop, horizon {horizon}"
-    if options.levels:
-        from hierroom.worlds.escape_room.measured_levels import measure_levels  # imports the world
-
-        measured = measure_levels(levels, options.levels, horizon, options.drop, options.seed)
-    else:
-        graphs = [one.graph if isinstance(one, LevelMap) else one for one in levels]
-        measured = measure_graphs(graphs, horizon, options.drop, walk, reading)
-    if options.json:
-        print(to_json([graph.to_dict() for graph in measured]))
-    elif formats := [name for name in FORMATS if getattr(options, name)]:
-        print(measures_text(measured, formats[0]), end="")
-    else:
-        print_measures(measured, f"{'levels' if options.levels else 'MDPs'} of {what}")
-
-
-def _counted(graphs: Sequence[object]) -> str:
-    return f"{len(graphs)} goal graph{'s' * (len(graphs) > 1)}"
-
-
 def _print_table(options: ComplexityArguments, reports: Sequence[WalkReport]) -> None:
-    title = f"{_counted(reports)}, {'with' if options.drop else 'without'} drop"
+    plural, drop = "s" * (len(reports) > 1), "with" if options.drop else "without"
+    title = f"{len(reports)} goal graph{plural}, {drop} drop"
     if options.rules:
         title = f"{len(reports)} sets of rules"
     headings = [heading for heading, _ in COLUMNS.values()]

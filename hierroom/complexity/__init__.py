@@ -22,8 +22,7 @@ Systems for m, v and h are solved without subtraction (`chains.elimination`; Gra
 
 `AugmentedGraph` is the paper's augmented graph with its weights W (appendix A); `MarkingGraph` is its counterpart for
 rules. Numbers after a source are its theorems: Norris, Markov Chains, 1997; Kemeny and Snell, Finite Markov Chains,
-1960; Golub and Pereyra, The Differentiation of Pseudo-Inverses, 1973. Other measures from the literature are in
-``hierroom.complexity.measures``.
+1960; Golub and Pereyra, The Differentiation of Pseudo-Inverses, 1973.
 """
 
 from hierroom.complexity.augmented import AugmentedGraph, Node, count_nodes

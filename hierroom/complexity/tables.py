@@ -14,8 +14,6 @@ from hierroom.support.tables import csv_text, latex_table, markdown_table
 if TYPE_CHECKING:
     import pandas as pd
 
-    from hierroom.complexity.measures.table import MeasuredGraph
-
 ColumnName = Literal["graph", "exit_depth", "width", "nodes", "edges", "hitting_time", "expected_steps", "std"]
 
 COLUMNS: Mapping[ColumnName, tuple[str, int]] = {
@@ -68,9 +66,7 @@ def list_text(reports: Iterable[WalkReport], form: str) -> str:
     return table(headings, map(report_cells, reports)) + "\n"
 
 
-def to_frame(
-    reports: WalkReport | MeasuredGraph | PlayedChain | Iterable[WalkReport] | Iterable[MeasuredGraph],
-) -> pd.DataFrame:
+def to_frame(reports: WalkReport | PlayedChain | Iterable[WalkReport]) -> pd.DataFrame:
     """Return reports as a DataFrame, one row each, indexed by the names of their graphs.
 
     A chain measured from play gives one row for each quantity, with the observed value and the chain's value.
@@ -83,9 +79,7 @@ def to_frame(
         >>> hierroom.complexity.to_frame(reports)["width"].to_dict()
         {'a': 1, 'b': 2}
     """
-    import pandas as pd  # this and the next import are slow, and few programs need them
-
-    from hierroom.complexity.measures.table import MeasuredGraph
+    import pandas as pd  # loads slowly, and few programs need it
 
     if isinstance(reports, PlayedChain):
         parts = [
@@ -94,8 +88,6 @@ def to_frame(
         ]
         return pd.concat(parts, axis=1).reindex([*reports.intervals])
     several = [*reports] if isinstance(reports, Iterable) else [reports]
-    if several and all(isinstance(one, MeasuredGraph) for one in several):
-        return pd.DataFrame([one.to_dict() for one in several]).set_index("graph")
     analyzed = [one for one in several if isinstance(one, WalkReport)]
     for other in (one for one in several if not isinstance(one, WalkReport)):
         raise InputError(f"to_frame takes reports of one kind, such as analyze gives them, not {shown(other)}")

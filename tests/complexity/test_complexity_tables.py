@@ -11,7 +11,6 @@ from hierroom.commands.complexity import ComplexityArguments, show
 from hierroom.complexity import Chain, analyze, measure_trajectories, to_frame
 from hierroom.complexity.drawing.draw import save_figure
 from hierroom.complexity.drawing.draw_reach import draw_played_reach, draw_reach, save_reach
-from hierroom.complexity.measures.table import measure_graphs
 from hierroom.complexity.played.measured import MeasuredReport
 from hierroom.complexity.tables import COLUMNS, list_text, rows_of
 from hierroom.goals import GoalGraph
@@ -56,12 +55,7 @@ def test_to_frame_of_graph_reports():
     assert list(to_frame([]).columns) == list(frame.columns)
 
 
-def test_to_frame_of_measures_and_played_chains():
-    measured = measure_graphs([GoalGraph.named("a"), GoalGraph.named("c")], 10)
-    frame = to_frame(measured)
-    assert list(frame.index) == ["a", "c"]
-    assert frame.loc["c", "effective_horizon"] == measured[1].mdp.effective_horizon
-    assert to_frame(measured[0]).equals(frame.iloc[:1])
+def test_to_frame_of_played_chains():
     played = measure_trajectories([["x", "y", "x", "end"], ["x", "end"], ["x", "y", "end"]] * 9, target="end")
     frame = to_frame(played)
     assert [*frame.columns] == [f"{kind}{end}" for kind in ("observed", "chain") for end in ("", "_low", "_high")]
@@ -69,7 +63,7 @@ def test_to_frame_of_measures_and_played_chains():
     assert np.isnan(frame.loc["hitting_time", "observed"])
     report = MeasuredReport(analyze("a"), count_transitions([[0, 1, 2, 3]] * 5, 5, 0, 4))
     assert [*to_frame(report).index] == [*report.intervals]
-    for other in ([analyze("a"), *measured], 5):
+    for other in ([analyze("a"), played], 5):
         with pytest.raises(InputError, match="reports of one kind"):
             to_frame(other)
 

@@ -11,11 +11,11 @@ import pytest
 from doc_pages import PAGES
 
 import hierroom
-import hierroom.complexity.measures
+import hierroom.complexity
 import hierroom.meta
 from hierroom.controller import Observation
 
-MODULES = (hierroom, hierroom.complexity, hierroom.complexity.measures)
+MODULES = (hierroom, hierroom.complexity)
 CLASSES = (hierroom.GoalGraph, hierroom.Rules, hierroom.Task, hierroom.TrainedAgent)
 NEEDED = {"minari_dataset": ("minari", "h5py"), "minigrid_view": ("minigrid",), "sb3_view": ("stable_baselines3",)}
 

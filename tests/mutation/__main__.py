@@ -37,9 +37,6 @@ NOT_TRIED = (
 LEFT_OUT = (
     "test_compiled_kernel_equals_its_own_source",  # of compiled kernels
     "test_ten_thousand_levels_are_solvable",  # takes minutes; the next in its file asks the same of fewer levels
-    # Up to a hundred thousand rollouts, for hours as plain Python; others ask the same of a few.
-    *("test_the_random_policy_succeeds", "test_policy_information_is_as_computed", "test_gorp_succeeds"),
-    "test_sampled_measures_are_about_as_computed",
     # Minutes of levels by the hundred, or of large ones; others ask the same of fewer and of smaller ones.
     *("test_one_step_shortens_the_path_by_at_most_one", "accepted[False-63]", "accepted[True-63]"),
     "test_two_threads_equal_one_thread",

@@ -7,7 +7,7 @@ TESTS = Path(__file__).parents[1]
 TARGETS: Mapping[str, tuple[str, str, int]] = {
     "gae": ("learners/gae.py", "learner_gae", 0),
     "graph": ("goals/graph.py", "goals goals_enumeration", 0),
-    "tree": ("goals/tree.py", "goals goals_enumeration complexity_graph_set reachable", 1),
+    "tree": ("goals/tree.py", "goals goals_enumeration complexity_graph_set", 1),
     "hitting": ("complexity/chains/hitting.py", "complexity_hitting", 7),
     "elimination": ("complexity/chains/elimination.py", "complexity_elimination", 21),
     "ledger": ("turns/ledger.py", "options option_ends crafted_states", 24),
@@ -21,7 +21,6 @@ TARGETS: Mapping[str, tuple[str, str, int]] = {
     "batch": ("worlds/escape_room/batch_kernels.py", "world_batch", 0),
     "observations": ("worlds/escape_room/observations.py", "api_equal api_vector", 3),
     "state_check": ("worlds/escape_room/state_check.py", "state_check", 10),
-    "rollouts": ("worlds/escape_room/rollout_kernels.py", "sampled_level", 5),
     "vector_arrays": ("envs/vector_arrays.py", "api_vector api_equal api_contract", 28),
     "oracle": ("worlds/escape_room/oracle.py", "world_oracle", 38),
     "frontier": ("worlds/escape_room/frontier.py", "frontier", 4),

@@ -65,24 +65,6 @@ class Elimination:
         return solution
 
 
-def solve_several(
-    moves: NDArray[np.float64], leaving: NDArray[np.float64], b: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Solve (D - W) x = b for B small walks: x and b [B, n], W [B, n, n], ``leaving`` the rates [B, n] out of each."""
-    moves, leaving, x, n = moves.copy(), leaving.copy(), b.copy(), b.shape[1]
-    rates = np.empty_like(b)
-    for k in range(n):
-        after = slice(k + 1, n)
-        rates[:, k] = leaving[:, k] + moves[:, k, after].sum(axis=1)
-        shares = moves[:, after, k] / rates[:, [k]]
-        moves[:, after, after] += shares[:, :, None] * moves[:, [k], after]
-        leaving[:, after] += shares * leaving[:, [k]]
-        x[:, after] += shares * x[:, [k]]
-    for k in range(n - 1, -1, -1):
-        x[:, k] = (x[:, k] + (moves[:, k, k + 1 :] * x[:, k + 1 :]).sum(axis=1)) / rates[:, k]
-    return x
-
-
 def _order(moves: sp.csr_array) -> NDArray[np.int64]:
     """Return an elimination order with little fill-in: SuperLU's COLAMD order of a regular matrix of this pattern."""
     pattern = sp.csr_array((np.ones(len(moves.data)), moves.indices, moves.indptr), shape=moves.shape)

@@ -18,7 +18,7 @@ from hierroom.complexity import (
     passage_time_sensitivity,
 )
 from hierroom.complexity.chains import elimination as module
-from hierroom.complexity.chains.elimination import Elimination, solve_several
+from hierroom.complexity.chains.elimination import Elimination
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
 
@@ -51,19 +51,6 @@ def test_means_and_variances_of_ill_conditioned_walks(weights):
     found = first_passage_variance(weights, target)
     scale = np.array(means, float)  # a step's chance to stay is one minus a sum, rounded
     np.testing.assert_allclose(found, np.array(variances, float), rtol=1e-11, atol=1e-14 * scale.max())
-
-
-@settings(max_examples=60)
-@given(walks())
-def test_solve_several_equals_exact_means(weights):
-    target = len(weights) - 1
-    within, leaving = weights[:target, :target], weights[:target, target]
-    order = np.arange(target)[::-1]
-    found = solve_several(
-        np.array([within, within[order][:, order]]), np.array([leaving, leaving[order]]), np.ones((2, target))
-    )
-    means = np.array(passage_exactly(weights, target)[0], float)[:target]
-    np.testing.assert_allclose(found, [means, means[order]], rtol=1e-13)
 
 
 def test_mean_beyond_floats_raises_input_error():

@@ -9,8 +9,8 @@ from gymnasium import spaces
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.measures.mdp import enumerate_env
 from hierroom.complexity import measure_env, measure_trajectories
-from hierroom.complexity.measures import enumerate_env
 from hierroom.support.errors import InputError
 
 

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from exhaustive_search import steps_to_goals
 
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
 from hierroom.support.errors import InputError
-from hierroom.worlds.escape_room import constants, step_kernels
+from hierroom.worlds.escape_room import constants
 from hierroom.worlds.escape_room.engine import Engine
-from hierroom.worlds.escape_room.layout import NO_MAPS, OUTCOME, State
+from hierroom.worlds.escape_room.layout import NO_MAPS
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths, solve_levels
 
 EXIT_AMONG_KEYS = GoalGraph((0, 1), 1)
@@ -17,32 +18,8 @@ SIX_KEYS = GoalGraph((0, 0, 0, 0, 0, 0), 6)
 GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 0, 1, 0, 2, 4), 5), SIX_KEYS, EXIT_AMONG_KEYS]
 
 
-def reachable_goals(state: State, can_drop: bool) -> dict[int, int]:
-    """Fewest steps to each goal event, by breadth-first search over the real rules, one environment at a time."""
-    start = state.copy()
-    start.levels["can_drop"], start.levels["steps"] = can_drop, 0
-    outcome = np.zeros(1, OUTCOME)
-    fields = ["row", "col", "direction", "keys", "doors", "bag", "bag_size"]
-    frontier, seen, found, distance = [start], set(), {}, 0
-    while frontier:
-        distance += 1
-        following = []
-        for node in frontier:
-            for action in range(6 if can_drop else 5):
-                child = node.copy()
-                step_kernels.advance(child.levels[0], child.grids[0], action, outcome[0])
-                if outcome[0].achieved:
-                    found.setdefault(int(outcome[0].achieved).bit_length() - 1, distance)
-                identity = (child.grids.tobytes(), *(child.levels[name].tobytes() for name in fields))
-                if not outcome[0].terminated and identity not in seen:
-                    seen.add(identity)
-                    following.append(child)
-        frontier = following
-    return found
-
-
 def check_against_search(world: Engine, can_drop: bool) -> None:
-    found = reachable_goals(world.state, can_drop)
+    found = steps_to_goals(world.state, can_drop)
     level = world.state.levels[0]
     for goal in range(13):
         length = shortest_lengths(world.state, goal)[0]

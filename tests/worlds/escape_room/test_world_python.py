@@ -12,8 +12,7 @@ KERNELS = (
     *("step_kernels.advance", "view_kernels.look", "generation_kernels.generate", "goal_kernels.write_goals"),
     *("frontier.find_frontiers", "features._places", "oracle.solve", "observations.write_level"),
     *("recurrent_kernels.lstm_backward", "loss_kernels.loss_backward", "encoder_kernels.encode_rare"),
-    *("adam_kernels.adam_step", "gorp_kernels.sampled_successes", "ergodic._sampled_cover_times"),
-    *("rollout_kernels.random_rollouts", "elimination._solve_transposed"),
+    *("adam_kernels.adam_step", "elimination._solve_transposed"),
     *("generation_kernels.generate_of_maps", "rooms.find_rooms"),
     *("kernels.step_shops", "kernels.begin_shops", "goal_kernels.write_masks", "goal_kernels.write_ranks"),
 )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hierroom.complexity.measures.mdp import DeterministicMDP, check_horizon
+from benchmarks.measures.mdp import DeterministicMDP, check_horizon
 
 LEAST_CHANCE = 1e-300
 """The inverses of smaller numbers may overflow a float."""
@@ -38,13 +38,6 @@ def covering_length(mdp: DeterministicMDP, horizon: int) -> CoveringLength:
     Args:
         mdp: the MDP.
         horizon: number of steps T of an episode, at least 1.
-
-    Examples:
-        >>> from hierroom.complexity.measures import DeterministicMDP, covering_length
-        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
-        >>> bounds = covering_length(mdp, horizon=3)
-        >>> bounds.low, bounds.high
-        (2, 6)
     """
     check_horizon(mdp, horizon)
     occupancy = np.zeros(mdp.n_states)

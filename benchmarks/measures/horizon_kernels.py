@@ -4,8 +4,7 @@ Arrays of values are [T + 1, S], with row h for h steps left and row 0 zero. Tra
 """
 
 import numpy as np
-
-from hierroom.support.compile.kernel import njit
+from numba import njit
 
 TIE = 1e-9
 """Two values count as equal if they differ by less than this fraction of the greater one."""
@@ -22,7 +21,7 @@ def write_q(transitions, rewards, row, state, q):
     return top
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def random_values(transitions, rewards, values):
     """Write V_h(s) = mean over a of r(s, a) + V_(h-1)(s')."""
     q = np.empty(transitions.shape[1])
@@ -32,7 +31,7 @@ def random_values(transitions, rewards, values):
             values[h, state] = q.mean()
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def greatest_values(transitions, rewards, values, horizons):
     """Write V_h(s) = max over a of r(s, a) + V_(h-1)(s') for the ``horizons`` h, in their order.
 
@@ -44,7 +43,7 @@ def greatest_values(transitions, rewards, values, horizons):
             values[h, state] = write_q(transitions, rewards, values[h - 1], state, q)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def look_ahead_variances(transitions, variances):
     """Replace each bound, in place, by the greatest bound after one action; bounds are not negative."""
     n_states, n_actions = transitions.shape
@@ -56,7 +55,7 @@ def look_ahead_variances(transitions, variances):
             variances[h, state] = greatest
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def greedy_is_optimal(transitions, rewards, values, is_optimal, start):
     """Return whether every policy that is greedy in Q takes only optimal actions, whatever it does at ties."""
     n_states, n_actions = transitions.shape
@@ -79,7 +78,7 @@ def greedy_is_optimal(transitions, rewards, values, is_optimal, start):
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def greatest_ratio(transitions, rewards, values, variances, is_optimal, start):
     """Return the greatest variance / gap^2 of the states that may be visited.
 

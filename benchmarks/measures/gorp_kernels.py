@@ -3,8 +3,7 @@
 import math
 
 import numpy as np
-
-from hierroom.support.compile.kernel import njit
+from numba import njit
 
 SPREAD, SLACK = 10.0, 30.0
 """Numbers of successes further than SPREAD standard deviations plus SLACK from the mean have no weight."""
@@ -103,7 +102,7 @@ def leaf_chances(leaves, leaf_steps, random_values, state, h, k, chances):
             chances[leaf] = random_values[h - k, leaves[state, leaf]] if h > k else 0.0
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True)
 def success_values(transitions, leaves, leaf_steps, random_values, is_optimal, visited, k, m, nodes, node_weights):
     """Return the probability [T + 1, S] that GORP takes optimal actions only, from the states ``visited`` [T + 1, S].
 
@@ -125,32 +124,3 @@ def success_values(transitions, leaves, leaf_steps, random_values, is_optimal, v
                 if is_optimal[h, state, action]:
                     success[h, state] += chosen[action] * success[h - 1, transitions[state, action]]
     return success
-
-
-@njit(cache=True, nogil=True)
-def sampled_successes(
-    transitions, leaves, leaf_steps, random_values, optimal_values, start, k, m, nodes, node_weights, uniforms
-):
-    """Run GORP once for each row of uniforms [N, T], and count the runs that took only optimal actions.
-
-    Each choice is drawn from its exact distribution, so no rollouts are needed. ``optimal_values`` [T + 1, S] says
-    whether return 1 is still possible. For the other arguments see `success_values`.
-    """
-    horizon, n_actions = random_values.shape[0] - 1, transitions.shape[1]
-    chances = np.empty(leaves.shape[1])
-    successes = 0
-    for run in range(uniforms.shape[0]):
-        state, h = start, horizon
-        has_earned = False
-        while h > 0 and not has_earned and optimal_values[h, state]:
-            leaf_chances(leaves, leaf_steps, random_values, state, h, k, chances)
-            chosen = choice_probabilities(chances, n_actions, m, nodes, node_weights)
-            action, total = 0, chosen[0]
-            while total < uniforms[run, h - 1] and action < n_actions - 1:
-                action += 1
-                total += chosen[action]
-            has_earned = leaf_steps[state, action * (leaves.shape[1] // n_actions)] == 1
-            state = transitions[state, action]
-            h -= 1
-        successes += has_earned
-    return successes

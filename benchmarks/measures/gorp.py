@@ -1,4 +1,4 @@
-"""The rollouts that GORP needs on a deterministic MDP with returns 0 or 1, computed exactly or from sampled runs.
+"""The rollouts that GORP needs on a deterministic MDP with returns 0 or 1.
 
 GORP (greedy over random policy; Laidlaw, Russell and Dragan 2023, algorithm 1) chooses one action after the other. It
 makes m rollouts of the random policy after each of the A^k sequences of k further actions. It then takes the first
@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.complexity.measures.effective_horizon import horizon_of
-from hierroom.complexity.measures.gorp_kernels import sampled_successes, success_values
-from hierroom.complexity.measures.mdp import DeterministicMDP, check_horizon
+from benchmarks.measures.effective_horizon import horizon_of
+from benchmarks.measures.gorp_kernels import success_values
+from benchmarks.measures.mdp import DeterministicMDP, check_horizon
 from hierroom.support.errors import InputError, require_number, shown
 
 MAX_SEQUENCES = 1000
@@ -32,7 +32,6 @@ class GorpRollouts:
     rollouts: int | None  # m_k; None if it is more than `MAX_ROLLOUTS`
     horizon: int  # number of steps T of an episode
     n_actions: int  # number of actions A
-    is_exact: bool  # whether the probability was computed; else it is the share among sampled runs
 
     @property
     def effective_horizon(self) -> float:
@@ -52,46 +51,26 @@ class Gorp:
     Args:
         horizon: number of steps T of an episode, at least 1.
         k: number of actions of a sequence, at least 1.
-        runs: number of runs to sample, for MDPs too large to compute the probability; None computes it.
-
-    Examples:
-        >>> from hierroom.complexity.measures import DeterministicMDP, Gorp
-        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
-        >>> Gorp(mdp, horizon=3).rollouts().rollouts
-        1
     """
 
-    def __init__(self, mdp: DeterministicMDP, horizon: int, k: int = 1, runs: int | None = None, seed: int = 0):
+    def __init__(self, mdp: DeterministicMDP, horizon: int, k: int = 1) -> None:
         check_horizon(mdp, horizon)
         if not mdp.is_binary:
             raise InputError("GORP's rollouts are computed for returns of 0 or 1; this MDP has other rewards")
         require_number("k", k, 1, is_whole=True)
         if mdp.n_actions**k > MAX_SEQUENCES:
             raise InputError(f"{mdp.n_actions}**k must be at most {MAX_SEQUENCES}, but k = {shown(k)}")
-        if runs is not None:
-            require_number("the number of GORP's runs", runs, 1, is_whole=True)
-        require_number("seed", seed, 0, 2**63 - 1, is_whole=True)
         self.mdp, self.horizon, self.k = mdp, horizon, k
-        self._uniforms = None if runs is None else np.random.default_rng(seed).random((runs, horizon))
         self._random = mdp.random_values(horizon)
-        self._is_solvable = mdp.optimal_values(horizon) > 0.5
         self._leaves, self._leaf_steps = _sequences(mdp, k)
         nodes, weights = np.polynomial.legendre.leggauss((mdp.n_actions + 1) // 2)
         self._rule = (nodes + 1) / 2, weights / 2
-        if runs is None:
-            self._is_optimal, self._visited = self._optimal_ways()
+        self._is_optimal, self._visited = self._optimal_ways()
 
     def success_probability(self, m: int) -> float:
         """Return the probability that GORP finds an optimal policy with m rollouts, at most `MAX_ROLLOUTS`."""
         require_number("the number of rollouts", m, 1, MAX_ROLLOUTS, is_whole=True)
         mdp, known = self.mdp, (self._leaves, self._leaf_steps, self._random)
-        if not self._is_solvable[self.horizon, mdp.start]:
-            return 1.0  # every policy is optimal
-        if self._uniforms is not None:
-            solved = sampled_successes(
-                mdp.transitions, *known, self._is_solvable, mdp.start, self.k, m, *self._rule, self._uniforms
-            )
-            return solved / len(self._uniforms)
         success = success_values(mdp.transitions, *known, self._is_optimal, self._visited, self.k, m, *self._rule)
         return float(success[self.horizon, mdp.start])
 
@@ -111,7 +90,7 @@ class Gorp:
         return self._found(high)
 
     def _found(self, rollouts: int | None) -> GorpRollouts:
-        return GorpRollouts(self.k, rollouts, self.horizon, self.mdp.n_actions, self._uniforms is None)
+        return GorpRollouts(self.k, rollouts, self.horizon, self.mdp.n_actions)
 
     def _optimal_ways(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Return which actions are optimal [T + 1, S, A], and which states they lead to [T + 1, S]."""

@@ -10,18 +10,18 @@ from exact_walks import passage_exactly
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hierroom.complexity import Chain, analyze
-from hierroom.complexity.chains import ergodic
-from hierroom.complexity.measures import (
+from benchmarks.measures import walk
+from benchmarks.measures.summary import measure_walk
+from benchmarks.measures.walk import (
     committor,
     commute_time,
     cover_time,
-    measure_walk,
     mixing_time,
     sampled_cover_time,
     spectral_gap,
     stationary_distribution,
 )
+from hierroom.complexity import Chain, analyze
 from hierroom.support.errors import InputError
 
 LONG_RUN = [stationary_distribution, spectral_gap, mixing_time]
@@ -98,7 +98,7 @@ def test_committors_of_the_gamblers_ruin():
 @pytest.mark.parametrize("n", [60, 200])
 def test_spectral_gap_of_a_corridor_in_any_order(n, most_dense_nodes, monkeypatch):
     """Its eigenvalues are 1 and 2 sqrt(f b) cos(pi k / n), with the chances f and b to go ahead and back."""
-    monkeypatch.setattr(ergodic, "MAX_DENSE_NODES", most_dense_nodes)
+    monkeypatch.setattr(walk, "MAX_DENSE_NODES", most_dense_nodes)
     weights = np.diag(np.full(n - 1, 0.9), 1) + np.diag(np.full(n - 1, 0.1), -1)
     order = np.random.default_rng(1).permutation(n)
     for one in (weights, weights[order][:, order]):
@@ -121,7 +121,7 @@ def test_cover_time_of_a_corridor_against_the_drift(n):
 def test_sparse_spectral_gap_equals_dense_gap(monkeypatch):
     weights = random_chain(1, n=12)
     expected = spectral_gap(weights)
-    monkeypatch.setattr("hierroom.complexity.chains.ergodic.MAX_DENSE_NODES", 5)
+    monkeypatch.setattr("benchmarks.measures.walk.MAX_DENSE_NODES", 5)
     assert spectral_gap(weights) == pytest.approx(expected)
     with pytest.raises(InputError, match="up to 5 nodes, not 12"):
         mixing_time(weights)

@@ -16,8 +16,8 @@ import numpy as np
 from gymnasium.spaces import Discrete
 from numpy.typing import NDArray
 
+from benchmarks.measures import horizon_kernels as kernels
 from hierroom.complexity.augmented import AugmentedGraph
-from hierroom.complexity.measures import horizon_kernels as kernels
 from hierroom.support.env_results import step_results
 from hierroom.support.errors import InputError, require_number, shown, user_code
 
@@ -38,12 +38,6 @@ class DeterministicMDP:
         transitions: [S, A] int, the state after each action.
         rewards: [S, A] float, of at most 1e100 in size.
         start: the state in which every episode begins.
-
-    Examples:
-        >>> from hierroom.complexity.measures import DeterministicMDP
-        >>> corridor = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])  # 0: back, 1: on
-        >>> corridor.shortest_solution(), corridor.random_values(3)[3, 0].item()
-        (2, 0.375)
     """
 
     transitions: NDArray[np.int64]
@@ -162,11 +156,6 @@ def graph_mdp(augmented: AugmentedGraph) -> DeterministicMDP:
 
     Args:
         augmented: the augmented goal graph.
-
-    Examples:
-        >>> from hierroom.complexity.measures import graph_mdp
-        >>> graph_mdp(hierroom.complexity.AugmentedGraph(hierroom.GoalGraph.named("c"))).shortest_solution()
-        5
     """
     sources, targets = augmented.edges.T  # the edges of a node follow each other
     n = len(augmented.nodes)
@@ -195,12 +184,6 @@ def enumerate_env(
         state: returns all that determines an environment's future, without the number of steps.
         actions: the actions to take; all by default.
         reward: converts a reward, such as ``lambda r: float(r > 0)`` if rewards shrink with the number of steps.
-
-    Examples:
-        >>> from hierroom.complexity.measures import enumerate_env
-        >>> lake = gymnasium.make("FrozenLake-v1", is_slippery=False)
-        >>> enumerate_env(lake, lambda env: env.unwrapped.s).shortest_solution()
-        6
     """
     if not isinstance(env.action_space, Discrete):
         raise InputError(f"states are enumerated with discrete actions, not with {env.action_space}")

@@ -4,8 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hierroom.complexity.chains.chain import EXIT, Chain
-from hierroom.complexity.chains.ergodic import (
+from benchmarks.measures.covering import covering_length
+from benchmarks.measures.effective_horizon import (
+    effective_horizon,
+    effective_planning_window,
+    minimum_k,
+    samples_of,
+)
+from benchmarks.measures.gorp import Gorp
+from benchmarks.measures.mdp import DeterministicMDP, check_horizon
+from benchmarks.measures.policy_information import policy_information
+from benchmarks.measures.walk import (
     MAX_COVER_NODES,
     MAX_DENSE_NODES,
     committor,
@@ -16,17 +25,8 @@ from hierroom.complexity.chains.ergodic import (
     spectral_gap,
     stationary_distribution,
 )
+from hierroom.complexity.chains.chain import EXIT, Chain
 from hierroom.complexity.chains.weights import as_moves, row_sums
-from hierroom.complexity.measures.covering import covering_length
-from hierroom.complexity.measures.effective_horizon import (
-    effective_horizon,
-    effective_planning_window,
-    minimum_k,
-    samples_of,
-)
-from hierroom.complexity.measures.gorp import Gorp
-from hierroom.complexity.measures.mdp import DeterministicMDP, check_horizon
-from hierroom.complexity.measures.policy_information import mdp_policy_information
 from hierroom.support.errors import InputError
 
 
@@ -51,41 +51,12 @@ class MdpMeasures:
     poic: float  # policy-optimal information capacity, in nats
 
 
-@dataclass(frozen=True)
-class SampledMeasures:
-    """The measures of `MdpMeasures` that do not need the values of all states, estimated from rollouts."""
-
-    states: int | None  # number of states; None if it is not known
-    actions: int  # number of actions A
-    horizon: int  # number of steps T of an episode
-    shortest: int  # steps of a shortest solution
-    random_success: float  # share of the random policy's episodes that succeed within T steps
-    random_success_low: float  # lower end of its 95% interval (Wilson 1927)
-    random_success_high: float  # upper end of the interval
-    rollouts: int | None  # least m_1 with which half of the runs of GORP succeed; None if it takes too many steps
-    rollouts_tried: int  # the most rollouts with which less than half of the runs succeed; 0 if one is enough
-    effective_horizon: float  # H_1 = 1 + log_A m_1; ``inf`` if m_1 is not known
-    samples: float  # GORP's sample bound T^2 A^H; ``inf`` if it overflows a float
-    pic: float  # policy information capacity, in nats
-    poic: float  # policy-optimal information capacity, in nats
-
-
-def measure_mdp(
-    mdp: DeterministicMDP, horizon: int, *, n_policies: int = 200, gorp_runs: int | None = None, seed: int = 0
-) -> MdpMeasures:
+def measure_mdp(mdp: DeterministicMDP, horizon: int, n_policies: int = 200) -> MdpMeasures:
     """Return every measure of an MDP with returns 0 or 1.
 
     Args:
         horizon: number of steps T of an episode, at least the length of a shortest solution.
         n_policies: number of policies drawn for the information capacities.
-        gorp_runs: number of runs of GORP to sample, for MDPs too large to compute its probability; None computes it.
-
-    Examples:
-        >>> from hierroom.complexity.measures import DeterministicMDP, measure_mdp
-        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
-        >>> measures = measure_mdp(mdp, horizon=3)
-        >>> measures.shortest, measures.k, measures.planning_window
-        (2, 1, 2)
     """
     check_horizon(mdp, horizon)
     shortest = mdp.shortest_solution()
@@ -94,9 +65,9 @@ def measure_mdp(
     if shortest > horizon:
         raise InputError(f"a solution of the MDP needs at least {shortest} steps, but the horizon is {horizon}")
     bound = effective_horizon(mdp, horizon).value
-    gorp = Gorp(mdp, horizon, runs=gorp_runs, seed=seed).rollouts()
+    gorp = Gorp(mdp, horizon).rollouts()
     covering = covering_length(mdp, horizon)
-    information = mdp_policy_information(mdp, horizon, n_policies, seed=seed)
+    information = policy_information(mdp, horizon, n_policies)
     return MdpMeasures(
         states=mdp.n_states,
         actions=mdp.n_actions,
@@ -137,12 +108,6 @@ def measure_walk(chain: Chain, n_walks: int = 1000, seed: int = 0) -> WalkMeasur
         chain: the walk.
         n_walks: number of walks drawn for the cover time of a large graph, at least 2.
         seed: determines these walks.
-
-    Examples:
-        >>> from hierroom.complexity.measures import measure_walk
-        >>> walk = measure_walk(hierroom.complexity.analyze("a").chain)
-        >>> walk.nodes, walk.cover > walk.mixing
-        (5, True)
     """
     weights, source, target = as_moves(chain.weights), chain.source, chain.goals[EXIT][0]
     n = len(chain.labels)

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hierroom.complexity.measures import horizon_kernels as kernels
-from hierroom.complexity.measures.mdp import DeterministicMDP, Values, check_horizon
+from benchmarks.measures import horizon_kernels as kernels
+from benchmarks.measures.mdp import DeterministicMDP, Values, check_horizon
 
 
 @dataclass(frozen=True)
@@ -69,12 +69,6 @@ def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
     Args:
         mdp: the MDP.
         horizon: number of steps T of an episode, at least 1.
-
-    Examples:
-        >>> from hierroom.complexity.measures import DeterministicMDP, effective_horizon
-        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
-        >>> round(effective_horizon(mdp, horizon=3).value, 2)
-        2.0
     """
     values, is_optimal, table = mdp.random_values(horizon), mdp.optimal_actions(horizon), (mdp.transitions, mdp.rewards)
     worst, variances = mdp.worst_values(horizon), mdp.optimal_values(horizon)
@@ -99,12 +93,6 @@ def minimum_k(mdp: DeterministicMDP, horizon: int) -> int:
     Args:
         mdp: the MDP.
         horizon: number of steps T of an episode, at least 1.
-
-    Examples:
-        >>> from hierroom.complexity.measures import DeterministicMDP, minimum_k
-        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
-        >>> minimum_k(mdp, horizon=3)
-        1
     """
     return _backups_needed(mdp, horizon, mdp.random_values(horizon))
 
@@ -117,12 +105,6 @@ def effective_planning_window(mdp: DeterministicMDP, horizon: int) -> int:
     Args:
         mdp: the MDP.
         horizon: number of steps T of an episode, at least 1.
-
-    Examples:
-        >>> from hierroom.complexity.measures import DeterministicMDP, effective_planning_window
-        >>> mdp = DeterministicMDP([[0, 1], [0, 2], [2, 2]], [[0, 0], [0, 1], [0, 0]])
-        >>> effective_planning_window(mdp, horizon=3)
-        2
     """
     check_horizon(mdp, horizon)
     return _backups_needed(mdp, horizon, np.zeros((horizon + 1, mdp.n_states)))
