@@ -133,7 +133,7 @@ def engine(num_envs: int, max_steps: int = 1000) -> Run:
     def run(steps: int) -> None:
         for _ in range(steps):
             world.step(next(actions))
-            encode(world.tiles)
+            encode(world.outcomes["tiles"])
 
     return run
 

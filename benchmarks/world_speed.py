@@ -45,7 +45,7 @@ def our_stepper(num_envs: int, threads: int, memories: tuple[str, ...], size: in
     def run(steps: int) -> None:
         for t in range(steps):
             world.step(actions[t % 64])
-            encode(world.tiles)
+            encode(world.outcomes["tiles"])
 
     return run
 

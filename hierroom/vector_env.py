@@ -132,7 +132,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         else:
             some = [one for one, is_one in zip(seeds, where, strict=True) if is_one] if is_list(seeds) else seeds
             self.turns.reset(some, np.flatnonzero(where))
-        self.have_ended &= ~where
+        self.have_ended = self.have_ended & ~where
         self._has_ended = bool(self.have_ended.any())
         super().reset(seed=int(seed) if isinstance(seed, (int, np.integer)) else None)
         take_turn(self.meta, self.turns)

@@ -46,7 +46,7 @@ class DeterministicMDP:
 
     def __post_init__(self) -> None:
         try:
-            transitions, rewards = np.asarray(self.transitions), np.asarray(self.rewards, float)
+            transitions, rewards = np.asarray(self.transitions), np.array(self.rewards, float)
         except (TypeError, ValueError) as error:
             raise InputError(f"transitions and rewards of an MDP must be tables of numbers: {error}") from error
         if transitions.ndim != 2 or transitions.shape != rewards.shape or not transitions.size:

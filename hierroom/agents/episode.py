@@ -58,6 +58,9 @@ class GoalEvent:
 class Episode:
     """An episode of L primitive steps.
 
+    It can be pickled. A pickled episode of a `Task` is without the task's functions: its `states` raises an
+    `InputError`, and all else works.
+
     Args:
         start: the environment's state before the first step, from `World.get_state`.
         replayer: replays the episode.

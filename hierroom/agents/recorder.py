@@ -88,7 +88,7 @@ class _Tape:
             last = play.turns.final_observation(CONTROLLER, step, rows).as_dict()
         for n, (row, env) in enumerate(zip(rows.tolist(), ended.envs.tolist(), strict=True)):
             length, start = int(ended.lengths[n]), self._starts[env]
-            parts = {name: np.ascontiguousarray(part[:length, env]) for name, part in self._parts.items()}
+            parts = {name: part[:length, env].copy() for name, part in self._parts.items()}
             observed = self._observed and self._observed.ended(env, last, n, parts["goals"])
             episode = Episode(
                 start=start,

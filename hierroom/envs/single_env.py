@@ -163,7 +163,7 @@ class SingleEnv:
         """Return the level as text or as a picture [H, W, 3], or show it in a window, with the current subgoal."""
         if not self.has_begun:
             raise InputError("reset the environment before it is rendered")
-        return self._screen.render(0, int(self.turns.goals[0]))
+        return self._screen.render(0, self.turns.ledger.goals.item())
 
     def close(self) -> None:
         """Close the window, if one is open, and the world."""
@@ -171,7 +171,7 @@ class SingleEnv:
         self.turns.world.close()
 
     def _show(self) -> None:
-        self._screen.show(0, int(self.turns.goals[0]))
+        self._screen.show(0, self.turns.ledger.goals.item())
 
 
 def as_action(action: Any) -> int:

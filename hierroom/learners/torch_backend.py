@@ -45,7 +45,8 @@ class TorchBackend:
         with torch.no_grad(), self._user_code():
             # Copy, because a custom network may write to its inputs, and the arrays are kept for the update.
             outputs = self._network.step(self._tensor(features.copy()), self._tensor(states.copy()))
-        logits, values, new_states = (output.cpu().numpy() for output in outputs)
+        # Copy, because users keep the results, and a network may return its weights or a buffer.
+        logits, values, new_states = (output.cpu().numpy().copy() for output in outputs)
         return logits, values, new_states
 
     def evaluate(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:

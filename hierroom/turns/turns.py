@@ -108,8 +108,8 @@ class Turns:
 
     @property
     def goals(self) -> NDArray[np.integer]:
-        """Goals [N] pursued now, or -1."""
-        return self.ledger.goals
+        """Goals [N] pursued now, or -1, in a new read-only array."""
+        return freeze(self.ledger.goals.copy())
 
     def reset(self, seed: Seeds = None, envs: NDArray[np.integer] | None = None) -> None:
         """Begin the first episode of a seed, or without a seed the next one, in some environments.
@@ -134,14 +134,12 @@ class Turns:
         return np.flatnonzero(self.ledger.is_meta_turn) if agent == META else self._everywhere
 
     def observe(self, agent: str, envs: NDArray[np.integer]) -> Observation:
-        """Return an agent's observations in environments [M], for the meta-controller a `Situation`.
-
-        If these are all environments, the next step overwrites the controller's arrays.
-        """
+        """Return an agent's observations in environments [M], in new arrays; for the meta-controller a `Situation`."""
         if agent == META:
             return self.situation(envs)
-        ledger, where = self.ledger, slice(None) if envs is self._everywhere or len(self) == 1 else envs
-        given = ledger.goals[where], ledger.previous_actions[where], ledger.last_outcomes[where]
+        ledger = self.ledger.records.take(envs)
+        ledger.setflags(write=False)
+        given = ledger["goals"], ledger["previous_actions"], ledger["last_outcomes"]
         return Observation(envs, self.world.observe(envs), self.world.goals, *given, self._all_legal[: len(envs)])
 
     def act(self, agent: str, observation: Observation, actions: ArrayLike) -> None:

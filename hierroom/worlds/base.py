@@ -227,8 +227,8 @@ class BaseWorld(ABC):
         """Do nothing, by default."""
 
     def clocks(self) -> NDArray[np.integer]:
-        """Return the steps [N] of the current episodes."""
-        return self.lengths
+        """Return the steps [N] of the current episodes, in a new read-only array."""
+        return freeze(self._lengths.copy())
 
     def stagger_clocks(self) -> None:
         """Spread the steps of the current episodes evenly, so that they are not all truncated together."""

@@ -205,13 +205,13 @@ class World(Protocol):
         """Take actions [N] and return the outcomes; an action that does not exist only costs the step."""
 
     def clocks(self) -> NDArray[np.integer]:
-        """Return the steps [N] of the current episodes."""
+        """Return the steps [N] of the current episodes, in a new read-only array."""
 
     def stagger_clocks(self) -> None:
         """Spread the steps of the current episodes evenly, so that they are not all truncated together."""
 
     def observe(self, envs: NDArray[np.integer]) -> View:
-        """Return the view of environments [M]; the next step may overwrite a view of all."""
+        """Return the view of environments [M], in arrays that later steps do not change."""
 
     def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> View:
         """Return the view of environments [M] after the last step, and before the reset where they ``ended`` [M]."""

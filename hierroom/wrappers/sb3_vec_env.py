@@ -36,7 +36,7 @@ class BatchVecEnv(VecEnv):
 
     def step_async(self, actions: NDArray[np.integer]) -> None:
         """Keep the actions [N] for `step_wait`."""
-        self._actions = np.asarray(actions)
+        self._actions = np.array(actions)
 
     def step_wait(self) -> Any:
         """Take the actions; return (observations, rewards [N] float32, dones [N] bool, N infos)."""

@@ -52,7 +52,6 @@ class Engine:
     Attributes:
         state: the state of the environments, read-only, updated in place by each step.
         outcomes: [N] records of `layout.OUTCOME`, read-only, overwritten by each step.
-        tiles: [N, 7, 7] the views in the outcomes, as tile codes for `tiles.encode`.
         finals: [N] records of `layout.LEVEL`, read-only: each level at the end of its last episode.
     """
 
@@ -92,11 +91,10 @@ class Engine:
         self._step_all: Callable[[NDArray[np.int64]], None] | None = None  # made by the first step
         self.state = State(read_only(self._state.grids), read_only(self._state.levels), self._state.maps)
         self.outcomes, self.finals = read_only(self._outcomes), read_only(self._finals)
-        self.tiles: NDArray[np.uint8] = self.outcomes["tiles"]
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave out what `_show` makes, because a copy must view its own arrays."""
-        shown = ("state", "outcomes", "finals", "tiles", "_step_all")
+        shown = ("state", "outcomes", "finals", "_step_all")
         return {name: value for name, value in self.__dict__.items() if name not in shown}
 
     def __setstate__(self, copied: dict[str, Any]) -> None:

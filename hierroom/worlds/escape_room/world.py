@@ -113,9 +113,7 @@ class EscapeRoomWorld(Engine):
         return outcomes
 
     def observe(self, envs: NDArray[np.integer]) -> LevelView:
-        """Return the read-only view of environments [M]; the next step overwrites a view of all."""
-        if envs is self.everywhere or len(self) == 1:
-            return LevelView(self.tiles, self.state.levels, self.state.maps)
+        """Return the view of environments [M], in read-only copies."""
         return freeze(LevelView(self._outcomes["tiles"][envs], self._state.levels.take(envs), self._state.maps))
 
     def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> LevelView:
@@ -145,8 +143,8 @@ class EscapeRoomWorld(Engine):
         return shortest_actions(self.get_state(env))
 
     def clocks(self) -> NDArray[np.integer]:
-        """Return the steps [N] of the current episodes."""
-        return self.state.levels["steps"]
+        """Return the steps [N] of the current episodes, in a new read-only array."""
+        return freeze(self._state.levels["steps"].copy())
 
     def variants_of(self, envs: NDArray[np.integer]) -> list[str]:
         """Return the names of the goal graphs of the episodes that ended last in environments [M]."""

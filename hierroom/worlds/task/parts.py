@@ -47,6 +47,7 @@ class TaskParts(Protocol):
     trial: Trial
     n_actions: int
     features: Mapping[str, Feature]
+    replayer: Any
 
     def new_env(self, render_mode: str | None = None) -> gymnasium.Env:
         """Return a new environment, in a render mode if it takes one."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from hierroom.goals import NO_GOAL
 from hierroom.support.drawing import side_by_side
+from hierroom.support.errors import InputError
 from hierroom.worlds.dependencies import Dependencies
 from hierroom.worlds.env_config import SPLITS
 from hierroom.worlds.task.local_envs import LocalEnvs
@@ -32,7 +34,7 @@ class Moment:
         counts: [G] how often each goal was achieved.
         marking: [F] the count of each fact of the rules.
         steps: steps of the episode.
-        draw: returns a picture [H, W, 3] uint8, or None if the environment draws none.
+        frame: what the environment drew, such as a picture [H, W, 3] uint8; None if it was not asked to draw.
     """
 
     identity: tuple[int, int, int, str | None]
@@ -40,14 +42,26 @@ class Moment:
     counts: NDArray[np.integer]
     marking: NDArray[np.integer]
     steps: int
-    draw: Callable[[], Any]
+    frame: Any = None
 
 
 class TaskReplayer:
-    """The `Replayer` of a task; a state is a `Moment`."""
+    """The `Replayer` of a task; a state is a `Moment`.
+
+    A pickled one cannot `replay`: it leaves out the task, as other processes may not find its functions.
+    """
 
     def __init__(self, task: TaskParts) -> None:
-        self._task = task
+        self._task: TaskParts | None = task
+        self._name, self._goals, self._rules = task.name, task.goal_set, task.rules
+        self._n_actions, self._first_action = task.n_actions, task.trial.first_action
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_task": None}
+
+    def __deepcopy__(self, memo: object) -> TaskReplayer:
+        """Return itself, as it never changes."""
+        return self
 
     def seed_of(self, identity: tuple[int, int, int, str | None]) -> int:
         """Return the seed with which an episode's environment is reset."""
@@ -67,28 +81,29 @@ class TaskReplayer:
 
     def goal_name(self, state: Moment, goal: int) -> str:
         """Return the name of a goal."""
-        return "no goal" if goal == NO_GOAL else self._task.goal_set.names[goal]
+        return "no goal" if goal == NO_GOAL else self._goals.names[goal]
 
     goal_label = goal_name
 
     def action_name(self, state: Moment, action: int) -> str:
         """Return the name of an action."""
-        return f"action {self._task.trial.first_action + action}" if action < self._task.n_actions else "illegal action"
+        return f"action {self._first_action + action}" if action < self._n_actions else "illegal action"
 
     def replay(self, state: Moment, actions: NDArray[np.integer]) -> Iterator[Moment]:
         """Yield the state, then the state after each action."""
-        task, envs = self._task, LocalEnvs(self._task, 1, "rgb_array")
+        if self._task is None:
+            raise InputError(f"an episode of {self._name} that was pickled has no environment to replay it in")
+        envs = LocalEnvs(self._task, 1, "rgb_array")
         counts, markings = np.zeros_like(state.counts), state.marking[None].copy()
-        dependencies = Dependencies.of(task.rules, task.goal_set)
+        dependencies = Dependencies.of(self._rules, self._goals)
         try:
             _, totals = envs.reset([0], [self.seed_of(state.identity)])
             for step in range(len(actions) + 1):
-                frame = envs.render(0)
-                moment = counts.copy(), markings[0].copy(), step, lambda f=frame: f
-                yield Moment(state.identity, state.max_steps, *moment)
-                if step < len(actions) and actions[step] < task.n_actions:
+                frame = copy(envs.render(0))  # the environment may draw the next one into the same array
+                yield Moment(state.identity, state.max_steps, counts.copy(), markings[0].copy(), step, frame)
+                if step < len(actions) and actions[step] < self._n_actions:
                     before = totals.astype(np.int64)
-                    totals = envs.step([0], [task.trial.first_action + int(actions[step])]).totals
+                    totals = envs.step([0], [self._first_action + int(actions[step])]).totals
                     times = np.maximum(totals - before, 0)
                     counts = counts + times[0]
                     if dependencies is not None:
@@ -108,7 +123,7 @@ class TaskReplayer:
 
     def picture(self, state: Moment, goal: int, tile_size: int, title: str = "") -> NDArray[np.uint8]:
         """Draw a state [H, W, 3] uint8: the environment's picture, with the goals next to it."""
-        frame, most = state.draw(), replace(state, counts=np.full_like(state.counts, 999))
+        frame, most = state.frame, replace(state, counts=np.full_like(state.counts, 999))
         widest = max((text for text, _ in self._lines(most, goal)), key=len)  # gives all pictures one size
         panel = _panel(tuple(self._lines(state, goal)), widest, title)
         if not isinstance(frame, np.ndarray) or frame.ndim != 3 or frame.shape[2] != 3:
@@ -120,11 +135,10 @@ class TaskReplayer:
         return "\n".join(text for text, _ in self._lines(state, goal))
 
     def _lines(self, state: Moment, goal: int) -> Iterator[tuple[str, tuple[int, int, int]]]:
-        rules = self._task.rules
-        for number, name in enumerate(self._task.goals):
+        for number, name in enumerate(self._goals.names):
             count = int(state.counts[number])
             times = f" x{count}" if count > 1 else ""
-            needs = "" if rules is None else _needs(rules.rules[name])
+            needs = "" if self._rules is None else _needs(self._rules.rules[name])
             line = f"{'>' if number == goal else ' '} {'[x]' if count else '[ ]'} {name}{times}{needs}"
             yield line, DONE if count else INK if number == goal else FADED
 

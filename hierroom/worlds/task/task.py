@@ -21,6 +21,7 @@ from hierroom.worlds.base_view import goal_status
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 from hierroom.worlds.task.goal_values import GoalFunction
 from hierroom.worlds.task.parts import TaskParts, Trial
+from hierroom.worlds.task.replayer import TaskReplayer
 from hierroom.worlds.task.spaces import feature_of
 from hierroom.worlds.task.trial import try_out
 from hierroom.worlds.task.world import TaskWorld
@@ -206,6 +207,11 @@ class Task:
         """Features that networks can read: each entry of the observation, and the status of each goal."""
         entries = {name: feature_of(name, space) for name, (_, space) in self.trial.entries.items()}
         return {**entries, "goal-status": goal_status(len(self.goals))}
+
+    @cached_property
+    def replayer(self) -> TaskReplayer:
+        """The replayer, which replays episodes and draws them."""
+        return TaskReplayer(cast(TaskParts, self))
 
     @property
     def controller_features(self) -> tuple[str, ...]:

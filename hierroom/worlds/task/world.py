@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from hierroom.worlds.task.parts import TaskParts
 from hierroom.worlds.task.process_envs import ProcessEnvs
 from hierroom.worlds.task.replayer import Moment, TaskReplayer
 from hierroom.worlds.task.spaces import read_entry
+from hierroom.worlds.window import StateScreen
 from hierroom.worlds.world import Feature, Screen
 
 MAX_REMEMBERED = 20_000
@@ -43,7 +45,6 @@ class TaskWorld(BaseWorld):
         self.default_max_steps = task.max_steps
         left_out = ", ".join(self._trial.left_out)
         self.notes = [f"observations are without {left_out}, which no network reads"] if left_out else []
-        self.replayer = TaskReplayer(task)
         self._shown = {
             name: np.zeros((num_envs, *(space.shape or ())), space.dtype)
             for name, space in self.observation_spaces.items()
@@ -61,15 +62,23 @@ class TaskWorld(BaseWorld):
 
     def screen(self, render_mode: str | None) -> Screen:
         """Return a screen; for pictures, first make the environments anew with render mode ``rgb_array``."""
-        screen = super().screen(render_mode)
-        if render_mode in ("rgb_array", "human"):
-            self._envs.close()
-            self._envs = self._make_envs(len(self), "rgb_array")
-        return screen
+        if render_mode not in ("rgb_array", "human"):
+            return super().screen(render_mode)
+        self._envs.close()
+        self._envs = self._make_envs(len(self), "rgb_array")
+        return StateScreen(self._drawn_state, self.replayer, render_mode)
+
+    def _drawn_state(self, env: int) -> Moment:
+        return replace(self.get_state(env), frame=self._envs.render(env))
 
     def close(self) -> None:
         """Close the task's environments, and end their processes."""
         self._envs.close()
+
+    @property
+    def replayer(self) -> TaskReplayer:  # pyright: ignore[reportIncompatibleVariableOverride] - copies have none
+        """The replayer, which replays episodes and draws them."""
+        return self.task.replayer
 
     @property
     def features(self) -> Mapping[str, Feature]:  # pyright: ignore[reportIncompatibleVariableOverride] - copies have none
@@ -126,16 +135,10 @@ class TaskWorld(BaseWorld):
         return slice(None) if envs is self.everywhere else envs
 
     def get_state(self, envs: Any = slice(None)) -> Moment:
-        """Return the state of one environment, for replays and pictures."""
+        """Return the state of one environment, without a picture."""
         (env,) = np.atleast_1d(self.everywhere[envs]).tolist()
-        return Moment(
-            self.identity(env),
-            self.max_steps,
-            self.counts[env].copy(),
-            self.markings[env].copy(),
-            int(self.lengths[env]),
-            lambda: self._envs.render(env),
-        )
+        facts = self.counts[env].copy(), self.markings[env].copy(), int(self.lengths[env])
+        return Moment(self.identity(env), self.max_steps, *facts)
 
     def get_arrays(self, envs: NDArray[np.integer]) -> dict[str, np.ndarray]:
         """Return everything that changes in environments [M], as fresh arrays."""

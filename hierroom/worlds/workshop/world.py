@@ -146,13 +146,11 @@ class WorkshopWorld(BaseWorld):
     def _view(self, shops: np.ndarray, things: NDArray[np.uint8]) -> WorkshopView:
         return WorkshopView(self.book, self.task.solver, shops, things)
 
-    def observe(self, envs: NDArray[np.integer]) -> WorkshopView:
-        """Return the read-only view of environments [M]; the next step overwrites a view of all."""
-        if envs is self.everywhere or len(self) == 1:
-            return self._view(read_only(self._state.shops), read_only(self._state.things))
-        return self.exact_view(envs)
+    def _view_now(self) -> WorkshopView:
+        """Return the read-only view of all environments, which the next step overwrites."""
+        return self._view(read_only(self._state.shops), read_only(self._state.things))
 
-    def exact_view(self, envs: NDArray[np.integer]) -> WorkshopView:
+    def observe(self, envs: NDArray[np.integer]) -> WorkshopView:
         """Return the view of environments [M], in read-only copies."""
         return freeze(self._view(self._state.shops[envs], self._state.things[envs]))
 
@@ -165,17 +163,17 @@ class WorkshopWorld(BaseWorld):
 
     def shown(self, envs: NDArray[np.integer]) -> dict[str, NDArray]:
         """Return the entries of the observations of environments [M], in fresh arrays."""
-        return self.observe(envs).as_dict()
+        return (self._view_now() if envs is self.everywhere else self.observe(envs)).as_dict()
 
     def legal_goals(self, mask: str, are_turns: NDArray[np.bool_], view: Any = None) -> NDArray[np.bool_]:
         """Return the meta-controllers' legal choices [M, G + 1], in a view or everywhere; only 'no goal' off turn."""
         if mask not in GOAL_MASKS:
             raise InputError(f"goal_mask of a workshop is one of {', '.join(GOAL_MASKS)}, not {mask}")
-        return (self.observe(self.everywhere) if view is None else view).legal_goals(mask, are_turns)
+        return (self._view_now() if view is None else view).legal_goals(mask, are_turns)
 
     def clocks(self) -> NDArray[np.integer]:
-        """Return the steps [N] of the current episodes."""
-        return read_only(self._state.shops["steps"])
+        """Return the steps [N] of the current episodes, in a new read-only array."""
+        return freeze(self._state.shops["steps"].copy())
 
     def stagger_clocks(self) -> None:
         """Spread the steps of the current episodes evenly, so that they are not all truncated together."""

@@ -1,0 +1,206 @@
+"""What users keep never changes, and can be pickled."""
+
+import copy
+import pickle
+
+import chest_task
+import gymnasium
+import numpy as np
+import pytest
+from api_kinds import ID, KINDS, SETTINGS, actions, begin
+from evaluated_runs import line, make_run
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from plain_values import plain
+
+import hierroom
+from hierroom import EnvConfig, InputError
+from hierroom.agents.player import make_player
+from hierroom.lab.compare.comparison import compare
+from hierroom.lab.compare.evaluated_run import read_run
+from hierroom.lab.compare.grouping import choose_groups
+from hierroom.lab.compare.tasks import Tasks
+from hierroom.lab.measure import measure, play_rules
+from hierroom.runs.evaluation import evaluate
+from hierroom.turns.records import CONTROLLER, META
+from hierroom.turns.turns import Turns
+
+LENGTHS = (1, 2, 64, 65)  # the recorder's arrays have room for 64 steps at first
+WORLDS = {
+    "escape room": {"graph": "a", "size": 11},
+    "workshop": {"task": "workshop:4"},
+    "task": {"task": chest_task.chest},
+}
+
+
+def passing(step):
+    """A reward that differs from step to step."""
+    return 10.0 * step.actions + step.lengths
+
+
+class Player:
+    """Plays random actions from ``first`` on, and one that does not exist; from 2 on they end no room and no task."""
+
+    def __init__(self, first, seed):
+        self.first, self.random = first, np.random.default_rng(seed)
+
+    def step(self, turns):
+        situation = turns.situation(turns.due(META))
+        turns.choose(situation, self.random.integers(len(turns.world.goals), size=len(situation)))
+        return turns.step(self.random.integers(self.first, turns.world.n_actions + 1, size=len(turns)))
+
+
+def of_episode(episode):
+    return [plain(value) for name, value in vars(episode).items() if name != "replayer"] + [episode.to_dict()]
+
+
+@pytest.mark.parametrize("world", WORLDS)
+@given(
+    length=st.sampled_from(LENGTHS),
+    first=st.sampled_from((0, 2)),
+    sizes=st.tuples(st.integers(1, 9), st.integers(1, 4)),
+    observations=st.booleans(),
+    seed=st.integers(0, 99),
+)
+@settings(max_examples=12)
+def test_kept_episodes_never_change(world, length, first, sizes, observations, seed):
+    config, (episodes, num_envs) = EnvConfig(**WORLDS[world], max_steps=length, reward=passing), sizes
+    played = hierroom.rollout(
+        Player(first, seed), config, episodes, num_envs=num_envs, seed=seed, observations=observations
+    )
+    kept = [(episode, of_episode(episode)) for episode in played]
+    assert [of_episode(episode) for episode, _ in kept] == [then for _, then in kept]
+    if first and world != "workshop":
+        assert {len(episode) for episode, _ in kept} == {length}
+
+
+def play_directly(turns, actions):
+    for action in actions:
+        situation = turns.situation(turns.due(META))
+        turns.choose(situation, np.full(len(situation), action))
+        goals, observation = turns.goals, turns.observe(CONTROLLER, turns.due(CONTROLLER))
+        step = turns.step(np.full(len(turns), action % turns.world.n_actions))
+        last = turns.final_observation(CONTROLLER, step, np.arange(len(turns)))
+        states = turns.get_state(), turns.world.get_state(0), turns.world.clocks()
+        yield situation, goals, observation, step.records, step.rewards, last, states
+
+
+def play_with_agent(env, actions):
+    agent, state = hierroom.load("b"), None
+    observations, infos = env.reset(seed=3)
+    for _ in actions:
+        chosen, state = agent.act(observations, state, begins=infos["length"] == 0)
+        yield chosen, state.decision, state.decision.probabilities
+        observations, *_, infos = env.step(chosen)
+
+
+DIRECT = {
+    **{
+        name: (
+            lambda entries=entries, n=n: Turns(EnvConfig(**entries, max_steps=7, subgoal_horizon=3), n),
+            play_directly,
+        )
+        for world, entries in WORLDS.items()
+        for name, n in ((world, 3), (f"one {world}", 1))
+    },
+    "agent": (
+        lambda: hierroom.add_features(gymnasium.make_vec(ID, num_envs=3, **SETTINGS), hierroom.load("b")),
+        play_with_agent,
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS | DIRECT)
+def test_kept_results_never_change(kind):
+    make, play = (KINDS | DIRECT)[kind]
+    env = make()
+    begin(env)
+    kept = [(results, plain(results)) for results in play(env, actions(40))]
+    assert [plain(results) for results, _ in kept] == [then for _, then in kept]
+
+
+def first_episode(**entries):
+    config = EnvConfig(**entries, max_steps=20, reward=passing)
+    return next(hierroom.rollout(Player(0, 5), config, 1, seed=1, observations=True))
+
+
+def first_state(**entries):
+    return Turns(EnvConfig(**entries), seed=1).world.get_state(0)
+
+
+def score(**entries):
+    return evaluate(make_player("random", 0), Turns(EnvConfig(**entries, max_steps=20), 2, seed=0), 3)
+
+
+def measured(measure_play, **entries):
+    return measure_play(Turns(EnvConfig(**entries, max_steps=20), 2, seed=0), make_player("random", 0), 4)
+
+
+def comparison(folder):
+    runs = [read_run(make_run(folder / f"{seed}", {"a": line(0.9)}, seed=seed)) for seed in (0, 1)]
+    groups = choose_groups(runs, None)
+    return compare(groups, Tasks.common(groups), "success_rate", resamples=20, seed=0)
+
+
+def play(agent):
+    return next(hierroom.rollout(agent, episodes=1, num_envs=1)).to_dict()
+
+
+def again(thing):
+    return pickle.loads(pickle.dumps(thing))
+
+
+MAZE = "#########\n#@ r R E#\n#########"
+RULES = hierroom.Rules({"wood": {}, "table": {"uses": "wood", "gives": "table"}}, "table")
+EVERY_WORLD = {**WORLDS, "layout": {"layout": MAZE}, "task of lambdas": {"task": chest_task.lake}}
+PLAIN = {
+    **{
+        f"state of {world}": lambda _, entries=entries: first_state(**entries) for world, entries in EVERY_WORLD.items()
+    },
+    **{f"score in {world}": lambda _, entries=entries: score(**entries) for world, entries in EVERY_WORLD.items()},
+    "config": lambda _: EnvConfig(layout=MAZE, reward=passing),
+    "config of a task": lambda _: hierroom.TrainConfig().changed(task="workshop:4"),
+    "situation": lambda _: Turns(EnvConfig("b"), 2, seed=0).situation(np.arange(2)),
+    "goal graph": lambda _: hierroom.GoalGraph.named("c"),
+    "rules": lambda _: RULES,
+    "played rules": lambda _: measured(play_rules, task=chest_task.lake),
+    "comparison": comparison,
+}
+DOES = {
+    "report": (lambda: hierroom.complexity.analyze("c"), lambda report: report.to_dict()),
+    "report of rules": (lambda: hierroom.complexity.analyze(RULES), lambda report: report.to_dict()),
+    "measured report": (lambda: measured(measure, graph="a", size=11), lambda report: report.to_dict()),
+    "task": (lambda: chest_task.chest, lambda task: first_episode(task=task).to_dict()),
+    "agent": (lambda: hierroom.load("a"), play),
+}
+
+
+@pytest.mark.parametrize("world", EVERY_WORLD)
+def test_pickled_episode_knows_everything_and_replays_in_worlds_without_user_functions(world):
+    episode = first_episode(**EVERY_WORLD[world])
+    loaded = again(episode)
+    assert of_episode(loaded) == of_episode(episode)
+    assert (loaded.subgoals, loaded.events, repr(loaded)) == (episode.subgoals, episode.events, repr(episode))
+    if "task" in world:
+        with pytest.raises(
+            InputError, match=r"^an episode of task that was pickled has no environment to replay it in$"
+        ):
+            list(loaded.states())
+        episode = copy.deepcopy(episode)
+    else:
+        assert plain([*loaded.states()]) == plain([*episode.states()])
+    assert len([*episode.states()]) == len(episode) + 1
+
+
+@pytest.mark.parametrize("thing", PLAIN)
+def test_pickled_results_are_equal(thing, tmp_path):
+    made = PLAIN[thing](tmp_path)
+    assert repr(plain(again(made))) == repr(plain(made))  # NaN is not equal to itself
+
+
+@pytest.mark.parametrize("thing", DOES)
+def test_pickled_things_do_the_same(thing):
+    make, do = DOES[thing]
+    made = make()
+    do(made)  # some keep what they have computed
+    assert repr(do(again(made))) == repr(do(made))
