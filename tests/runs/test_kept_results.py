@@ -15,13 +15,13 @@ from plain_values import plain
 
 import hierroom
 from hierroom import EnvConfig, InputError
+from hierroom.agents.evaluation import evaluate
 from hierroom.agents.player import make_player
 from hierroom.lab.compare.comparison import compare
 from hierroom.lab.compare.evaluated_run import read_run
 from hierroom.lab.compare.grouping import choose_groups
 from hierroom.lab.compare.tasks import Tasks
 from hierroom.lab.measure import measure, play_rules
-from hierroom.runs.evaluation import evaluate
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
 
@@ -182,9 +182,7 @@ def test_pickled_episode_knows_everything_and_replays_in_worlds_without_user_fun
     assert of_episode(loaded) == of_episode(episode)
     assert (loaded.subgoals, loaded.events, repr(loaded)) == (episode.subgoals, episode.events, repr(episode))
     if "task" in world:
-        with pytest.raises(
-            InputError, match=r"^an episode of task that was pickled has no environment to replay it in$"
-        ):
+        with pytest.raises(InputError, match=r"^an episode of .+ that was pickled has no environment to replay it in$"):
             list(loaded.states())
         episode = copy.deepcopy(episode)
     else:
