@@ -193,8 +193,7 @@ class BaseWorld(ABC):
         now = self.observe(envs)
         if not (self.autoreset and ended.any()):
             return now
-        last_envs, last = self._ended
-        return now.merged(last, ended, np.searchsorted(last_envs, envs[ended]))
+        return now.merged(self._ended[1], ended, np.searchsorted(self._ended[0], envs[ended]))
 
     def legal_goals(self, mask: str, are_turns: NDArray[np.bool_], view: Any = None) -> NDArray[np.bool_]:
         """Return the meta-controllers' legal choices [M, G + 1] for a view, or for all environments.
