@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from hierroom.goals import GraphSpecs
 from hierroom.support.cli import Flag, given, read_arguments
 from hierroom.support.errors import InputError, require_number
-from hierroom.worlds.env_config import GRAPHS, LAYOUTS, EnvConfig
+from hierroom.worlds.env_config import GRAPHS, LAYOUTS
 
 if TYPE_CHECKING:
     from hierroom.lab.play.game import Game
@@ -65,17 +65,18 @@ def main(argv: Sequence[str]) -> int:
 
 def make_game(arguments: PlayArguments) -> Game:
     """Return the game that the options describe."""
-    from hierroom.lab.play.game import Game  # imports torch, which --help does not need
+    from hierroom.gym_env import EscapeRoom  # imports torch, which --help does not need
+    from hierroom.lab.play.game import Game
     from hierroom.runs.trained_agent import load
-    from hierroom.turns.turns import Turns
+    from hierroom.wrappers.features import add_features
 
-    chosen = given(arguments, "graph", "layout", "size", "max_steps")
+    chosen, seed = given(arguments, "graph", "layout", "size", "max_steps"), arguments.seed
     if arguments.agent is None:
         if arguments.greedy or arguments.trust_run:
             raise InputError("--greedy and --trust-run go with --agent, which is missing")
         usual = {} if arguments.layout else {"graph": "c", "size": 13}
         entries: dict[str, Any] = {**usual, "drop_key": arguments.drop_key, **chosen}
-        return Game(Turns(EnvConfig(**entries), 1, seed=arguments.seed, autoreset=False, measure_shortest=True))
+        return Game(lambda: EscapeRoom(**entries), None, seed)
     agent = load(arguments.agent, greedy=arguments.greedy, trust=arguments.trust_run)
     if agent.config.env.task is not None:
         name = agent.config.env.names[0]
@@ -84,5 +85,9 @@ def make_game(arguments: PlayArguments) -> Game:
         )
     if arguments.drop_key and not agent.config.env.drop_key:
         raise InputError(f"the agent of {arguments.agent} was trained without --drop-key, so keys cannot be dropped")
-    turns = agent.turns(1, seed=arguments.seed, env=agent.env(**chosen), autoreset=False)
-    return Game(turns, agent, arguments.seed)
+    config = agent.env(**chosen).changed(levels="evaluation", reward="extrinsic", curriculum_stages=1)
+
+    def make() -> Any:
+        return add_features(EscapeRoom(**vars(config), meta=agent.meta_controller(seed=seed)), agent)
+
+    return Game(make, agent, seed)

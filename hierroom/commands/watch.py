@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections import Counter
 from collections.abc import Sequence
@@ -17,9 +16,6 @@ from hierroom.support.errors import InputError, require_number
 if TYPE_CHECKING:
     from hierroom.agents.episode import Episode
     from hierroom.runs.trained_agent import TrainedAgent
-
-
-_SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER")
 
 
 @dataclass(frozen=True)
@@ -55,6 +51,7 @@ def main(argv: Sequence[str]) -> int:
     if arguments.most is not None and not arguments.failures:
         raise InputError("--most goes with --failures, which is missing")
     from hierroom.agents.playback import require_file, save_episodes
+    from hierroom.worlds.window import has_screen
 
     if arguments.out is not None:
         require_file(arguments.out)
@@ -73,7 +70,7 @@ def main(argv: Sequence[str]) -> int:
         for episode in episodes:
             print(episode.title)
         print(arguments.out)
-    elif not arguments.text and (sys.platform in ("win32", "darwin") or any(map(os.environ.get, _SCREENS))):
+    elif not arguments.text and has_screen():
         _show(episodes)
     else:
         _print(episodes)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Callable, Iterable
 from typing import Any, Literal
 
@@ -10,6 +12,12 @@ from numpy.typing import NDArray
 
 from hierroom.support.errors import InputError, require_name
 from hierroom.worlds.world import RENDER_MODES, Replayer
+
+
+def has_screen() -> bool:
+    """Return whether there is a screen to open a window on, as far as the environment's variables tell."""
+    names = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER")
+    return sys.platform in ("win32", "darwin") or any(map(os.environ.get, names))
 
 
 class Window:
@@ -37,7 +45,9 @@ class Window:
                 pygame.display.init()
                 self._screen = pygame.display.set_mode((width, height))
             except pygame.error as error:
-                raise InputError(f"cannot open a window ({error}); render_mode 'rgb_array' needs none") from error
+                raise InputError(
+                    f"cannot open a window ({error}): it needs a screen; render_mode 'rgb_array' needs none"
+                ) from error
             self._clock = pygame.time.Clock()
         assert self._clock is not None
         pygame.display.set_caption(self.title)
@@ -58,7 +68,7 @@ class Window:
             while not is_next:
                 self.show(frame)
                 is_next = not is_paused
-                for key in self._pressed():
+                for key in self.pressed():
                     if key in ("quit", "q", "escape"):
                         return "closed"
                     if key == "n":
@@ -73,7 +83,8 @@ class Window:
                         self.frames_per_second = min(max(faster, 1), 100)
         return "ended"
 
-    def _pressed(self) -> list[str]:
+    def pressed(self) -> list[str]:
+        """Return the names of the keys pressed since the last call, and ``"quit"`` for the close button."""
         import pygame
 
         events = pygame.event.get((pygame.QUIT, pygame.KEYDOWN))

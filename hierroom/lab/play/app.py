@@ -3,105 +3,68 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 
 import pygame
 
-from hierroom.lab.play.board import Board, window_size
 from hierroom.lab.play.game import Game
+from hierroom.lab.play.picture import game_picture
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, RIGHT
+from hierroom.worlds.window import Window, has_screen
 
-FRAMES_PER_SECOND, STEPS_PER_SECOND = 30, 6
+FRAMES_PER_SECOND, FRAMES_PER_STEP = 30, 5  # an agent that plays takes a step in every fifth frame
 NOWHERE = ("dummy", "offscreen", "evdev")  # SDL's drivers without a screen; nobody could see or end a game
-MOVES = {
-    pygame.K_UP: FORWARD,
-    pygame.K_w: FORWARD,
-    pygame.K_LEFT: LEFT,
-    pygame.K_a: LEFT,
-    pygame.K_RIGHT: RIGHT,
-    pygame.K_d: RIGHT,
-    pygame.K_x: DROP,
-}
+MOVES = {"up": FORWARD, "w": FORWARD, "left": LEFT, "a": LEFT, "right": RIGHT, "d": RIGHT, "x": DROP}
 
 
 class App:
-    """A window to play a game in; an agent that has taken over plays `STEPS_PER_SECOND`."""
+    """A window to play a game in."""
 
     def __init__(self, game: Game) -> None:
-        self.game, self.is_open = game, True
-        self._wait, self._waited = 1000 / STEPS_PER_SECOND, 0.0
-        try:
-            with _quiet():
-                pygame.display.init()
-            if pygame.display.get_driver() in NOWHERE and "SDL_VIDEODRIVER" not in os.environ:
-                pygame.display.quit()
-                raise InputError("play needs a screen, and there is none here; watch and report need none")
-            self.surface = pygame.display.set_mode(window_size(game.state.size))
-        except pygame.error as error:
-            raise InputError(f"cannot open a window ({error}): play needs a screen") from error
-        pygame.display.set_caption("hierroom")
+        self.game, self.is_open, self.picture = game, True, game_picture(game)
+        self.window, self._waited = Window(frames_per_second=FRAMES_PER_SECOND), 0
+        if has_screen():  # else SDL would complain on standard error
+            self.window.show(self.picture)
+        if not has_screen() or (pygame.display.get_driver() in NOWHERE and "SDL_VIDEODRIVER" not in os.environ):
+            self.window.close()
+            raise InputError("play needs a screen, and there is none here; watch and report need none")
         pygame.key.set_repeat(280, 90)
-        self._board, self._clock = Board(self.surface), pygame.time.Clock()
-        self._board.draw(game)
-        pygame.display.flip()
 
     def run(self) -> None:
         """Play until the window is closed."""
         try:
             while self.is_open:
-                self.frame(self._clock.tick(FRAMES_PER_SECOND))
+                self.frame()
         finally:
-            pygame.display.quit()
+            self.window.close()
 
-    def frame(self, milliseconds: float) -> None:
-        """Handle keys, let the agent take a step if it plays and its step is due, and draw."""
-        is_changed = False
-        for event in pygame.event.get():
-            if event.type == pygame.QUIT:
-                self.is_open = False
-            elif event.type == pygame.KEYDOWN:
-                self._press(event.key)
-                is_changed = True
-            elif event.type in (pygame.WINDOWEXPOSED, pygame.WINDOWSIZECHANGED):
-                is_changed = True
-        if self.game.is_piloted and not self.game.has_ended:
-            self._waited += milliseconds
-            if self._waited >= self._wait:
-                self._waited, is_changed = 0.0, True
-                self.game.step()
-        if is_changed and self.is_open:
-            self._board.draw(self.game)
-            pygame.display.flip()
+    def frame(self) -> None:
+        """Heed keys, let the agent take a step if it plays and its step is due, and show the picture."""
+        game, keys = self.game, self.window.pressed()
+        for key in keys:
+            self._press(game, key)
+        self._waited = (self._waited + 1) % FRAMES_PER_STEP if game.is_piloted and not game.has_ended else 1
+        if is_due := self._waited == 0:
+            game.step()
+        if keys or is_due:
+            self.picture = game_picture(game)
+        self.window.show(self.picture)
 
-    def _press(self, key: int) -> None:
-        game = self.game
-        commands = {pygame.K_SPACE: game.use, pygame.K_t: game.switch_pilot}
-        commands |= {pygame.K_n: game.next_level, pygame.K_r: game.restart}
-        if key == pygame.K_x and game.turns.world.n_actions <= DROP:
+    def _press(self, game: Game, key: str) -> None:
+        if key == "x" and not game.state.levels["can_drop"][0]:
             game.message = "keys cannot be dropped here; begin with --drop-key"
-        elif key in MOVES:
+        elif key in MOVES or key == "space":
             game.is_piloted = False  # a person who moves takes over from the agent
-            game.step(MOVES[key])
-        elif key in commands:
-            commands[key]()
-        elif key == pygame.K_o:
+            game.use() if key == "space" else game.step(MOVES[key])
+        elif key == "t":
+            game.is_piloted = game.agent is not None and not game.is_piloted
+            whose = "the agent plays" if game.is_piloted else "you play"
+            game.message = whose if game.agent else "begin with --agent RUN to let a trained agent take over"
+        elif key in ("n", "r"):
+            game.begin(game.seed + (key == "n"))
+        elif key == "o":
             game.has_hints = not game.has_hints
-        elif key == pygame.K_f:
+        elif key == "f":
             game.has_fog = not game.has_fog
-        elif key in (pygame.K_q, pygame.K_ESCAPE):
+        elif key in ("q", "escape", "quit"):
             self.is_open = False
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Hide messages that SDL writes to standard error while it looks for a screen."""
-    shown, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nowhere, 2)
-        yield
-    finally:
-        os.dup2(shown, 2)
-        os.close(shown)
-        os.close(nowhere)
