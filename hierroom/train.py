@@ -18,7 +18,7 @@ from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.runs.folder.config_file import read_config
 from hierroom.support.cli import Flag, read_arguments, run
 from hierroom.support.errors import InputError, shown
-from hierroom.worlds.env_config import OF_ESCAPE_ROOMS, is_task, refuse_for_task
+from hierroom.worlds.env_config import OF_ESCAPE_ROOMS, is_task
 from hierroom.worlds.make import WorldMaker, name_in_module
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def parse(argv: Sequence[str]) -> TrainArguments:
             default = default.changed(**{name: words})
     arguments = read_arguments(TrainArguments, "train", argv, TrainArguments(config=default))
     given = [name for name in OF_ESCAPE_ROOMS if getattr(known, name) is not None]
-    refuse_for_task(given, arguments.config.env.task)  # even with the value that is the default of EscapeRooms
+    arguments.config.env.refuse_unread(given)
     kept = arguments.config.changed(steps=default.steps, threads=default.threads, device=default.device)
     if known.resume and kept != default:
         raise InputError(_WITH_RESUME)

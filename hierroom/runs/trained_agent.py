@@ -35,7 +35,7 @@ from hierroom.support.errors import InputError, require_number, shown, user_code
 from hierroom.support.files import usable_path
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
-from hierroom.worlds.env_config import EnvConfig, refuse_for_task
+from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.make import world_spec
 
 
@@ -153,10 +153,11 @@ class TrainedAgent:
             raise InputError(f"environments have no entry {name}{f'; is it {near[0]}?' if near else ''}")
         if refused := entries.keys() - names | entries.keys() & {"drop_key", "reward"}:
             raise InputError(f"a trained agent cannot be played with another {', '.join(sorted(refused))}")
-        refuse_for_task(entries, self.config.env.task)
         own = replace(self.config.env, levels=None)  # without its levels, as training has its own
         besides = () if "graph" in entries or entries.get("layout") else graph_specs(own.exclude)
-        return own.changed(**{**entries, "exclude": (*besides, *graph_specs(entries.get("exclude", ())))})
+        changed = own.changed(**{**entries, "exclude": (*besides, *graph_specs(entries.get("exclude", ())))})
+        changed.refuse_unread(entries)
+        return changed
 
     def turns(self, num_envs: int, *, seed: int = 0, env: EnvConfig | None = None, autoreset: bool = True) -> Turns:
         """Return environments to play in, which know the shortest lengths of their episodes; see `Turns`.

@@ -132,16 +132,20 @@ class EnvConfig:
     def _require_task(self) -> None:
         if self.task == "" or not (isinstance(self.task, str) or is_task(self.task)):
             raise InputError(f"a task is a name, like package.module:name, or a hierroom.Task, not {shown(self.task)}")
-        changed = [entry.name for entry in fields(EnvConfig) if getattr(self, entry.name) != entry.default]
-        refuse_for_task(changed, self.task)
+        self.refuse_unread([entry.name for entry in fields(EnvConfig) if getattr(self, entry.name) != entry.default])
 
     def _use_layout(self) -> None:
         size = max(one.size for one in self.layout)
-        for entry in fields(EnvConfig):
-            given = getattr(self, entry.name)
-            if entry.name in OF_DRAWN and given != entry.default and (entry.name, given) != ("size", size):
-                raise InputError(f"{entry.name} is for levels that are drawn; the layout {self.names[0]} is fixed")
+        changed = [entry.name for entry in fields(EnvConfig) if getattr(self, entry.name) != entry.default]
+        self.refuse_unread([name for name in changed if (name, self.size) != ("size", size)])
         object.__setattr__(self, "size", size)
+
+    def refuse_unread(self, names: Collection[str]) -> None:
+        """Refuse entries, by name, that the user has given and that the task or layout ignores."""
+        if self.task is not None and (unread := [name for name in OF_ESCAPE_ROOMS if name in names]):
+            raise InputError(f"{unread[0]} is for EscapeRooms; {task_name(self.task)} has no such entry")
+        if self.layout and (unread := [name for name in OF_DRAWN if name in names]):
+            raise InputError(f"{unread[0]} is for levels that are drawn; the layout {self.names[0]} is fixed")
 
     def changed(self, **entries: Any) -> EnvConfig:
         """Return the config with some entries changed; a new layout replaces goal graphs and vice versa."""
@@ -188,12 +192,6 @@ def is_task(thing: object) -> bool:
 def task_name(task: Any) -> str:
     """Return a task's name: the text that was typed, or the task's own name."""
     return task if isinstance(task, str) else task.name
-
-
-def refuse_for_task(names: Collection[str], task: Any) -> None:
-    """Refuse entries, by name, that the user has given for a task (None: no task) and that only EscapeRooms have."""
-    if task is not None and (unknown := [name for name in OF_ESCAPE_ROOMS if name in names]):
-        raise InputError(f"{unknown[0]} is for EscapeRooms; {task_name(task)} has no such entry")
 
 
 def fresh_seed() -> int:

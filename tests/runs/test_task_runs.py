@@ -202,17 +202,23 @@ def test_invalid_task_entries_raise_input_error(entries, said):
 
 
 @pytest.mark.parametrize(("name", "value"), [("graph", "c"), ("size", "19"), ("curriculum_stages", "1")])
-def test_escape_room_entry_for_a_task_is_refused_even_with_its_default(name, value, tmp_path, monkeypatch):
+@pytest.mark.parametrize(("world", "spec"), [("task", "workshop:4"), ("layout", "mine.txt")])
+def test_entry_for_another_world_is_refused_even_with_its_default(world, spec, name, value, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.txt").write_text("######\n#@rRE#\n######")
     quoted = value if value.isdecimal() else f'"{value}"'
-    (tmp_path / "own.toml").write_text(f'task = "workshop:4"\n{name} = {quoted}')
+    (tmp_path / "own.toml").write_text(f'{world} = "{spec}"\n{name} = {quoted}')
+    why = "is for EscapeRooms; workshop:4 has no such entry$"
+    if world == "layout":
+        why = "is for levels that are drawn; the layout mine is fixed$|are both given"
     for ask in (
-        lambda: parse(["--task", "workshop:4", f"--{name}", value]),
-        lambda: parse(["--task", "workshop:4", f"--{name.replace('_', '-')}", value]),
+        lambda: parse([f"--{world}", spec, f"--{name}", value]),
+        lambda: parse([f"--{world}", spec, f"--{name.replace('_', '-')}", value]),
         lambda: parse(["--config", "own.toml"]),
-        lambda: read_plan(None, ["task=workshop:4", f"{name}={value}"]).runs(),
+        lambda: read_plan(None, [f"{world}={spec}", f"{name}={value}"]).runs(),
+        lambda: hierroom.load("a").env(**{world: spec, name: read_plan(None, [f"{name}={value}"]).values[name][0]}),
     ):
-        with pytest.raises(InputError, match=f"{name} is for EscapeRooms; workshop:4 has no such entry$"):
+        with pytest.raises(InputError, match=why):
             ask()
     assert parse(["--task", "None", f"--{name}", value]).config == TrainConfig()
 

@@ -20,7 +20,6 @@ from hierroom.support.errors import InputError, require_number, shown
 from hierroom.support.files import to_json
 from hierroom.support.reading import read_toml
 from hierroom.support.typed_value import typed_value
-from hierroom.worlds.env_config import refuse_for_task
 from hierroom.worlds.make import find_task, ships
 
 RESULTS_VERSION = 1
@@ -111,7 +110,7 @@ class Plan:
     def _run(self, variant: str, entries: dict[str, Any], varied: Sequence[str]) -> PlannedRun:
         start = find_preset(entries.pop("preset", None) or implied_preset(entries))
         config = start.changed(**{"threads": 1, **entries})  # processes run in parallel instead
-        refuse_for_task(entries, config.env.task)
+        config.env.refuse_unread(entries)
         if ships(config.env.task):
             find_task(config.env.task)  # refuses a name without a task
         own = config.entries | {

@@ -13,7 +13,6 @@ from hierroom.support.errors import InputError, shown
 from hierroom.support.files import usable_path
 from hierroom.support.reading import read_toml
 from hierroom.support.typed_value import entry_types, typed_value
-from hierroom.worlds.env_config import refuse_for_task
 
 OF_ENVIRONMENTS = ("env_index", "levels")
 """Entries of an environment that a run sets itself, as training and evaluation have different levels."""
@@ -45,7 +44,7 @@ def read_config(path: str | Path, *, trust: bool = False, **entries: Any) -> Tra
     try:
         start = find_preset(preset or implied_preset({**table, **entries}))
         config = start.changed(**table)
-        refuse_for_task(table, config.env.task)
+        config.env.refuse_unread(table)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     return config.changed(**entries)
