@@ -111,7 +111,7 @@ class Learner:
         if type(self.network) is RecurrentActorCritic and self._device.type == "cpu" and not is_interpreted:
             self._backend = FusedBackend(self.network, config, threads)
         else:
-            self._backend = TorchBackend(self.network, config, device)
+            self._backend = TorchBackend(self.network, config, device, space.n_actions)
         self._states = self._backend.initial_states(num_envs)  # [N, S]
         self._starts_episode = np.ones(num_envs, bool)
         # With one full sequence too few for an update, a single `finish` can still fill one for each environment.

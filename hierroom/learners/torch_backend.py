@@ -16,7 +16,7 @@ from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import PolicyNetwork
 from hierroom.learners.networks.initial_weights import plain_torch
 from hierroom.learners.rollout import Batch
-from hierroom.support.errors import user_code
+from hierroom.support.errors import InputError, user_code
 
 STATISTICS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction", "gradient_norm")
 """Names of the values that a backend's ``train`` averages over the minibatches of an update, in this order."""
@@ -27,7 +27,8 @@ _ILLEGAL = -1e9  # finite, so that an illegal action's term in the entropy is 0 
 class TorchBackend:
     """Forward passes, loss, gradients and Adam in torch, for a module that implements `PolicyNetwork`."""
 
-    def __init__(self, network: nn.Module, config: PPOConfig, device: str) -> None:
+    def __init__(self, network: nn.Module, config: PPOConfig, device: str, n_actions: int) -> None:
+        self._n_actions = n_actions
         self._module = network.to(device)
         self._network = cast(PolicyNetwork, network)
         self._config = config
@@ -45,8 +46,10 @@ class TorchBackend:
         with torch.no_grad(), self._user_code():
             # Copy, because a custom network may write to its inputs, and the arrays are kept for the update.
             outputs = self._network.step(self._tensor(features.copy()), self._tensor(states.copy()))
-        # Copy, because users keep the results, and a network may return its weights or a buffer.
-        logits, values, new_states = (output.cpu().numpy().copy() for output in outputs)
+            # And these, because users keep the results, and a network may return its weights or a buffer.
+            logits, values, new_states = (output.cpu().numpy().copy() for output in outputs)
+        found, n = (logits.shape, values.shape, new_states.shape), len(features)
+        self._require("logits, values and state of step", found, ((n, self._n_actions), (n,), states.shape))
         return logits, values, new_states
 
     def evaluate(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
@@ -95,6 +98,8 @@ class TorchBackend:
                 data["features"][:, part], data["initial_states"][part], data["resets"][:, part]
             )
         turns = data["masks"][:, part], data["actions"][:, part], data["log_probs"][:, part]
+        found, wanted = (logits.shape, values.shape), (turns[0].shape, turns[1].shape)
+        self._require("logits and values of sequence", found, wanted)
         scores = normalized(advantages[:, part], self._config) * weights[:, part]
         targets = (advantages + data["values"])[:, part]
         loss, statistics = ppo_loss(logits, values, *turns, scores, targets, self._config)
@@ -106,6 +111,11 @@ class TorchBackend:
         norm = nn.utils.clip_grad_norm_(self._module.parameters(), self._config.max_gradient_norm)
         self._adam.step()
         return torch.stack([*statistics, norm.detach()])
+
+    def _require(self, what: str, found: tuple[tuple[int, ...], ...], wanted: tuple[tuple[int, ...], ...]) -> None:
+        if found != wanted:  # although its first turns were right: see `agents.networks.try_network`
+            given, right = (", ".join(str(tuple(shape)) for shape in shapes) for shapes in (found, wanted))
+            raise InputError(f"the network {type(self._module).__name__} gives {what} of shapes {given}, not {right}")
 
     def _user_code(self) -> AbstractContextManager[None]:
         return user_code(f"the network {type(self._module).__name__}")

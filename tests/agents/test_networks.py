@@ -251,7 +251,7 @@ def test_network_trial_restores_non_persistent_buffers(outside):
 def test_a_network_may_overwrite_its_inputs(outside):
     """The learner keeps the state before a turn, and its features, for the update."""
     network = make_network(f"{outside}:Writing", SPACE, 8, None)
-    backend = TorchBackend(network, PPOConfig(), "cpu")
+    backend = TorchBackend(network, PPOConfig(), "cpu", SPACE.n_actions)
     features, states = np.ones((2, SPACE.n_features), np.uint8), backend.initial_states(2)
     _, _, after = backend.step(features, states)
     assert (after == states + 1).all()
@@ -280,3 +280,30 @@ def test_network_error_after_the_trial_raises_input_error(outside, tmp_path):
     said = r"^the network Late fails: RuntimeError: too long for me \(line \d+ of [^\n]*$"
     with pytest.raises(InputError, match=said):
         train([*FLAGS, "--network", f"{outside}:Late", "--out", str(tmp_path / "run")])
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            lambda logits, values, state: (logits[:, 1:], values, state),
+            "of shapes (2, 3), (2,), (2, 1), not (2, 4), (2,)",
+        ),
+        (
+            lambda logits, values, state: (logits, values[:, None], state),
+            "of shapes (2, 4), (2, 1), (2, 1), not (2, 4), (2",
+        ),
+        (lambda logits, values, state: (logits, values, state[:1]), "of shapes (2, 4), (2,), (1, 1), not (2, 4), (2,)"),
+        (lambda logits, values, state: (logits, values), "fails: ValueError: not enough values to unpack"),
+        (lambda *outputs: None, "fails: TypeError: "),
+    ],
+)
+def test_other_outputs_after_the_trial_raise_input_error(outside, change, said):
+    """Compiled code does not check array bounds, so that one logit too many would be read from anywhere."""
+    network = make_network(f"{outside}:Mine", SPACE, 8, None)
+    backend = TorchBackend(network, PPOConfig(), "cpu", SPACE.n_actions)
+    step, given = network.step, (np.ones((2, SPACE.n_features), np.uint8), backend.initial_states(2))
+    backend.step(*given)
+    network.step = lambda *inputs: change(*step(*inputs))
+    with pytest.raises(InputError, match=f"^the network Mine .*{re.escape(said)}"):
+        backend.step(*given)

@@ -111,7 +111,7 @@ def test_run_trained_on_gpu_plays_on_cpu(tmp_path, monkeypatch):
     """A GPU trains through torch and the CPU plays with compiled kernels; their optimiser keeps other records."""
     config = SMALL.changed(device="cuda")
     with monkeypatch.context() as without_kernels:
-        without_kernels.setattr(ppo, "FusedBackend", lambda *arguments: TorchBackend(*arguments[:2], "cpu"))
+        without_kernels.setattr(ppo, "FusedBackend", lambda *arguments: TorchBackend(*arguments[:2], "cpu", 5))
         trainer = Trainer(SMALL)
         for _ in range(2):
             trainer.advance()
