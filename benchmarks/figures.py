@@ -3,7 +3,7 @@
     python -m benchmarks.figures            # draw the pictures whose rows have changed
     python -m benchmarks.figures --check    # exit code 1 where one differs
 
-A picture is drawn as the command before it on its page says; of those that `hierroom paper` draws, this command
+A picture is drawn as the command before it on its page says; of those that `benchmarks.paper` draws, this command
 alone writes the digest of the points. So a picture is drawn again if its points change, but not if a new version of a
 library draws them differently.
 """
@@ -24,17 +24,17 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from benchmarks.committed import ROOT
+from benchmarks.paper.figures import Figure3, Figure4, Figure5
 from benchmarks.study import figure as scatter
 from benchmarks.study import forest
 from benchmarks.study.picture import ENTRY, digest, write
 from benchmarks.tables import PAGES
 from hierroom.lab.compare.style import STYLE
-from hierroom.lab.paper.figures import Figure3, Figure4, Figure5
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
 
 PLACE = re.compile(
-    r"`python -m (benchmarks\.study\.(?:figure|forest)|hierroom paper figure\d) ([^`]+)`[^`]*?!\[[^]]*\]\((\S+)\)"
+    r"`python -m (benchmarks\.study\.(?:figure|forest)|benchmarks\.paper figure\d) ([^`]+)`[^`]*?!\[[^]]*\]\((\S+)\)"
 )
 PAPER = {"figure3": Figure3, "figure4": Figure4, "figure5": Figure5}
 
@@ -56,7 +56,7 @@ class Picture:
 
     Args:
         path: of the file.
-        program: what draws it, such as `hierroom paper figure3`.
+        program: what draws it, such as `benchmarks.paper figure3`.
         arguments: of the program.
     """
 

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.paper.runs import mean_and_interval
 from benchmarks.study.tables import Row, read_rows
-from hierroom.lab.paper.runs import mean_and_interval
 from hierroom.support.tables import markdown_table
 
 HEADINGS = ("graph", "steps", "seeds")

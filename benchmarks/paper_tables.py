@@ -10,11 +10,11 @@ from textwrap import fill
 from typing import TYPE_CHECKING
 
 from benchmarks.committed import ROOT, done_rows
-from hierroom.lab.paper.cells import Curves, table_3
-from hierroom.lab.paper.order import pair_counts, prediction
-from hierroom.lab.paper.published import METHODS
-from hierroom.lab.paper.runs import PaperRuns
-from hierroom.lab.paper.table3 import Compared
+from benchmarks.paper.cells import Curves, table_3
+from benchmarks.paper.order import pair_counts, prediction
+from benchmarks.paper.published import METHODS
+from benchmarks.paper.runs import PaperRuns
+from benchmarks.paper.table3 import Compared
 from hierroom.support.tables import markdown_table
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def paper_table(size: str, n_seeds: str) -> str:
     headings = ("pairs of methods on a graph", "in the paper's order", "opposite", "no significant difference")
     pairs = markdown_table(headings, [(name, *map(str, count)) for name, count in counts.items()])
     correlations = fill(prediction(cells), 130)
-    command = f"python -m hierroom paper table3 --sizes {size} --seeds {n_seeds} --out {PAPER}"
+    command = f"python -m benchmarks.paper table3 --sizes {size} --seeds {n_seeds} --out {PAPER}"
     return f"\n`{command}` prints these among others:\n\n{_success_lines(cells)}\n\n{pairs}\n\n{correlations}\n\n"
 
 
@@ -56,7 +56,7 @@ def _success_lines(cells: pd.DataFrame) -> str:
 
 
 def cells_table(size: str, n_seeds: str) -> str:
-    """Return every number of the paper's Table 3 and of ours, as `hierroom paper table3 --csv` prints them.
+    """Return every number of the paper's Table 3 and of ours, as `benchmarks.paper table3 --csv` prints them.
 
     Args:
         size: of the grid.

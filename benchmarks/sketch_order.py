@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 from scipy.stats import ttest_ind
 
 from benchmarks.committed import ROOT, done_rows, plan_of
+from benchmarks.paper.cells import table_3, values_at
+from benchmarks.paper.published import PAPER_TABLE_3
+from benchmarks.paper.runs import PaperRuns, cell
 from benchmarks.result_table import ResultTable
-from hierroom.lab.paper.cells import table_3, values_at
-from hierroom.lab.paper.published import PAPER_TABLE_3
-from hierroom.lab.paper.runs import PaperRuns, cell
 from hierroom.lab.sweep.table import SweepTable
 from hierroom.support.cli import run
 

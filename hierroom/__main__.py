@@ -23,7 +23,6 @@ COMMANDS: Mapping[str, str] = {
     "compare": "learning curves of several runs, with intervals, as tables and a figure",
     "report": "one HTML page on runs: curves, goals, complexity against learning, replay of episodes",
     "complexity": "how hard goal graphs are to explore, before anybody trains",
-    "paper": "the paper's tables and figures, next to ours",
     "compile": "compile all kernels now, so that nothing waits for it later",
 }
 

@@ -27,7 +27,7 @@ T = TypeVar("T")
 Flag = Annotated[bool, tyro.conf.FlagCreatePairsOff]
 """An option without a value; it has no negated form, such as --no-json."""
 LISTS = (
-    *("--graph", "--graphs", "--exclude", "--layout", "--rules", "--sizes", "--metas", "--features"),
+    *("--graph", "--graphs", "--exclude", "--layout", "--rules", "--metas", "--features"),
     "--meta-features",
 )
 """Options with several values."""

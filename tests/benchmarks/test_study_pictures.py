@@ -45,7 +45,7 @@ def test_digest_changes_with_points_colours_and_names():
 
 def test_picture_of_unfinished_runs_raises_input_error():
     def picture(*arguments):
-        return figures.Picture(ROOT / "x.png", "hierroom paper figure4", arguments)
+        return figures.Picture(ROOT / "x.png", "benchmarks.paper figure4", arguments)
 
     with pytest.raises(InputError, match=r"0 of 8 runs of x\.png are done"):
         picture("--seeds", "2", "--out", "nowhere").draw()

@@ -85,7 +85,6 @@ def test_command_line_has_every_choice(choices, table):
         ("evaluate", "Missing from python -m hierroom evaluate: RUN"),
         ("evaluate c --episodes", "Missing value for argument '--episodes'"),
         ("compile now", "Unrecognized options: now"),
-        ("paper table9", "Available subcommands: table2, table3"),
     ],
 )
 def test_invalid_arguments_exit_with_a_tyro_message(words, said, capsys):
@@ -143,7 +142,7 @@ def test_list_options_refuse_missing_and_repeated_values():
 
 
 def test_lists_has_every_list_option():
-    helps = [help_of(name)[0] for name in COMMANDS if name != "paper"] + [help_of("paper", "table3")[0]]
+    helps = [help_of(name)[0] for name in COMMANDS]
     found = {option for text in helps for option in re.findall(r"(--[\w-]+) (?:[A-Z]+ )?\[", text)}
     assert found == set(LISTS)
 
@@ -152,7 +151,7 @@ def test_bash_completes_commands_options_and_choices(tmp_path):
     script = run_python("-m", "hierroom", "train", "--tyro-print-completion", "bash")
     assert script.returncode == 0, script.stderr
     (tmp_path / "completion.bash").write_text(script.stdout)
-    lines = ["train --warm-s", "train --method ppo-b", "ev", "evaluate --goal-m", "paper table", "paper table3 --se"]
+    lines = ["train --warm-s", "train --method ppo-b", "ev", "evaluate --goal-m"]
     asked = "\n".join(f"COMP_WORDS=(hierroom {line}); complete_it" for line in lines)
     (tmp_path / "ask.bash").write_text(
         f"source {tmp_path}/completion.bash\n"
@@ -160,5 +159,5 @@ def test_bash_completes_commands_options_and_choices(tmp_path):
         f"{asked}\n"
     )
     done = run_child(["bash", tmp_path / "ask.bash"])
-    completed = ["--warm-start", "ppo-bonus", "evaluate", "--goal-mask", "table2 table3", "--seeds"]
+    completed = ["--warm-start", "ppo-bonus", "evaluate", "--goal-mask"]
     assert done.stdout.splitlines() == completed, done.stderr

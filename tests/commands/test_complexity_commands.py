@@ -1,4 +1,4 @@
-"""Table 2 next to the paper's, and the two commands that print complexity."""
+"""The command that prints complexity."""
 
 import csv
 import io
@@ -11,14 +11,11 @@ from children import run_child
 
 from hierroom.commands.complexity import ComplexityArguments, main, show
 from hierroom.goals import GoalGraph
-from hierroom.lab.paper.published import PAPER_TABLE_2
-from hierroom.lab.paper.table2 import table_2
 from hierroom.support.errors import InputError
 
 
-def command(*arguments, name="complexity"):
-    words = [sys.executable, "-m", "hierroom", name, *arguments]
-    return run_child(words)
+def command(*arguments):
+    return run_child([sys.executable, "-m", "hierroom", "complexity", *arguments])
 
 
 @pytest.fixture
@@ -28,30 +25,6 @@ def printed(capsys):
         return capsys.readouterr().out
 
     return show_and_read
-
-
-def test_table_2_differs_only_for_graphs_d_e_f():
-    for cell in table_2():
-        is_open = cell.graph in "def" and cell.row.startswith("HT")
-        assert cell.agrees == (not is_open), cell
-
-
-def test_the_paper_rounds_to_one_digit():
-    printed = [value for column in PAPER_TABLE_2.values() for value in (column.hitting_time, column.hitting_time_drop)]
-    assert len(printed) == 14
-    assert all(round(value, 1) == value for value in printed)
-
-
-def test_table2_command_prints_paper_and_ours():
-    done = command("table2", name="paper")
-    assert done.returncode == 0, done.stderr
-    rows = [[cell.strip() for cell in line.split("│")[1:-1]] for line in done.stdout.splitlines() if "│" in line]
-    assert ["HT, no drop", "paper", "8.4", "12.1", "15.1", "13.1", "13.9", "29.2", "27.5"] in rows
-    assert ["", "ours", "8.4", "12.1", "15.1", "15.1*", "17.1*", "22.4*", "27.5"] in rows
-    assert ["", "ours", "16.5", "25.2", "39.5", "30.2*", "36.2*", "64.1*", "82.5"] in rows
-    text = " ".join(done.stdout.split())
-    assert "22 of 28 numbers agree" in text
-    assert "Graphs d, e and f differ" in text
 
 
 def test_complexity_prints_graphs_as_text_json_and_csv(printed):

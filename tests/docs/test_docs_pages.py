@@ -109,6 +109,7 @@ def _read_options(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     if words[0] == "-m":
         start, (name, *words) = partial(runpy.run_module, alter_sys=True), words[1:]
         path = ROOT / f"{name.replace('.', '/')}.py"
+        path = path if path.is_file() else path.with_suffix("") / "__main__.py"
     else:
         start, (name, *words) = runpy.run_path, words
         path = ROOT / name

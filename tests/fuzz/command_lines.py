@@ -26,7 +26,6 @@ START: Mapping[str, Sequence[str]] = {
     "watch": ("run", "--text"),
     "compare": ("run", "--resamples", "100"),
     "complexity": (),
-    "paper": ("table2",),
     "sweep": ("method=hippo,ppo", "size=11", "--graphs", "a", "--seeds", "2", "--metas", "random"),
     "report": ("run", "--played", "2", "--episodes", "1"),
     "play": ("--graph", "a"),
@@ -43,7 +42,6 @@ _ARGUMENTS = {
 }
 OPTIONS: Mapping[str, Sequence[str]] = {
     "train": [*_FLAT, "out", "resume", "config", "trust_run"],
-    "paper": ["csv"],
     **{name: [*arguments.__dataclass_fields__] for name, arguments in _ARGUMENTS.items()},
 }
 ENTRIES: Mapping[str, Sequence[str]] = {"sweep": _FLAT}

@@ -11,10 +11,10 @@ import numpy as np
 import tyro
 from rich.console import Console
 
-from hierroom.lab.paper.cells import REFERENCES, STEPS_ENDS, Curves, cells_where_reached, table_3
-from hierroom.lab.paper.order import LEGEND, method_orders, pair_counts, prediction
-from hierroom.lab.paper.published import METHODS
-from hierroom.lab.paper.runs import PaperRuns
+from benchmarks.paper.cells import REFERENCES, STEPS_ENDS, Curves, cells_where_reached, table_3
+from benchmarks.paper.order import LEGEND, method_orders, pair_counts, prediction
+from benchmarks.paper.published import METHODS
+from benchmarks.paper.runs import PaperRuns
 from hierroom.lab.sweep.summary import steps_text
 from hierroom.support.cli import Flag
 from hierroom.support.errors import InputError

@@ -7,9 +7,9 @@ from dataclasses import asdict, dataclass
 from rich.box import HEAVY_HEAD
 from rich.console import Console
 
+from benchmarks.paper.published import PAPER_TABLE_2
 from hierroom.complexity.report import analyze
 from hierroom.goals import NAMED_GRAPHS
-from hierroom.lab.paper.published import PAPER_TABLE_2
 from hierroom.support.cli import Flag
 from hierroom.support.errors import InputError
 from hierroom.support.tables import csv_text, markdown_table, named_table, print_table

@@ -12,13 +12,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from rich.console import Console
 
+from benchmarks.paper.cells import LIMIT, Curves, curves_of, table_3, values_at
+from benchmarks.paper.order import prediction
+from benchmarks.paper.published import METHODS, PAPER_TABLE_2
+from benchmarks.paper.runs import PaperRuns, cell, mean_and_interval
+from benchmarks.paper.table2 import Table2
+from benchmarks.paper.table3 import Table3
 from hierroom.lab.compare.style import COLOURS, DASHES, STYLE, save
-from hierroom.lab.paper.cells import LIMIT, Curves, curves_of, table_3, values_at
-from hierroom.lab.paper.order import prediction
-from hierroom.lab.paper.published import METHODS, PAPER_TABLE_2
-from hierroom.lab.paper.runs import PaperRuns, cell, mean_and_interval
-from hierroom.lab.paper.table2 import Table2
-from hierroom.lab.paper.table3 import Table3
 from hierroom.lab.sweep.sweep import Sweep
 from hierroom.support.drawing import drawing
 from hierroom.support.errors import InputError

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from scipy.stats import permutation_test, spearmanr
 
-from hierroom.lab.paper.cells import LEAST_SUCCESS
-from hierroom.lab.paper.published import METHODS, PAPER_TABLE_2, PAPER_TABLE_3
+from benchmarks.paper.cells import LEAST_SUCCESS
+from benchmarks.paper.published import METHODS, PAPER_TABLE_2, PAPER_TABLE_3
 
 if TYPE_CHECKING:
     import pandas as pd

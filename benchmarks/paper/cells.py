@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hierroom.lab.paper.published import PAPER_TABLE_3
-from hierroom.lab.paper.runs import cell, mean_and_interval
+from benchmarks.paper.published import PAPER_TABLE_3
+from benchmarks.paper.runs import cell, mean_and_interval
 from hierroom.runs.logs.learning_curve import first_crossing
 from hierroom.support.errors import InputError
 

@@ -12,14 +12,29 @@ import pytest
 from children import run_child
 from PIL import Image
 
-from hierroom.commands.paper import main
-from hierroom.lab.paper.cells import cells_where_reached, table_3
-from hierroom.lab.paper.figures import _limited
-from hierroom.lab.paper.order import PairCounts, method_orders, pair_counts, prediction
-from hierroom.lab.paper.published import PAPER_TABLE_3
-from hierroom.lab.paper.runs import PaperRuns, mean_and_interval
-from hierroom.lab.paper.table3 import Compared, Table3, markdown
+from benchmarks.paper.__main__ import main
+from benchmarks.paper.cells import cells_where_reached, table_3
+from benchmarks.paper.figures import _limited
+from benchmarks.paper.order import PairCounts, method_orders, pair_counts, prediction
+from benchmarks.paper.published import PAPER_TABLE_2, PAPER_TABLE_3
+from benchmarks.paper.runs import PaperRuns, mean_and_interval
+from benchmarks.paper.table2 import table_2
+from benchmarks.paper.table3 import Compared, Table3, markdown
 from hierroom.support.errors import InputError, RunError
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def paper(monkeypatch, capsys):
+    """Run the command; returns the text it prints."""
+
+    def run(*words):
+        monkeypatch.setattr(sys, "argv", ["paper", *words])
+        assert main() == 0
+        return capsys.readouterr().out
+
+    return run
 
 
 def row(method: str, graph: str, seed: int, success: float, length: float) -> dict[str, str]:
@@ -177,7 +192,7 @@ def test_table_3_takes_one_output_format(tmp_path):
 
 
 def test_table_3_csv_has_empty_unknown_cells(tmp_path, capsys):
-    shutil.copytree(Path(__file__).parents[2] / "benchmarks" / "results" / "paper", tmp_path / "p")
+    shutil.copytree(ROOT / "benchmarks" / "results" / "paper", tmp_path / "p")
     Table3(PaperRuns(out=tmp_path / "p", seeds=1, sizes=(19,)), csv=True).run()
     text = capsys.readouterr().out
     rows = {(row["method"], row["graph"]): row for row in csv.DictReader(io.StringIO(text))}
@@ -218,9 +233,9 @@ def test_failed_run_raises_run_error(tmp_path):
 
 @pytest.mark.slow
 def test_paper_all_trains_once_and_reuses_rows(tmp_path):
-    words = "all --graphs c --seeds 1 --steps 1000 --evaluations 1 --evaluation-episodes 4 --episodes 4 --out p"
-    command = [sys.executable, "-m", "hierroom", "paper", *words.split()]
-    first = run_child(command, cwd=tmp_path, check=True)
+    words = "all --graphs c --seeds 1 --steps 1000 --evaluations 1 --evaluation-episodes 4 --episodes 4"
+    command = [sys.executable, "-m", "benchmarks.paper", *words.split(), "--out", str(tmp_path / "p")]
+    first = run_child(command, cwd=ROOT, check=True)
     assert "4/4" in first.stderr
     output = " ".join(first.stdout.split())
     for words in ("Table 2", "PPO+Sketch, success paper 0.4", "(c) paper HiPPO > PPO+Sketch > PPO > PPO+Bonus"):
@@ -230,25 +245,47 @@ def test_paper_all_trains_once_and_reuses_rows(tmp_path):
         assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 20
         assert (tmp_path / "p" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
     table = (tmp_path / "p" / "sweep.csv").read_bytes()
-    again = run_child(command, cwd=tmp_path, check=True)
+    again = run_child(command, cwd=ROOT, check=True)
     assert again.stdout == first.stdout
     assert again.stderr == ""
     assert Path(tmp_path / "p" / "sweep.csv").read_bytes() == table
 
 
-def test_table_2_prints_markdown_and_takes_one_format(capsys):
-    assert main(["table2", "--markdown"]) == 0
-    lines = capsys.readouterr().out.splitlines()
+def test_table_2_differs_only_for_graphs_d_e_f():
+    for cell in table_2():
+        is_open = cell.graph in "def" and cell.row.startswith("HT")
+        assert cell.agrees == (not is_open), cell
+
+
+def test_the_paper_rounds_to_one_digit():
+    printed = [value for column in PAPER_TABLE_2.values() for value in (column.hitting_time, column.hitting_time_drop)]
+    assert len(printed) == 14
+    assert all(round(value, 1) == value for value in printed)
+
+
+def test_table2_command_prints_paper_and_ours(paper):
+    output = paper("table2")
+    rows = [[cell.strip() for cell in line.split("│")[1:-1]] for line in output.splitlines() if "│" in line]
+    assert ["HT, no drop", "paper", "8.4", "12.1", "15.1", "13.1", "13.9", "29.2", "27.5"] in rows
+    assert ["", "ours", "8.4", "12.1", "15.1", "15.1*", "17.1*", "22.4*", "27.5"] in rows
+    assert ["", "ours", "16.5", "25.2", "39.5", "30.2*", "36.2*", "64.1*", "82.5"] in rows
+    text = " ".join(output.split())
+    assert "22 of 28 numbers agree" in text
+    assert "Graphs d, e and f differ" in text
+
+
+def test_table_2_prints_markdown_and_takes_one_format(paper):
+    lines = paper("table2", "--markdown").splitlines()
     assert lines[:2] == [
         "|  |  | (a) | (b) | (c) | (d) | (e) | (f) | (g) |",
         "|---|---|---:|---:|---:|---:|---:|---:|---:|",
     ]
     assert lines[7] == "|  | ours | 8.4 | 12.1 | 15.1 | 15.1* | 17.1* | 22.4* | 27.5 |"
     with pytest.raises(InputError, match="--csv and --markdown are both given"):
-        main(["table2", "--markdown", "--csv"])
+        paper("table2", "--markdown", "--csv")
 
 
-def test_figure_4_of_another_graph_raises_input_error(tmp_path):
+def test_figure_4_of_another_graph_raises_input_error(paper, tmp_path):
     with pytest.raises(InputError, match="figure 4 is of graph c alone, not of a"):
-        main(["figure4", "--graphs", "a", "--out", str(tmp_path / "out")])
+        paper("figure4", "--graphs", "a", "--out", str(tmp_path / "out"))
     assert not (tmp_path / "out").exists()

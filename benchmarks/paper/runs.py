@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.stats import t
 
-from hierroom.lab.paper.published import METHODS
+from benchmarks.paper.published import METHODS
 from hierroom.lab.sweep.plan import Plan
 from hierroom.lab.sweep.sweep import Sweep
 from hierroom.support.cli import shell_words
@@ -68,7 +68,7 @@ class PaperRuns:
     @property
     def command(self) -> str:
         """A command that makes these runs, without options that do not change results; so it depends on no machine."""
-        words = ["python", "-m", "hierroom", "paper", "all"]
+        words = ["python", "-m", "benchmarks.paper", "all"]
         for entry in fields(self):
             value = getattr(self, entry.name)
             if entry.name not in ("out", "processes", "ray") and value != entry.default:
