@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -165,9 +165,13 @@ class Episode:
         """Return the name of the action of a step, counted from 1."""
         return self.replayer.action_name(self.start, int(self.actions[step - 1]))
 
-    def states(self) -> Iterator[Any]:
-        """Replay the episode: yield the L + 1 states before, between and after its steps."""
-        return self.replayer.replay(self.start, self.actions)
+    def states(self, drawn: Container[int] | None = None) -> Iterator[Any]:
+        """Replay the episode: yield the L + 1 states before, between and after its steps.
+
+        ``drawn`` has the numbers of the states that a replayer's ``picture`` will draw, as drawing a `Task` may be
+        slow; None: all.
+        """
+        return self.replayer.replay(self.start, self.actions, drawn)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the episode as plain types by name, for JSON."""

@@ -48,8 +48,9 @@ def pictures(episode: Episode, tile_size: int | None = None, most: int | None = 
     limit, length = episode.replayer.max_steps(episode.start), len(episode)
     tile_size = tile_size or episode.replayer.tile_size(episode.start)
     first, last = (length, length) if most is None or length <= most + 1 else (most // 2, length - most // 2)
-    for step, state in enumerate(episode.states()):
-        if first < step < last:
+    drawn = {*range(first + 1), *range(last, length + 1)}
+    for step, state in enumerate(episode.states(drawn)):
+        if step not in drawn:
             continue
         goal = int(episode.goals[min(step, length - 1)])
         if first < step == last:
@@ -92,7 +93,7 @@ def description(episode: Episode) -> str:
         cells += [word.ljust(width) for word, width in zip(words, widths[2:], strict=True)]
         lines.append("  ".join(cells).rstrip())
     if not episode.success:
-        *_, final = episode.states()
+        *_, final = episode.states(drawn=())
         first = max(1, len(episode) - N_LAST_ACTIONS + 1)
         actions = ", ".join(episode.action_name(step) for step in range(first, len(episode) + 1))
         lines += [

@@ -185,6 +185,7 @@ def _play(
         turns, pair = agent.turns(num_envs, seed=arguments.seed), agent.pair(num_envs, seed=arguments.seed)
         row = goal_row(evaluate(pair, turns, arguments.played))
         episodes = replays(agent, arguments.episodes, arguments.seed)
+        notes += dict.fromkeys(f"{one.name} has no film: {e['no_film']}" for e in episodes if e.get("no_film"))
     except InputError as error:
         notes.append(f"not played: {error}")
         return None

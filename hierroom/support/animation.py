@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,10 @@ FRAMES_PER_SECOND = 10
 
 
 def animate(frames: Iterable[NDArray[np.uint8]], path: str | Path) -> None:
-    """Write pictures [H, W, 3] as a looping .gif or as an .mp4: ten a second, and the last one for a second."""
+    """Write pictures [H, W, 3] as a looping .gif or as an .mp4: ten a second, and the last one for a second.
+
+    Smaller pictures are shown with white to the right and below.
+    """
     kind = Path(path).suffix.lower()
     if kind not in FORMATS:
         raise InputError(f"an animation is a {' or '.join(FORMATS)} file, not {path}")
@@ -39,31 +43,42 @@ def require_format(path: str | Path) -> None:
 
 
 def gif(pictures: Sequence[NDArray[np.uint8]]) -> bytes:
-    """Return pictures [H, W, 3] as a looping GIF: ten a second, and the last one for a second."""
-    n_pixels = max(picture.shape[0] * picture.shape[1] for picture in pictures)
-    counted = (Image.fromarray(picture).getcolors(n_pixels) for picture in pictures)
-    colours = {colour for counts in counted for _, colour in counts or ()}
+    """Return pictures [H, W, 3] as a looping GIF: see `animate`."""
+    is_used = np.zeros(2**24, bool)  # by colour
+    for picture in _of_one_size(pictures):
+        is_used[picture.astype(np.int32) @ (2**16, 2**8, 1)] = True
+    colours = np.flatnonzero(is_used)[None, :, None] >> (16, 8, 0) & 255
     # All pictures share one palette: a palette for each would take several times as long and make the file larger.
-    palette = Image.fromarray(np.array([sorted(colours)], np.uint8)).quantize(256)
+    palette = Image.fromarray(colours.astype(np.uint8)).quantize(256)
     # One after the other: pictures of a task with many goals, held in several forms at once, take gigabytes.
-    images = (Image.fromarray(one).quantize(palette=palette, dither=Image.Dither.NONE) for one in pictures)
+    images = map(Image.fromarray, _of_one_size(pictures))
+    quantized = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
     milliseconds = [1000 // FRAMES_PER_SECOND] * (len(pictures) - 1) + [1000]
     content = io.BytesIO()
-    next(images).save(content, format="GIF", save_all=True, append_images=images, duration=milliseconds, loop=0)
+    next(quantized).save(content, format="GIF", save_all=True, append_images=quantized, duration=milliseconds, loop=0)
     return content.getvalue()
 
 
 def _mp4(pictures: Sequence[NDArray[np.uint8]]) -> bytes:
-    """Return pictures as H.264, which browsers play. Pad sides to even numbers, as it halves colour resolution."""
+    """Return pictures as H.264, which browsers play. Sides are even numbers, as it halves colour resolution."""
     import av  # pyright: ignore[reportMissingImports]
 
     content = io.BytesIO()
-    height, width = (side + side % 2 for side in pictures[0].shape[:2])
     with av.open(content, "w", format="mp4") as container:
         stream = container.add_stream("libx264", rate=FRAMES_PER_SECOND)
-        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
-        for picture in [*pictures, *[pictures[-1]] * (FRAMES_PER_SECOND - 1)]:
-            filled = np.pad(picture, ((0, height - picture.shape[0]), (0, width - picture.shape[1]), (0, 0)))
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(filled, format="rgb24")))
+        filled = _of_one_size([*pictures, *[pictures[-1]] * (FRAMES_PER_SECOND - 1)], multiple=2)
+        first = next(filled)
+        stream.height, stream.width, stream.pix_fmt = *first.shape[:2], "yuv420p"
+        for picture in chain([first], filled):
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
         container.mux(stream.encode())
     return content.getvalue()
+
+
+def _of_one_size(pictures: Sequence[NDArray[np.uint8]], multiple: int = 1) -> Iterator[NDArray[np.uint8]]:
+    """Yield pictures with the sides of the largest, rounded up to a multiple; white fills the others."""
+    heights, widths, _ = zip(*(picture.shape for picture in pictures), strict=True)
+    height, width = (-(-max(sides) // multiple) * multiple for sides in (heights, widths))
+    for picture in pictures:
+        below, right = height - picture.shape[0], width - picture.shape[1]
+        yield np.pad(picture, ((0, below), (0, right), (0, 0)), constant_values=255) if below or right else picture

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any, Literal
 
 import numpy as np
@@ -18,6 +19,19 @@ def has_screen() -> bool:
     """Return whether there is a screen to open a window on, as far as the environment's variables tell."""
     names = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER")
     return sys.platform in ("win32", "darwin") or any(map(os.environ.get, names))
+
+
+@contextmanager
+def without_window() -> Iterator[None]:
+    """Where no screen is, keep SDL, pygame's library, from looking for one, as it prints an error if it finds none."""
+    if has_screen():
+        yield
+        return
+    os.environ["SDL_VIDEODRIVER"] = "offscreen,dummy"
+    try:
+        yield
+    finally:
+        os.environ.pop("SDL_VIDEODRIVER", None)
 
 
 class Window:

@@ -4,7 +4,7 @@
 # pyright: reportReturnType=false
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -102,8 +102,8 @@ class Replayer(Protocol):
     def action_name(self, state: Any, action: int) -> str:
         """Return the name of a controller's action."""
 
-    def replay(self, state: Any, actions: NDArray[np.integer]) -> Iterator[Any]:
-        """Yield the state, then the state after each action."""
+    def replay(self, state: Any, actions: NDArray[np.integer], drawn: Container[int] | None = None) -> Iterator[Any]:
+        """Yield the state, then the state after each action. `picture` draws those numbered in ``drawn``; None: all."""
 
     def tile_size(self, state: Any) -> int:
         """Return a tile size for pictures with readable text."""

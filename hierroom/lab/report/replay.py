@@ -19,6 +19,7 @@ from hierroom.goals.drawing import tree_places
 from hierroom.lab.report.curves import rounded
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.support.animation import gif
+from hierroom.support.errors import InputError
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.worlds.escape_room.constants import EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, UNSEEN, WALL
 from hierroom.worlds.escape_room.render import view_of
@@ -59,9 +60,14 @@ def replays(agent: TrainedAgent, episodes: int, seed: int) -> list[dict[str, Any
 
 
 def filmed(episode: Episode) -> dict[str, Any]:
-    """Return an episode as a film (a GIF in base64) and its subgoals."""
-    film = base64.b64encode(gif(list(pictures(episode, most=MOST_IN_GIF)))).decode()
-    return {"title": episode.title, "film": film, "subgoals": [vars(subgoal).copy() for subgoal in episode.subgoals]}
+    """Return an episode as a film (a GIF in base64), or why there is none, and its subgoals."""
+    film = no_film = ""
+    try:
+        film = base64.b64encode(gif(list(pictures(episode, most=MOST_IN_GIF)))).decode()
+    except InputError as error:
+        no_film = str(error)
+    subgoals = [vars(subgoal).copy() for subgoal in episode.subgoals]
+    return {"title": episode.title, "film": film, "no_film": no_film, "subgoals": subgoals}
 
 
 def _chosen(played: Sequence[Episode], n: int) -> list[int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +45,9 @@ class LevelReplayer:
         """Return the name of a controller's action."""
         return ACTION_NAMES[action] if action < DROP + bool(state.levels["can_drop"][0]) else "illegal action"
 
-    def replay(self, state: State, actions: NDArray[np.integer]) -> Iterator[State]:
+    def replay(
+        self, state: State, actions: NDArray[np.integer], drawn: Container[int] | None = None
+    ) -> Iterator[State]:
         """Yield the state, then the state after each action."""
         engine = Engine([graph_of(state.levels[0])], size=state.size, seed=None, maps=state.maps)
         engine.set_state(state)

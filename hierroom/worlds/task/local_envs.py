@@ -12,6 +12,8 @@ from hierroom.support.env_results import reset_results, step_results
 from hierroom.support.errors import user_code
 from hierroom.worlds.task.goal_values import as_totals, goal_values
 from hierroom.worlds.task.parts import TaskParts
+from hierroom.worlds.task.picture import as_picture
+from hierroom.worlds.window import without_window
 
 
 class Taken(NamedTuple):
@@ -50,10 +52,10 @@ class LocalEnvs:
         totals = as_totals(values, self._goals, self._name)
         return Taken(observations, rewards, terminated, truncated, totals)
 
-    def render(self, env: int) -> Any:
-        """Return an environment's picture or text."""
-        with user_code("the environment", "cannot be drawn"):
-            return self.envs[env].render()
+    def render(self, env: int) -> NDArray[np.uint8]:
+        """Return an environment's picture [H, W, 3]."""
+        with user_code("the environment", "cannot be drawn"), without_window():
+            return as_picture(self.envs[env].render())
 
     def close(self) -> None:
         """Close all environments."""

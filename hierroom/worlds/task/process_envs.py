@@ -70,7 +70,7 @@ class Block(gymnasium.Env):
         self._arrays["totals"][envs] = totals
 
     def draw(self, env: int) -> Any:
-        """Return an environment's picture or text."""
+        """Return an environment's picture [H, W, 3]."""
         return self._envs.render(env)
 
 
@@ -114,8 +114,8 @@ class ProcessEnvs:
     def _observations(self, shown: dict[str, NDArray], envs: Sequence[int]) -> list[Any]:
         return [_nested({path: shown[f"{_SHOWN}{name}"][env] for name, path in self._paths.items()}) for env in envs]
 
-    def render(self, env: int) -> Any:
-        """Return an environment's picture or text."""
+    def render(self, env: int) -> NDArray[np.uint8]:
+        """Return an environment's picture [H, W, 3]."""
         block, place = divmod(env, self._n_places)
         with _running():
             return self._blocks.call("draw", place)[block]

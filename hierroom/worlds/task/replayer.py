@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator
-from copy import copy
+from collections.abc import Container, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -34,7 +33,7 @@ class Moment:
         counts: [G] how often each goal was achieved.
         marking: [F] the count of each fact of the rules.
         steps: steps of the episode.
-        frame: what the environment drew, such as a picture [H, W, 3] uint8; None if it was not asked to draw.
+        frame: its picture [H, W, 3] uint8, or in words why there is none.
     """
 
     identity: tuple[int, int, int, str | None]
@@ -42,7 +41,15 @@ class Moment:
     counts: NDArray[np.integer]
     marking: NDArray[np.integer]
     steps: int
-    frame: Any = None
+    frame: NDArray[np.uint8] | str = "the environment was not asked to draw this state"
+
+
+def _frame_of(envs: LocalEnvs) -> NDArray[np.uint8] | str:
+    """Return the first environment's picture, or in words why it draws none."""
+    try:
+        return envs.render(0)
+    except InputError as error:
+        return str(error)
 
 
 class TaskReplayer:
@@ -89,18 +96,21 @@ class TaskReplayer:
         """Return the name of an action."""
         return f"action {self._first_action + action}" if action < self._n_actions else "illegal action"
 
-    def replay(self, state: Moment, actions: NDArray[np.integer]) -> Iterator[Moment]:
-        """Yield the state, then the state after each action."""
+    def replay(
+        self, state: Moment, actions: NDArray[np.integer], drawn: Container[int] | None = None
+    ) -> Iterator[Moment]:
+        """Yield the state, then the state after each action; see `Replayer.replay`."""
         if self._task is None:
             raise InputError(f"an episode of {self._name} that was pickled has no environment to replay it in")
-        envs = LocalEnvs(self._task, 1, "rgb_array")
+        drawn = range(len(actions) + 1) if drawn is None else drawn
+        envs = LocalEnvs(self._task, 1, "rgb_array" if drawn else None)
         counts, markings = np.zeros_like(state.counts), state.marking[None].copy()
         dependencies = Dependencies.of(self._rules, self._goals)
         try:
             _, totals = envs.reset([0], [self.seed_of(state.identity)])
             for step in range(len(actions) + 1):
-                frame = copy(envs.render(0))  # the environment may draw the next one into the same array
-                yield Moment(state.identity, state.max_steps, counts.copy(), markings[0].copy(), step, frame)
+                moment = Moment(state.identity, state.max_steps, counts.copy(), markings[0].copy(), step)
+                yield replace(moment, frame=_frame_of(envs)) if step in drawn else moment
                 if step < len(actions) and actions[step] < self._n_actions:
                     before = totals.astype(np.int64)
                     totals = envs.step([0], [self._first_action + int(actions[step])]).totals
@@ -124,11 +134,10 @@ class TaskReplayer:
     def picture(self, state: Moment, goal: int, tile_size: int, title: str = "") -> NDArray[np.uint8]:
         """Draw a state [H, W, 3] uint8: the environment's picture, with the goals next to it."""
         frame, most = state.frame, replace(state, counts=np.full_like(state.counts, 999))
+        if isinstance(frame, str):
+            raise InputError(frame)
         widest = max((text for text, _ in self._lines(most, goal)), key=len)  # gives all pictures one size
-        panel = _panel(tuple(self._lines(state, goal)), widest, title)
-        if not isinstance(frame, np.ndarray) or frame.ndim != 3 or frame.shape[2] != 3:
-            return panel
-        return side_by_side(frame, panel)
+        return side_by_side(frame, _panel(tuple(self._lines(state, goal)), widest, title))
 
     def text(self, state: Moment, goal: int = NO_GOAL) -> str:
         """Describe a state for a terminal."""

@@ -25,6 +25,7 @@ from hierroom.worlds.task.replayer import TaskReplayer
 from hierroom.worlds.task.spaces import feature_of
 from hierroom.worlds.task.trial import try_out
 from hierroom.worlds.task.world import TaskWorld
+from hierroom.worlds.window import without_window
 from hierroom.worlds.world import Feature
 
 
@@ -170,7 +171,7 @@ class Task:
 
     def new_env(self, render_mode: str | None = None) -> gymnasium.Env:
         """Return a new environment, in a render mode if it takes one."""
-        with user_code(f"make of {self.name}"):
+        with user_code(f"make of {self.name}"), without_window():
             env = self._make(render_mode)
         if not isinstance(env, gymnasium.Env):
             raise InputError(f"make of {self.name} must return a gymnasium.Env, not {shown(env)}")

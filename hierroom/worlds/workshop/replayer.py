@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from functools import lru_cache
 from typing import Any
 
@@ -50,7 +50,9 @@ class WorkshopReplayer:
             return f"put {self._book.things[state.things[0, PLACES, action]]}"
         return {n_places: "work", n_places + 1: "clear"}.get(action, "illegal action")
 
-    def replay(self, state: WorkshopState, actions: NDArray[np.integer]) -> Iterator[WorkshopState]:
+    def replay(
+        self, state: WorkshopState, actions: NDArray[np.integer], drawn: Container[int] | None = None
+    ) -> Iterator[WorkshopState]:
         """Yield the state, then the state after each action."""
         config = EnvConfig(task=self._task, max_steps=self.max_steps(state))
         memories = ("visited",) if state.visited.shape[1] else ()
