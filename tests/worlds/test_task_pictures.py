@@ -1,13 +1,16 @@
 """Pictures of users' environments: any kind becomes RGB or is refused in one line, and no run is lost for one."""
 
 import json
+import os
 import re
+from pathlib import Path
 
 import chest_task
 import numpy as np
 import pictures
 import pytest
 import torch
+from children import run_python
 from PIL import Image
 
 import hierroom
@@ -16,6 +19,7 @@ from hierroom.support.errors import InputError
 from hierroom.train import main as train
 from hierroom.worlds.task.picture import LONGEST_SIDE, as_picture
 
+TESTS = Path(__file__).parents[1]
 SMALL = ["--num-envs", "4", "--sequence-length", "8", "--minibatches", "2", "--epochs", "1", "--hidden-size", "8"]
 SMALL += ["--steps", "64", "--evaluations", "0", "--threads", "1", "--log", "none"]
 GREY = np.array([[0, 51], [102, 255]])
@@ -120,3 +124,12 @@ def test_render_of_an_api_shows_any_picture_and_says_why_not(task, monkeypatch):
     with pytest.raises(InputError, match="render must return a picture"):
         env.render()
     env.close()
+
+
+def test_drawing_where_no_screen_is_prints_nothing():
+    draw = "env = hierroom.env(chest_task.pole, render_mode='rgb_array'); env.reset(seed=0); assert env.render().any()"
+    here = {**os.environ, "PYTHONPATH": os.pathsep.join([str(TESTS.parent), str(TESTS)])}
+    screens = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER", "XDG_RUNTIME_DIR")
+    env = {name: value for name, value in here.items() if name not in screens}
+    done = run_python("-c", f"import os, chest_task, hierroom; {draw}; print('SDL_VIDEODRIVER' in os.environ)", env=env)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "False\n", "")
