@@ -1,10 +1,12 @@
 """The package as it is installed: built from the source, and used where there is no source tree."""
 
+import ast
 import sys
 import tomllib
 import zipfile
 from pathlib import Path
 
+import architecture
 import pytest
 from children import run_child
 
@@ -39,6 +41,14 @@ def wheel(source, tmp_path_factory) -> Path:
     run(sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, source)
     (path,) = folder.glob("*.whl")
     return path
+
+
+def test_package_imports_nothing_that_the_wheel_lacks():
+    for path in architecture.files():
+        for node in ast.walk(ast.parse(path.read_text())):
+            named = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            named += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            assert not {name.split(".")[0] for name in named} & {"benchmarks", "examples", "tests"}, path
 
 
 @pytest.mark.slow
