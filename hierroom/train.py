@@ -40,8 +40,8 @@ class TrainArguments:
         out: the run folder, new; by default, one in runs/ named after the differences from the preset.
         resume: a run folder to continue; it allows only --steps, --threads and --device.
         trust_run: run custom code that the config.json of --config or --resume names, but this command line does not.
-        log: where to show the run while it trains: tensorboard, wandb, mlflow (install these two), joined by commas, or
-            none. Give this option again for a resumed run.
+        log: where to show the run while it trains: tensorboard, wandb (install it), both joined by a comma, or none.
+            Give this option again for a resumed run.
     """
 
     config: Annotated[TrainConfig, tyro.conf.arg(name="")]
@@ -107,7 +107,7 @@ def train(
         config: a config, such as from `hierroom.find_preset`. None: the ``preset`` among the entries; without one,
             ``learned`` for ``meta="learned"`` in EscapeRooms, else ``default``.
         out: the run folder, new or empty; None: a new one in ``runs/``, named after the differences from the preset.
-        log: ``"tensorboard"``, ``"wandb"``, ``"mlflow"``, several joined by commas, or ``"none"``.
+        log: ``"tensorboard"``, ``"wandb"``, both joined by a comma, or ``"none"``.
         callback: called with the `Trainer` after each update. If it returns a true value, the run is saved and stops,
             as after Ctrl-C; ``--resume`` continues it. Its errors are raised here, after the run is saved.
         quiet: whether to print nothing: no progress, results or warnings of the run.

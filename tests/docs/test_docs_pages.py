@@ -4,14 +4,17 @@ import argparse
 import ast
 import importlib.util
 import json
+import math
 import re
 import runpy
 import shlex
 import sys
 import tempfile
 import tomllib
+from contextlib import nullcontext
 from functools import partial
 from itertools import pairwise
+from types import ModuleType
 
 import pytest
 import tyro
@@ -41,11 +44,29 @@ def test_code_blocks_have_known_languages():
                 assert re.match(r"(python|make|pip|pytest|mkdocs) ", line), (block.page, line)
 
 
+class Mlflow(ModuleType):
+    """A stand-in with the parts of ``mlflow`` that the docs use."""
+
+    def __init__(self):
+        super().__init__("mlflow")
+        self.params, self.steps = {}, []
+        self.start_run = lambda *, run_name: nullcontext()
+        self.log_params = self.params.update
+
+    def log_metrics(self, metrics, *, step):
+        assert all(math.isfinite(value) for value in metrics.values())
+        self.steps.append(step)
+
+
 @pytest.mark.parametrize("block", PYTHON, ids=[f"{block.page}-{n}" for n, block in enumerate(PYTHON)])
 def test_python_blocks_run(block, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(ROOT / "examples")
+    mlflow = Mlflow()
+    monkeypatch.setitem(sys.modules, "mlflow", mlflow)
     exec(compile(block.text, block.page, "exec"), {"__name__": "page"})
+    if "import mlflow" in block.text:
+        assert (mlflow.params["graph"], mlflow.steps[-1]) == ("a", 4096)
 
 
 def test_shown_loop_equals_the_trainers_code():

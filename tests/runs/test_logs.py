@@ -1,6 +1,6 @@
-"""Loggers: what each receives, what happens to one that fails, and two that need extra packages.
+"""Loggers: what each receives, and what happens to one that fails.
 
-Weights & Biases and MLflow are stand-ins here, which take what the real ones take and nothing else.
+Weights & Biases is a stand-in here, which takes what the real one takes and nothing else.
 """
 
 import json
@@ -55,50 +55,12 @@ class Wandb(ModuleType):
         self.ends.append(exit_code)
 
 
-class Mlflow(ModuleType):
-    """A stand-in with the parts of ``mlflow`` that are used."""
-
-    def __init__(self):
-        super().__init__("mlflow")
-        self.__file__ = "stand-in"
-        self.entities = SimpleNamespace(
-            Metric=lambda key, value, timestamp, step: SimpleNamespace(**locals()),
-            Param=lambda key, value: SimpleNamespace(**locals()),
-        )
-        self.experiments, self.names, self.metrics, self.params, self.status = {}, [], [], {}, []
-        self.MlflowClient = lambda: self
-
-    def get_experiment_by_name(self, name):
-        return SimpleNamespace(experiment_id=self.experiments[name]) if name in self.experiments else None
-
-    def create_experiment(self, name):
-        self.experiments[name] = str(len(self.experiments))
-        return self.experiments[name]
-
-    def create_run(self, experiment_id, *, run_name):
-        self.names.append((experiment_id, run_name))
-        return SimpleNamespace(info=SimpleNamespace(run_id=f"run{len(self.names)}"))
-
-    def log_batch(self, run_id, *, metrics=(), params=()):
-        assert len(params) <= 100
-        self.metrics += [(run_id, metric) for metric in metrics]
-        self.params |= {param.key: param.value for param in params}
-
-    def update_run(self, run_id, *, status):
-        self.status.append((run_id, status))
-
-    def set_terminated(self, run_id, status):
-        self.status.append((run_id, status))
-
-
 @pytest.fixture
-def libraries(monkeypatch):
-    wandb, mlflow = Wandb(), Mlflow()
-    monkeypatch.setitem(sys.modules, "wandb", wandb)
-    monkeypatch.setitem(sys.modules, "mlflow", mlflow)
-    for name in ("WANDB_PROJECT", "MLFLOW_EXPERIMENT_NAME"):
-        monkeypatch.delenv(name, raising=False)
-    return SimpleNamespace(wandb=wandb, mlflow=mlflow)
+def wandb(monkeypatch):
+    stand_in = Wandb()
+    monkeypatch.setitem(sys.modules, "wandb", stand_in)
+    monkeypatch.delenv("WANDB_PROJECT", raising=False)
+    return stand_in
 
 
 def expected_of(folder):
@@ -112,28 +74,22 @@ def expected_of(folder):
     return {key: value for key, value in output.items() if math.isfinite(value)}
 
 
-def test_all_loggers_receive_the_same_values(libraries, tmp_path):
-    hierroom.train(**TINY, evaluations=3, evaluation_episodes=5, out=tmp_path / "run", log="tensorboard,wandb,mlflow")
+def test_all_loggers_receive_the_same_values(wandb, tmp_path):
+    hierroom.train(**TINY, evaluations=3, evaluation_episodes=5, out=tmp_path / "run", log="tensorboard,wandb")
     expected = expected_of(tmp_path / "run")
-    wandb, mlflow = libraries.wandb, libraries.mlflow
     assert len(expected) > 20
     shown = {(name, row["steps"]): value for row in wandb.rows for name, value in row.items() if name != "steps"}
     for key, value in expected.items():
         assert shown[key] == pytest.approx(value, abs=1e-6)
     assert all(math.isfinite(value) for value in shown.values())
-    for _, metric in mlflow.metrics:
-        if "steps_to" not in metric.key:
-            assert shown[metric.key, metric.step] == metric.value
-    assert {(metric.key, metric.step) for _, metric in mlflow.metrics} >= shown.keys()
     events = EventAccumulator(str(tmp_path / "run")).Reload()
     for name, steps in shown:
         assert steps in [one.step for one in events.Scalars(name)]
 
 
-def test_wandb_logger_reports_the_run(libraries, tmp_path, monkeypatch):
+def test_wandb_logger_reports_the_run(wandb, tmp_path, monkeypatch):
     monkeypatch.setenv("WANDB_PROJECT", "own project")
     hierroom.train(**TINY, evaluations=2, evaluation_episodes=5, out=tmp_path / "run", log="wandb")
-    wandb = libraries.wandb
     (began,) = wandb.began
     assert (began.project, began.name, began.dir, began.id) == ("own project", "run", str(tmp_path / "run"), None)
     assert (began.config["steps"], began.config["graph"], began.config["num_envs"]) == (1024, "a", 16)
@@ -146,41 +102,22 @@ def test_wandb_logger_reports_the_run(libraries, tmp_path, monkeypatch):
     assert not list((tmp_path / "run").glob("events*"))  # TensorBoard was not named
 
 
-def test_mlflow_logger_reports_each_run(libraries, tmp_path):
-    for name in ("one", "two"):
-        hierroom.train(**TINY, evaluations=2, evaluation_episodes=5, out=tmp_path / name, log="mlflow")
-    mlflow = libraries.mlflow
-    assert mlflow.experiments == {"hierroom": "0"}
-    assert mlflow.names == [("0", "one"), ("0", "two")]
-    assert mlflow.params["num_envs"] == "16"
-    assert mlflow.status == [("run1", "FINISHED"), ("run2", "FINISHED")]
-
-
-def test_mlflow_names_have_only_allowed_characters(libraries, tmp_path):
-    logs = Logs(tmp_path, TrainConfig(), -1, ("mlflow",))
-    logs._loggers[0].add({"eval/graph/own: <graph>/length": 1.0, "nothing": math.nan}, 5)
-    assert [metric.key for _, metric in libraries.mlflow.metrics] == ["eval/graph/own_ _graph_/length"]
-
-
-def test_resumed_run_continues_its_wandb_and_mlflow_logs(libraries, tmp_path, capsys):
+def test_resumed_run_continues_its_wandb_log(wandb, tmp_path, capsys):
     out = tmp_path / "run"
-    assert main([*OPTIONS, "--steps", "1024", "--out", str(out), "--log", "wandb,mlflow"]) == 0
-    assert main(["--resume", str(out), "--steps", "2048", "--log", "wandb,mlflow"]) == 0
-    assert [began.id for began in libraries.wandb.began] == [None, "abc123"]
-    assert libraries.mlflow.names == [("0", "run")]
-    assert libraries.mlflow.status == [("run1", "FINISHED"), ("run1", "RUNNING"), ("run1", "FINISHED")]
-    n = len(libraries.wandb.rows)
+    assert main([*OPTIONS, "--steps", "1024", "--out", str(out), "--log", "wandb"]) == 0
+    assert main(["--resume", str(out), "--steps", "2048", "--log", "wandb"]) == 0
+    assert [began.id for began in wandb.began] == [None, "abc123"]
+    n = len(wandb.rows)
     assert main(["--resume", str(out), "--steps", "3072"]) == 0  # the run does not keep --log
-    assert len(libraries.wandb.rows) == n
+    assert len(wandb.rows) == n
     assert list(out.glob("events*"))
 
 
-def test_interrupted_run_prints_its_resume_command(libraries, tmp_path, monkeypatch, capsys):
+def test_interrupted_run_prints_its_resume_command(wandb, tmp_path, monkeypatch, capsys):
     stop_at_update(monkeypatch, signal.SIGINT, 1)
-    assert main([*OPTIONS, "--steps", "4096", "--out", str(tmp_path / "run"), "--log", "wandb,mlflow"]) == 130
-    assert libraries.wandb.ends == [130]
-    assert libraries.mlflow.status == [("run1", "KILLED")]
-    assert f"--resume {tmp_path / 'run'} --log wandb,mlflow\n" in capsys.readouterr().out
+    assert main([*OPTIONS, "--steps", "4096", "--out", str(tmp_path / "run"), "--log", "wandb"]) == 130
+    assert wandb.ends == [130]
+    assert f"--resume {tmp_path / 'run'} --log wandb\n" in capsys.readouterr().out
 
 
 def test_log_none_writes_no_logs(tmp_path):
@@ -189,8 +126,8 @@ def test_log_none_writes_no_logs(tmp_path):
     assert not (tmp_path / "run" / "logs.json").exists()
 
 
-def test_failing_logger_warns_once_and_training_continues(libraries, tmp_path, capsys):
-    libraries.wandb.fails = True
+def test_failing_logger_warns_once_and_training_continues(wandb, tmp_path, capsys):
+    wandb.fails = True
     hierroom.train(**TINY, evaluations=2, evaluation_episodes=5, out=tmp_path / "run", log="wandb,tensorboard")
     warned = [line for line in capsys.readouterr().err.splitlines() if "warning" in line]
     (line,) = warned
@@ -200,52 +137,52 @@ def test_failing_logger_warns_once_and_training_continues(libraries, tmp_path, c
     assert list((tmp_path / "run").glob("events*"))
 
 
-def test_logger_failing_at_start_warns(libraries, tmp_path, monkeypatch, capsys):
-    def refuse():
+def test_logger_failing_at_start_warns(wandb, tmp_path, monkeypatch, capsys):
+    def refuse(**options):
         raise PermissionError("no key")
 
-    monkeypatch.setattr(libraries.mlflow, "MlflowClient", refuse)
-    hierroom.train(**TINY, evaluations=0, out=tmp_path / "run", log="mlflow")
+    monkeypatch.setattr(wandb, "init", refuse)
+    hierroom.train(**TINY, evaluations=0, out=tmp_path / "run", log="wandb")
     output = capsys.readouterr().err
-    assert re.search(
-        r"warning: PermissionError: no key \(line \d+ of .*test_logs.py\); training goes on without MLflow\n", output
-    )
+    said = r"warning: PermissionError: no key \(.*test_logs.py\); training goes on without Weights & Biases\n"
+    assert re.search(said, output)
 
 
 @pytest.mark.parametrize("content", ["{", "[1]", '{"wandb": 3}', '"wandb"', "\\xff"])
-def test_unreadable_logs_json_starts_a_new_log(libraries, tmp_path, content):
+def test_unreadable_logs_json_starts_a_new_log(wandb, tmp_path, content):
     (tmp_path / "logs.json").write_text(content)
     Logs(tmp_path, TrainConfig(), -1, ("wandb",))
-    assert libraries.wandb.began[0].id is None
+    assert wandb.began[0].id is None
 
 
-@pytest.mark.parametrize("name", ["wandb", "mlflow"])
-def test_missing_logger_package_raises_input_error(name, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, name, None)
+def test_missing_logger_package_raises_input_error(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "wandb", None)
     with pytest.raises(InputError) as caught:
-        main([*OPTIONS, "--out", str(tmp_path / "run"), "--log", f"tensorboard,{name}"])
-    assert str(caught.value) == f"--log {name} needs the package {name}, which `pip install {name}` installs"
+        main([*OPTIONS, "--out", str(tmp_path / "run"), "--log", "tensorboard,wandb"])
+    assert str(caught.value) == "--log wandb needs the package wandb, which `pip install wandb` installs"
     assert not (tmp_path / "run").exists()
 
 
-def test_folder_named_mlflow_is_no_package(tmp_path):
+def test_folder_named_wandb_is_no_package(tmp_path):
     """Weights & Biases keeps its files in a folder ``wandb``, which Python would import."""
-    (tmp_path / "mlflow").mkdir()
-    code = "from hierroom.runs.logs.logs import logger_names; logger_names('mlflow')"
+    (tmp_path / "wandb").mkdir()
+    code = "from hierroom.runs.logs.logs import logger_names; logger_names('wandb')"
     done = run_python("-c", code, cwd=tmp_path)
     if "InputError" not in done.stderr:
-        pytest.skip("mlflow is installed")
-    assert "--log mlflow needs the package mlflow" in done.stderr
+        pytest.skip("wandb is installed")
+    assert "--log wandb needs the package wandb" in done.stderr
 
 
-@pytest.mark.parametrize("given", ["", "tensorbord", "none,wandb", "wandb,,mlflow", None, ["tensorboard"], 3])
-def test_unknown_loggers_are_refused(libraries, given):
-    said = "--log takes tensorboard, wandb, mlflow" if isinstance(given, str) else "log is a text of names"
+@pytest.mark.parametrize(
+    "given", ["", "tensorbord", "mlflow", "none,wandb", "wandb,,tensorboard", None, ["tensorboard"], 3]
+)
+def test_unknown_loggers_are_refused(wandb, given):
+    said = "--log takes tensorboard, wandb" if isinstance(given, str) else "log is a text of names"
     with pytest.raises(InputError, match=f"^{said}.* joined by commas, or '?none'?, not "):
         logger_names(given)
 
 
-def test_logger_names_are_split_and_deduplicated(libraries):
+def test_logger_names_are_split_and_deduplicated(wandb):
     assert logger_names("wandb, tensorboard,wandb") == ("wandb", "tensorboard")
     assert logger_names("none") == ()
 

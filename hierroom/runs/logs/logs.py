@@ -1,4 +1,4 @@
-"""The loggers of a run, chosen by name; they continue earlier sessions, and one that fails is dropped."""
+"""The loggers of a run, chosen by name; one that fails is dropped."""
 
 from __future__ import annotations
 
@@ -9,17 +9,13 @@ from pathlib import Path
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.logs.events import Events
 from hierroom.runs.logs.learning_curve import LearningCurve
-from hierroom.runs.logs.libraries import LIBRARIES, load_library
 from hierroom.runs.logs.scalars import Logger, hyperparameters, result_scalars
+from hierroom.runs.logs.wandb_log import WandbLog, wandb_package
 from hierroom.support.errors import InputError, in_one_line, shown
-from hierroom.support.files import to_json, write_atomically
 from hierroom.support.output import warn
-from hierroom.support.reading import read_json
 
-TENSORBOARD, NONE = "tensorboard", "none"
+TENSORBOARD, WANDB, NONE = "tensorboard", "wandb", "none"
 DEFAULT = (TENSORBOARD,)
-_FILE = "logs.json"
-"""The file with the run's identity in each logger outside the run's folder."""
 
 
 def logger_names(text: str) -> tuple[str, ...]:
@@ -29,12 +25,10 @@ def logger_names(text: str) -> tuple[str, ...]:
     names = tuple(dict.fromkeys(name.strip() for name in text.split(",")))
     if names == (NONE,):
         return ()
-    known = (TENSORBOARD, *LIBRARIES)
-    if not {*names} <= {*known}:
-        raise InputError(f"--log takes {', '.join(known)}, joined by commas, or {NONE}, not {text!r}")
-    for name in names:
-        if name in LIBRARIES:
-            load_library(name)
+    if not {*names} <= {TENSORBOARD, WANDB}:
+        raise InputError(f"--log takes {TENSORBOARD}, {WANDB}, joined by commas, or {NONE}, not {text!r}")
+    if WANDB in names:
+        wandb_package()
     return names
 
 
@@ -48,16 +42,11 @@ class Logs:
     def __init__(self, path: Path, config: TrainConfig, begins_after: int, names: Sequence[str] = DEFAULT) -> None:
         self._config = config
         self._loggers: list[Logger] = [Events(path, begins_after)] if TENSORBOARD in names else []
-        identities = _identities(path)
-        for name in filter(LIBRARIES.__contains__, names):
+        if WANDB in names:
             try:
-                logger = LIBRARIES[name](load_library(name), path, hyperparameters(config), identities.get(name))
+                self._loggers.append(WandbLog(path, hyperparameters(config)))
             except Exception as error:  # a library may raise anything
-                _warn(error, LIBRARIES[name].label)
-                continue
-            self._loggers.append(logger)
-            identities[name] = logger.identity
-            write_atomically(path / _FILE, to_json(identities))
+                _warn(error, WandbLog.label)
 
     def _each(self, act: Callable[[Logger], object]) -> None:
         for logger in [*self._loggers]:
@@ -88,11 +77,3 @@ class Logs:
 
 def _warn(error: Exception, label: str) -> None:
     warn(f"{in_one_line(error)}; training goes on without {label}")
-
-
-def _identities(path: Path) -> dict[str, str]:
-    try:
-        known = read_json(path / _FILE)
-        return {name: known[name] for name in LIBRARIES if isinstance(known.get(name), str)}
-    except (InputError, AttributeError):
-        return {}
