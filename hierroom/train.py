@@ -65,7 +65,8 @@ def parse(argv: Sequence[str]) -> TrainArguments:
     trust = "--trust-run" in argv or "--trust_run" in argv
     if known.resume and not (known.preset is known.config is known.out is None):
         raise InputError(_WITH_RESUME)
-    named = {name: getattr(known, name) for name in ("preset", *_CODE) if getattr(known, name) is not None}
+    words = {name: word for name in ("preset", *_CODE) if (word := getattr(known, name)) is not None}
+    named = {name: None if word == "None" and name in _CODE else word for name, word in words.items()}
     if known.resume:
         from hierroom.runs.folder.run_folder import RunFolder  # imports torch
         from hierroom.runs.folder.trust import require_trust
@@ -75,7 +76,7 @@ def parse(argv: Sequence[str]) -> TrainArguments:
     elif known.config:
         default = read_config(known.config, trust=trust, **named)
     else:
-        default = find_preset(known.preset or implied_preset(vars(known))).changed(task=known.task)
+        default = find_preset(known.preset or implied_preset(named)).changed(task=named.get("task"))
     if known.graph and known.layout:
         raise InputError("--graph and --layout are both given; a layout has a goal graph of its own, so leave one out")
     for name in () if known.resume else _LEVELS:  # each replaces the other in the preset or file

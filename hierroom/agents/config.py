@@ -33,6 +33,14 @@ ESCAPE_ROOM_FEATURES = (
     "goal-outcome",
 )
 """Names of the features that `agents.features.offered` returns for EscapeRooms."""
+USUAL_FEATURES: Mapping[str, tuple[str, ...]] = {
+    "features": (
+        *("view", "goal", "goal-in-view", "goal-place", "direction", "keys", "previous-action"),
+        *("doorway-places", "frontier-places"),
+    ),
+    "meta_features": ("goal-status", "goal-outcome"),
+}
+"""Features of the two agents in EscapeRooms where the config names none; a task has its own."""
 
 
 @dataclass(frozen=True)
@@ -87,14 +95,14 @@ class AgentsConfig:
             dicts; then an LSTM), an entry point or package.module:Class.
         features: inputs of the controller's network. In EscapeRooms any of view, view-ids, goal, goal-in-view,
             goal-place, object-places, doorway-places, frontier-places, symbol, direction, keys, previous-action and
-            goal-status. Methods without goals leave out goal, goal-in-view, goal-place and symbol. None: the task's
-            own.
+            goal-status. Methods without goals leave out goal, goal-in-view, goal-place and symbol. None: those of
+            `USUAL_FEATURES`, or the task's own.
         curiosity_weight: the weight of curiosity in the reward of ppo-rnd, after scaling its returns to deviation 1;
             the environment's own reward is added. On graph a (one seed, 1.5M steps, a discount of 0.98) 0.05 ended at
             100% success, 0.2 at 82%, and 0.5 (the weight of Burda et al. 2018) at 92%.
         meta_features: inputs of a learned meta-controller's network. In EscapeRooms, with goal-status and goal-outcome
             alone, all colours share one network (`agents.goal_network`); else it is the built-in recurrent one. None:
-            the task's own.
+            these two, or the task's own.
         meta_start_success: a learned meta-controller chooses goals at random until this share of 100 episodes reaches
             the target, such as the exit; then it learns.
     """
@@ -102,12 +110,9 @@ class AgentsConfig:
     method: MethodName = "hippo"
     meta: str | None = None
     network: str = DEFAULT_NETWORK
-    features: Annotated[tuple[str, ...] | None, FEATURES] = (
-        *("view", "goal", "goal-in-view", "goal-place", "direction", "keys", "previous-action"),
-        *("doorway-places", "frontier-places"),
-    )
+    features: Annotated[tuple[str, ...] | None, FEATURES] = None
     curiosity_weight: NotNegative = 0.05
-    meta_features: Annotated[tuple[str, ...] | None, FEATURES] = ("goal-status", "goal-outcome")
+    meta_features: Annotated[tuple[str, ...] | None, FEATURES] = None
     meta_start_success: Fraction = 0.03
 
     def __post_init__(self) -> None:

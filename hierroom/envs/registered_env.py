@@ -44,8 +44,8 @@ class RegisteredEnv:
     def spec(self, spec: EnvSpec | None) -> None:
         known = None if spec is None else gymnasium.registry.get(spec.id)
         if spec is not None and known is not None:
-            if self.config.layout and "graph" in known.kwargs:
-                raise InputError(f"{spec.id} has its own graphs: give a layout to hierroom/EscapeRoom-v0")
+            if "graph" in known.kwargs and (kind := self.config.kind) != "graph":
+                raise InputError(f"{spec.id} has its own graphs: give a {kind} to hierroom/EscapeRoom-v0")
             for name in [name for name in ("graph", "exclude") if name in known.kwargs]:
                 given = spec.kwargs.get(name, ())
                 if graph_specs(given) != graph_specs(known.kwargs[name]):

@@ -73,7 +73,7 @@ def minari_dataset(
     turns, player = prepare(agent, env, episodes, num_envs, seed)
     space = turns.observation_space(CONTROLLER)
     _require_hdf5_names(space)
-    spec, note = _spec(turns.config, meta := _meta_of(player))
+    spec, note = env_spec(turns.config, meta := _meta_of(player))
     buffers, has_goals = [], False
     for n, episode in enumerate(record(turns, player, episodes, observations=True)):
         at_end = np.arange(len(episode)) == len(episode) - 1
@@ -114,7 +114,7 @@ def _require_hdf5_names(names: Iterable[str]) -> None:
                 raise InputError(f"Minari's files cannot hold an entry of an observation called {shown(name)}")
 
 
-def _spec(config: EnvConfig, meta: str) -> tuple[EnvSpec | None, str]:
+def env_spec(config: EnvConfig, meta: str) -> tuple[EnvSpec | None, str]:
     """Return the spec that makes the environment again, with every entry, or why there is none."""
     entries = {entry.name: getattr(config, entry.name) for entry in fields(config)}
     entries["reward"] = "intrinsic" if config.reward is None else config.reward  # the default of `Turns`

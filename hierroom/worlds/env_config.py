@@ -148,9 +148,17 @@ class EnvConfig:
             raise InputError(f"{unread[0]} is for levels that are drawn; the layout {self.names[0]} is fixed")
 
     def changed(self, **entries: Any) -> EnvConfig:
-        """Return the config with some entries changed; a new layout replaces goal graphs and vice versa."""
-        drawn = {entry.name: entry.default for entry in fields(EnvConfig) if entry.name in OF_DRAWN}
-        if entries.get("layout"):
+        """Return the config with some entries changed.
+
+        A new layout replaces goal graphs and vice versa. A task instead of EscapeRooms replaces both, and their default
+        of ``max_steps``.
+        """
+        rooms = {entry.name: entry.default for entry in fields(EnvConfig) if entry.name in OF_ESCAPE_ROOMS}
+        drawn = {name: rooms[name] for name in OF_DRAWN}
+        if self.task is None and entries.get("task") is not None:
+            limit = None if self.max_steps == DEFAULT_MAX_STEPS else self.max_steps
+            entries = {**rooms, "max_steps": limit, **entries}
+        elif entries.get("layout"):
             entries = drawn | entries
         elif self.layout and ("graph" in entries or "layout" in entries):
             entries = {"layout": (), "size": drawn["size"]} | entries

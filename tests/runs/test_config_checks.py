@@ -113,7 +113,7 @@ def test_a_list_of_features_is_the_same_config_as_a_tuple(name):
     assert SMALL.changed(**{name: [*usual]}) == SMALL
     assert hash(SMALL.changed(**{name: [*usual]})) == hash(SMALL)
     in_shop = TrainConfig().changed(task="workshop:4")
-    assert in_shop.changed(**{name: [*usual]}) == in_shop
+    assert in_shop.changed(**{name: [*usual]}) == in_shop.changed(**{name: usual}) != in_shop
 
 
 @pytest.mark.parametrize("episodes", [0, -1, 1.5, True, "3"])

@@ -17,7 +17,8 @@ from hierroom.lab.report.curves import Curves
 from hierroom.lab.report.difficulty import known_measures
 from hierroom.lab.report.runs import ReportedRun
 from hierroom.meta import LEARNED
-from hierroom.runs.config.config import OF_META, TrainConfig
+from hierroom.runs.config.config import OF_META
+from hierroom.runs.config.presets import preset_in_world
 from hierroom.runs.logs.learning_curve import LearningCurve
 from hierroom.support.files import to_json
 from hierroom.worlds.env_config import OF_ESCAPE_ROOMS
@@ -64,7 +65,7 @@ def page_texts(
     measures = known_measures(complexity)
     differing = [name for name in names if len({_text(run.entries.get(name)) for run in runs}) > 1]
     shown = [*(name for name in curves.by if name in differing and name != "graph"), "seed"]
-    default = plain_entries(TrainConfig())
+    default = plain_entries(preset_in_world("default", runs[0].config.env))
     steps_of: dict[tuple[str, int], Any] = {(p["label"], p["group"]): p["steps_to"].get("95") for p in points}
     groups = sorted({point["group"] for point in points})
     return {

@@ -14,7 +14,7 @@ import msgspec
 import tyro
 from msgspec import Meta
 
-from hierroom.agents.config import ESCAPE_ROOM_FEATURES, AgentsConfig, Method, require_features
+from hierroom.agents.config import ESCAPE_ROOM_FEATURES, USUAL_FEATURES, AgentsConfig, Method, require_features
 from hierroom.goals import NAMED_GRAPHS, is_graph_set, plain_specs, spec_names
 from hierroom.learners.config import PPOConfig
 from hierroom.support.errors import InputError, shown
@@ -23,8 +23,6 @@ from hierroom.worlds.env_config import EnvConfig
 
 PresetName = Literal["default", "long", "large", "learned", "paper", "algorithm1"]
 """Names in `presets.PRESETS`."""
-OF_WORLD = ("features", "meta_features", "max_steps")
-"""Entries with values that a task sets itself if they are None; EscapeRooms use the defaults."""
 
 META_PPO = PPOConfig(sequence_length=8, sequences_per_update=32, gamma=0.998, value_weight=0.5, min_advantage_std=0.05)
 """For learning to choose goals. Decisions are rare, so 256 of them make an update. The discount lets the exit count 500
@@ -92,10 +90,10 @@ class TrainConfig:
         object.__setattr__(self, "agents", self._agents_of_world())
 
     def _agents_of_world(self) -> AgentsConfig:
-        usual, own = AgentsConfig(), {name: getattr(self.agents, name) for name in ("features", "meta_features")}
         if self.env.task is not None:
-            return replace(self.agents, **{name: None for name, one in own.items() if one == getattr(usual, name)})
-        own = {name: getattr(usual, name) if one is None else one for name, one in own.items()}
+            return self.agents
+        given = {name: getattr(self.agents, name) for name in USUAL_FEATURES}
+        own = {name: USUAL_FEATURES[name] if one is None else one for name, one in given.items()}
         for name, features in own.items():
             require_features(name, features, ESCAPE_ROOM_FEATURES)
         return replace(self.agents, **own)
@@ -129,8 +127,9 @@ class TrainConfig:
                 f"a config keeps its preset: one from {self.preset} cannot be changed to "
                 f"{entries['preset']}; change single entries instead"
             )
-        if "task" in entries and entries["task"] is not None and entries["task"] != self.env.task:
-            entries = {**dict.fromkeys(OF_WORLD), **entries}
+        task = entries.get("task", getattr(entries.get("env", self.env), "task", None))
+        if task is not None and task != self.env.task and "agents" not in entries:
+            entries = {**dict.fromkeys(USUAL_FEATURES), **entries}  # features are those of a world
         changes: dict[str, dict[str, Any]] = {"": {name: entries.pop(name) for name in PARTS.keys() & entries.keys()}}
         for name in sorted(entries.keys() - ENTRIES.keys()):
             near = get_close_matches(name, [*ENTRIES, *PARTS], n=1)

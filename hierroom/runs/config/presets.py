@@ -91,6 +91,11 @@ def find_preset(name: str) -> TrainConfig:
     return PRESETS[name]
 
 
+def preset_in_world(preset: str, env: EnvConfig) -> TrainConfig:
+    """Return a preset with the task or the layouts of some environments, which decide other entries too."""
+    return find_preset(preset).changed(**{name: one for name in ("task", "layout") if (one := getattr(env, name))})
+
+
 def implied_preset(entries: Mapping[str, Any]) -> str:
     """Return the preset of a run whose entries name none; ``learned`` was tuned for EscapeRooms, not for tasks."""
     return "learned" if entries.get("meta") == "learned" and entries.get("task") is None else "default"

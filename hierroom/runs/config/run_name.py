@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from hierroom.goals import spec_names
-from hierroom.runs.config.config import OF_WORLD, TrainConfig
-from hierroom.runs.config.presets import find_preset, implied_preset
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.presets import implied_preset, preset_in_world
 from hierroom.worlds.make import ships
 
 MAX_LENGTH = 97
@@ -39,11 +39,7 @@ def run_name(config: TrainConfig) -> str:
         "" if config.preset == implied_preset({"meta": meta, "task": task}) else config.preset,
     )
     head = "-".join(_plain(part) for part in parts if part)
-    usual, omitted = find_preset(config.preset).entries, _SEPARATE | _NEVER_NAMED
-    if task is not None:
-        usual = {**usual, **dict.fromkeys(OF_WORLD)}
-    if config.env.layout:
-        usual = {**usual, "size": config.env.size}
+    usual, omitted = preset_in_world(config.preset, config.env).entries, _SEPARATE | _NEVER_NAMED
     changed = {name: one for name, one in config.entries.items() if name not in omitted and one != usual[name]}
     differences = [_plain(_text(name, one, usual[name])) for name, one in changed.items()]
     whole = "-".join([head, *differences])

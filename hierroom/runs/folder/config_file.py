@@ -43,7 +43,8 @@ def read_config(path: str | Path, *, trust: bool = False, **entries: Any) -> Tra
     table.pop("preset", None)
     try:
         start = find_preset(preset or implied_preset({**table, **entries}))
-        config = start.changed(**table)
+        task = {"task": entries.pop("task")} if "task" in entries else {}  # it decides what the file's entries mean
+        config = start.changed(**table | task)
         config.env.refuse_unread(table)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
