@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hierroom.envs.registered_env import RegisteredEnv
 from hierroom.envs.single_env import SingleEnv
 from hierroom.goals import GraphSpecs
-from hierroom.meta import MetaSpec, make_meta, show_step
+from hierroom.meta import MetaSpec, NoGoals, make_meta, show_step
 from hierroom.turns.records import CONTROLLER
 from hierroom.worlds.env_config import FRAMES_PER_SECOND, EnvConfig
 from hierroom.worlds.world import RENDER_MODES
@@ -53,8 +53,10 @@ class EscapeRoom(RegisteredEnv, gymnasium.Env):
         **entries: Any,
     ):
         arguments = {"graph": graph, "reward": "extrinsic", **entries}
-        self.single = SingleEnv(EnvConfig.of_arguments(arguments, ("meta", "render_mode")), render_mode)
         self.meta = make_meta(meta)
+        has_goals = not isinstance(self.meta, NoGoals)
+        config = EnvConfig.of_arguments(arguments, ("meta", "render_mode"), has_goals=has_goals)
+        self.single = SingleEnv(config, render_mode)
         self.config = self.single.turns.config
         self.render_mode = render_mode
         self.observation_space = self.single.observation_spaces[CONTROLLER]

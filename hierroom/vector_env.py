@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hierroom.envs.registered_env import RegisteredEnv, checked_options
 from hierroom.envs.vector_arrays import VectorArrays
 from hierroom.goals import GraphSpecs
-from hierroom.meta import MetaSpec, make_meta, show_step, take_turn
+from hierroom.meta import MetaSpec, NoGoals, make_meta, show_step, take_turn
 from hierroom.support.errors import InputError, require_name, require_number, shown
 from hierroom.turns.records import CONTROLLER
 from hierroom.turns.turns import Turns
@@ -79,7 +79,9 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         **entries: Any,
     ):
         others = ("max_episode_steps", "meta", "threads", "autoreset_mode", "flat", "copy", "render_mode")
-        config = EnvConfig.of_arguments({"graph": graph, "reward": "extrinsic", **entries}, others)
+        self.meta = make_meta(meta)
+        arguments, has_goals = {"graph": graph, "reward": "extrinsic", **entries}, not isinstance(self.meta, NoGoals)
+        config = EnvConfig.of_arguments(arguments, others, has_goals=has_goals)
         if max_episode_steps is not None:
             require_number("max_episode_steps", max_episode_steps, 1, is_whole=True)
             own = config.max_steps or cast(WorldMaker, find_task(config.task)).max_steps
@@ -95,7 +97,6 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
         self._is_same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
         self.turns = Turns(config, num_envs, measure_shortest=True, threads=threads, autoreset=self._is_same_step)
-        self.meta = make_meta(meta)
         self.config, self.num_envs, self.render_mode = config, num_envs, render_mode
         self.copies = bool(copy)
         self._arrays = VectorArrays(self.turns, flat=flat, copy=copy)

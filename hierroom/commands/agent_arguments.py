@@ -47,21 +47,15 @@ class AgentArguments:
     seed: int = 0
 
     def load(self, greedy: bool = False) -> TrainedAgent:
-        """Return the agent, warn of options without effect, and make torch use one thread, as in training."""
+        """Return the agent, and make torch use one thread, as in training."""
         import torch  # slow to load, and --help does not need it
 
         from hierroom.complexity.graph_set import GraphSet
-        from hierroom.runs.config.unread_entries import entries_without_effect
         from hierroom.runs.trained_agent import load
         from hierroom.support.output import warn
 
         torch.set_num_threads(1)
         agent = load(self.run, checkpoint=self.checkpoint, meta=self.meta, greedy=greedy, trust=self.trust_run)
-        named = given(self, "meta", "goal_mask")
-        for name in entries_without_effect(agent.config.changed(**named)):
-            if name in named:
-                method = agent.config.agents.method
-                warn(f"--{name.replace('_', '-')} has no effect on a controller of the method {method}")
         if self.graph:
             for note in GraphSet(self.graph, self.exclude, agent.config.env.drop_key).notes:
                 warn(note)

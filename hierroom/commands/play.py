@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from hierroom.goals import GraphSpecs
-from hierroom.support.cli import Flag, given, read_arguments
+from hierroom.support.cli import Flag, given, read_arguments, refuse_without
 from hierroom.support.errors import InputError, require_number
-from hierroom.worlds.env_config import GRAPHS, LAYOUTS
+from hierroom.worlds.env_config import GRAPHS, LAYOUTS, NOVELTY_BONUS, EnvConfig
 
 if TYPE_CHECKING:
     from hierroom.lab.play.game import Game
@@ -72,10 +72,10 @@ def make_game(arguments: PlayArguments) -> Game:
 
     chosen, seed = given(arguments, "graph", "layout", "size", "max_steps"), arguments.seed
     if arguments.agent is None:
-        if arguments.greedy or arguments.trust_run:
-            raise InputError("--greedy and --trust-run go with --agent, which is missing")
+        refuse_without(arguments, "agent", "greedy", "trust_run")
         usual = {} if arguments.layout else {"graph": "c", "size": 13}
         entries: dict[str, Any] = {**usual, "drop_key": arguments.drop_key, **chosen}
+        EnvConfig(**entries).refuse_unread(chosen)
         return Game(lambda: EscapeRoom(**entries), None, seed)
     agent = load(arguments.agent, greedy=arguments.greedy, trust=arguments.trust_run)
     if agent.config.env.task is not None:
@@ -85,7 +85,8 @@ def make_game(arguments: PlayArguments) -> Game:
         )
     if arguments.drop_key and not agent.config.env.drop_key:
         raise InputError(f"the agent of {arguments.agent} was trained without --drop-key, so keys cannot be dropped")
-    config = agent.env(**chosen).changed(levels="evaluation", reward="extrinsic", curriculum_stages=1)
+    usual = {"reward": "extrinsic", "novelty_bonus": NOVELTY_BONUS, "curriculum_stages": 1}
+    config = agent.env(**chosen).changed(levels="evaluation", **usual)
 
     def make() -> Any:
         return add_features(EscapeRoom(**vars(config), meta=agent.meta_controller(seed=seed)), agent)

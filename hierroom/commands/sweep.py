@@ -86,6 +86,10 @@ def main(argv: Sequence[str]) -> int:
     if not arguments.what and not arguments.graphs:
         entries = "entries with values to try such as method=hippo,ppo"
         raise InputError(f"say what to train: {entries}, a TOML file, or --graphs")
+    if arguments.list and arguments.markdown:
+        raise InputError("--list and --markdown print different things; choose one")
+    if arguments.processes is not None and arguments.ray is not None:
+        raise InputError("--processes is for this machine, and --ray trains on a cluster; leave one out")
     shard = Shard.parse(arguments.shard)
     sweep = Sweep(arguments.plan(), arguments.out)
     planned = sweep.plan.runs()
@@ -97,11 +101,13 @@ def main(argv: Sequence[str]) -> int:
         return 0
     if arguments.list:
         done = {*sweep.table.read()["digest"]}
+        sweep.check([run for run in runs if run.digest not in done], arguments.processes)
         for run in runs:
             state = "done" if run.digest in done else "begun" if (sweep.out / "runs" / run.name).exists() else "-"
             print(f"{state:<6}{run.name}")
         return 0
     if arguments.markdown:
+        sweep.check((), arguments.processes)
         print(summarise(runs, sweep.table.of(runs), sweep.plan.metas).markdown())
         return 0
     table = sweep.table.path
@@ -161,6 +167,8 @@ def _entries_first(argv: Sequence[str]) -> list[str]:
 def _notes(plan: Plan, runs: Sequence[PlannedRun]) -> list[str]:
     given = {name for values in (plan.values, *(plan.variants or {}).values()) for name in values}
     unread = given.intersection(*(entries_without_effect(run.config) for run in runs))
+    if plan.metas and not any(run.config.resolved_method.sees_goal for run in runs):
+        unread.add("metas")
     lines = [f"{name} is given, and has no effect on any run of the sweep" for name in sorted(unread)]
     if plan.graphs:
         from hierroom.complexity.graph_set import GraphSet  # imports scipy

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hierroom.commands.agent_arguments import AgentArguments
-from hierroom.support.cli import Flag, given, progress_bar, read_arguments
+from hierroom.support.cli import Flag, given, progress_bar, read_arguments, refuse_without
 from hierroom.support.errors import InputError, require_number
 
 if TYPE_CHECKING:
@@ -48,8 +48,9 @@ def main(argv: Sequence[str]) -> int:
     arguments = read_arguments(WatchArguments, "watch", argv)
     for name, number in given(arguments, "episodes", "most").items():
         require_number(name, number, 1, 10**9, is_whole=True)
-    if arguments.most is not None and not arguments.failures:
-        raise InputError("--most goes with --failures, which is missing")
+    refuse_without(arguments, "failures", "most")
+    if arguments.text and arguments.out is not None:
+        raise InputError("--text prints the episodes, and --out writes them to a file; leave one out")
     from hierroom.agents.playback import require_file, save_episodes
     from hierroom.worlds.window import has_screen
 

@@ -46,6 +46,7 @@ class GraphSet:
         graphs: the graphs in the order of the specs, with their given names; in an interval, the easiest come first.
         excluded: the graphs that are left out, in the same order.
         alike: pairs of names of equal graphs: one that was given again, and the earlier one, which is kept.
+        repeated: names of graphs and sets that were given again under the same name.
 
     Examples:
         >>> graphs = hierroom.complexity.GraphSet(["a", "rooms:3"], exclude="c")
@@ -69,6 +70,7 @@ class GraphSet:
         own: dict[GoalGraph, GoalGraph] = {}
         named = [as_goal_graph(spec) for spec in self.specs if not is_graph_set(spec)]
         pairs = [(graph.name, own.setdefault(graph.canonical(), graph).name) for graph in named]
+        self.repeated = tuple(name for name, count in Counter(spec_names(self.specs)).items() if count > 1)
         self.alike = tuple(dict.fromkeys((name, kept) for name, kept in pairs if name != kept))
         given = [graph.canonical() for spec in self.specs for graph in self._graphs_of(spec)]
         chosen = {canonical: own.get(canonical, canonical) for canonical in given}
@@ -95,11 +97,11 @@ class GraphSet:
 
     @property
     def notes(self) -> list[str]:
-        """A line of text for each pair of `alike`."""
+        """A line of text for each pair of `alike`, and for each of `repeated`."""
         return [
             f"goal graphs {kept} and {name} are the same, but for names and the numbers of rooms, and are taken once"
             for name, kept in self.alike
-        ]
+        ] + [f"{name} is given twice among the goal graphs, and is taken once" for name in self.repeated]
 
     @cached_property
     def difficulties(self) -> tuple[tuple[float, GoalGraph], ...]:

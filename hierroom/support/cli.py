@@ -49,6 +49,15 @@ def given(arguments: object, *names: str) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value not in (None, ())}
 
 
+def refuse_without(arguments: object, partner: str, *names: str) -> None:
+    """Refuse the named options unless they have their defaults, as they have an effect only with ``partner``."""
+    if not (value := getattr(arguments, partner)):
+        for name in names:
+            if getattr(arguments, name) != getattr(type(arguments), name):
+                missing = "which is missing" if value is None or value is False else f"which is {value}"
+                raise InputError(f"--{name} goes with --{partner}, {missing}".replace("_", "-"))
+
+
 def shell_words(*words: str | Path) -> str:
     """Return the words of a command, quoted for a shell; a path that begins with a dash gets ``./`` before it."""
     return " ".join(f"./{_quoted(word)}" if _looks_like_option(word) else _quoted(word) for word in words)

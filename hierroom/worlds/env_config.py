@@ -11,7 +11,7 @@ import tyro
 from msgspec import Meta
 
 from hierroom.goals import GraphSpecs, graph_specs, spec_names
-from hierroom.support.errors import InputError, shown
+from hierroom.support.errors import InputError, shown, warn_once
 from hierroom.support.typed_value import check_entries
 from hierroom.worlds.escape_room.level_map import as_maps
 
@@ -165,10 +165,17 @@ class EnvConfig:
         return replace(self, **entries)
 
     @classmethod
-    def of_arguments(cls, entries: Mapping[str, Any], others: Sequence[str] = ()) -> EnvConfig:
-        """Return the config that keyword arguments describe; a task given as ``graph`` becomes the task.
+    def of_arguments(
+        cls, entries: Mapping[str, Any], others: Sequence[str] = (), *, has_goals: bool = True
+    ) -> EnvConfig:
+        """Return the config that keyword arguments describe, and warn of those without effect.
 
-        ``others`` names other allowed arguments, for error messages.
+        A task given as ``graph`` becomes the task.
+
+        Args:
+            entries: the arguments.
+            others: names of other allowed arguments, for error messages.
+            has_goals: whether somebody chooses goals.
         """
         if is_task(entries.get("graph")):
             if entries.get("task", entries["graph"]) != entries["graph"]:
@@ -177,7 +184,13 @@ class EnvConfig:
         known = [field.name for field in fields(cls)]
         if unknown := [name for name in entries if name not in known]:
             raise InputError(f"an environment takes {', '.join((*known, *others))}; not {', '.join(unknown)}")
-        return cls(**entries)
+        config = cls(**entries)
+        unread = {} if config.reward == "novelty" else {"novelty_bonus": f"with the reward {shown(config.reward)}"}
+        unread |= {} if has_goals else dict.fromkeys(("subgoal_horizon", "goal_mask"), "without a meta-controller")
+        for name, why in unread.items():
+            if name in entries and entries[name] != getattr(cls, name):
+                warn_once(f"{name} has no effect {why}")
+        return config
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -1,7 +1,9 @@
 """Entries that have no effect, and the warning about them."""
 
+import warnings
 from pathlib import Path
 
+import gymnasium
 import pytest
 
 import hierroom
@@ -10,29 +12,48 @@ from hierroom.commands.sweep import main as sweep
 from hierroom.commands.watch import main as watch
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.presets import PRESETS, find_preset
-from hierroom.runs.config.unread_entries import unread_entries, unread_note
+from hierroom.runs.config.unread_entries import unread_note
+from hierroom.support.errors import warn_once
 from hierroom.train import main as train
 
 
 @pytest.mark.parametrize(
     ("changes", "unread"),
     [
-        ({}, ()),
-        ({"novelty_bonus": 9.0}, ("novelty_bonus",)),
-        ({"novelty_bonus": 9.0, "method": "ppo-novelty"}, ()),
-        ({"curiosity_weight": 3.0}, ("curiosity_weight",)),
-        ({"curiosity_weight": 3.0, "method": "ppo-rnd"}, ()),
-        ({"meta_start_success": 0.9}, ("meta_start_success",)),
-        ({"meta_start_success": 0.9, "meta": "learned"}, ()),
-        ({"method": "ppo", "meta": "random"}, ("meta",)),
-        ({"method": "ppo-bonus", "subgoal_horizon": 5, "goal_mask": "none"}, ("subgoal_horizon", "goal_mask")),
-        ({"method": "ppo", "reward": "intrinsic", "meta": "random"}, ()),
-        ({"method": "ppo", "reward": "own:Reward", "meta": "random"}, ()),
-        ({"method": "ppo", "meta": "own:Meta", "goal_mask": "none"}, ()),
+        ({}, None),
+        ({"novelty_bonus": 9.0}, "novelty_bonus has no effect on hippo with"),
+        ({"novelty_bonus": 9.0, "method": "ppo-novelty"}, None),
+        ({"curiosity_weight": 3.0}, "curiosity_weight has no effect on hippo with"),
+        ({"curiosity_weight": 3.0, "method": "ppo-rnd"}, None),
+        ({"meta_start_success": 0.9}, "meta_start_success has no effect on hippo with"),
+        ({"meta_start_success": 0.9, "meta": "learned"}, None),
+        ({"method": "ppo", "meta": "random"}, "meta has no effect on ppo with"),
+        ({"method": "ppo", "subgoal_horizon": 5, "goal_mask": "none"}, "subgoal_horizon, goal_mask have no effect on"),
+        ({"method": "ppo", "reward": "intrinsic", "meta": "random"}, None),
+        ({"method": "ppo", "reward": "own:Reward", "meta": "random"}, None),
+        ({"method": "ppo", "meta": "own:Meta", "goal_mask": "none"}, None),
+        ({"evaluations": 0, "evaluation_episodes": 50}, "evaluation_episodes has no effect without evaluations"),
+        ({"normalize_advantages": False, "min_advantage_std": 0.2}, "min_advantage_std has no effect without normal"),
+        ({"levels": "evaluation"}, "levels has no effect on training, which sets it"),
     ],
 )
-def test_unread_entries_lists_entries_without_effect(changes, unread):
-    assert unread_entries(TrainConfig().changed(**changes)) == unread
+def test_unread_note_names_entries_without_effect(changes, unread):
+    assert (unread_note(TrainConfig().changed(**changes)) or "None").startswith(str(unread))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "others"),
+    [("novelty_bonus", 9.0, {"reward": "novelty"}), ("subgoal_horizon", 5, {"meta": "random"})],
+)
+def test_environments_warn_of_entries_without_effect(name, value, others):
+    warn_once.cache_clear()
+    for make in (gymnasium.make, gymnasium.make_vec):
+        with pytest.warns(UserWarning, match=f"{name} has no effect with"):
+            make("hierroom/EscapeRoom-a-v0", **{name: value})
+        warn_once.cache_clear()
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            make("hierroom/EscapeRoom-a-v0", **{name: value}, **others)
 
 
 @pytest.mark.parametrize("preset", PRESETS)
@@ -66,13 +87,13 @@ def test_evaluate_and_watch_warn_for_a_controller_without_goals(tmp_path, monkey
     for method in ("ppo", "hippo"):
         assert train([*words, "--method", method, "--out", method]) == 0
     capsys.readouterr()
-    warning = "warning: --meta has no effect on a controller of the method ppo\n"
-    warning += "warning: --goal-mask has no effect on a controller of the method ppo\n"
     Path("ppo").rename("ppo\x1b[41m")
-    for run, expected in (("ppo\x1b[41m", warning), ("hippo", "")):
-        assert evaluate([run, "--episodes", "2", "--meta", "random", "--goal-mask", "none"]) == 0
-        said = capsys.readouterr()
-        assert said.err == expected
-        assert said.out.startswith(run.replace("\x1b", "\\x1b") + " on graph")
-        assert watch([run, "--text", "--meta", "random", "--goal-mask", "none"]) == 0
-        assert capsys.readouterr().err == expected
+    for run, unread in (("ppo\x1b[41m", {"meta", "goal_mask"}), ("hippo", set())):
+        for command, words in ((evaluate, ["--episodes", "2"]), (watch, ["--text"])):
+            with warnings.catch_warnings(record=True) as caught:
+                assert command([run, *words, "--meta", "random", "--goal-mask", "none"]) == 0
+            assert {
+                str(one.message).partition(" has no effect on ppo with meta-controller")[0] for one in caught
+            } == unread
+            title = run.replace("\x1b", "\\x1b") + " on graph" if command is evaluate else "graph c"
+            assert capsys.readouterr().out.startswith(title)

@@ -82,12 +82,11 @@ class Sweep:
         command: str = "",
     ) -> SweepOutcome:
         """Do the missing runs of a shard, in processes or on a Ray cluster; ``command`` is written to their rows."""
-        if processes is not None:
-            require_number("processes", processes, 1, 1024, is_whole=True)
         runs = shard.of(self.plan.runs())
         self.table.complete(runs)
         have = {*self.table.of(runs)["digest"]}
         missing = [run for run in runs if run.digest not in have]
+        self.check(missing, processes)
         if not missing:
             return SweepOutcome((), (), False)
         # These import torch, which a finished sweep does not need.
@@ -98,7 +97,6 @@ class Sweep:
         from hierroom.runs.folder.run_folder import RunFolder
         from hierroom.runs.interrupt import Interrupt
 
-        self._check(missing)
         folder = self.out / "runs"
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -140,12 +138,18 @@ class Sweep:
             time.sleep(1)
         return []
 
-    def _check(self, runs: Sequence[PlannedRun]) -> None:
+    def check(self, runs: Sequence[PlannedRun], processes: int | None) -> None:
+        """Refuse runs that cannot be trained, meta-controllers that cannot be made, and a wrong number of processes."""
         from hierroom.meta import make_meta
-        from hierroom.runs.trainer import Trainer
 
+        if processes is not None:
+            require_number("processes", processes, 1, 1024, is_whole=True)
         for meta in self.plan.metas:
             make_meta(meta)
+        if not runs:
+            return
+        from hierroom.runs.trainer import Trainer  # imports torch
+
         # Check one seed for all, on the CPU, as the machine that trains may have a device that this one lacks.
         alike = {replace(run.config, seed=0, device="cpu"): run for run in runs}
         for config, run in alike.items():

@@ -8,12 +8,12 @@ from hierroom.runs.config.presets import find_preset
 from hierroom.turns.rewards import REWARDS
 
 
-def entries_without_effect(config: TrainConfig) -> tuple[str, ...]:
-    """Return the entries that have no effect on training, whatever their values."""
+def entries_without_effect(config: TrainConfig) -> dict[str, str]:
+    """Return the entries that have no effect on training, whatever their values, each with the reason in words."""
     method = config.resolved_method
     is_learned, has_scripted = method.meta == LEARNED, method.meta in META_CONTROLLERS
     reads_goals = method.sees_goal or method.reward not in REWARDS or method.reward == "intrinsic"
-    readers = {
+    is_read = {
         "meta": reads_goals or not has_scripted or method.meta == "none",
         "subgoal_horizon": reads_goals or not has_scripted,
         "goal_mask": reads_goals or not has_scripted,
@@ -23,20 +23,23 @@ def entries_without_effect(config: TrainConfig) -> tuple[str, ...]:
         "novelty_bonus": method.reward == "novelty",
         "curiosity_weight": method.is_curious,
     }
-    return tuple(name for name, is_read in readers.items() if not is_read)
-
-
-def unread_entries(config: TrainConfig) -> tuple[str, ...]:
-    """Return the entries without effect that differ from the config's preset."""
-    own, usual = config.entries, find_preset(config.preset).entries
-    return tuple(name for name in entries_without_effect(config) if own[name] not in (usual[name], None))
+    reward = method.reward if isinstance(method.reward, str) else "custom"
+    agents = f"on {config.agents.method} with meta-controller {method.meta} and reward {reward}"
+    unread = {name: agents for name, one in is_read.items() if not one}
+    for name, part in (("min_advantage_std", config.ppo), (f"{OF_META}min_advantage_std", config.meta_ppo)):
+        if not part.normalize_advantages:
+            unread[name] = "without normalize_advantages"
+    if not config.evaluations:
+        unread["evaluation_episodes"] = "without evaluations"
+    return unread
 
 
 def unread_note(config: TrainConfig) -> str | None:
-    """Return a line on the changed entries that have no effect; None if there are none."""
-    names, method = unread_entries(config), config.resolved_method
-    if not names:
-        return None
-    reward = method.reward if isinstance(method.reward, str) else "custom"
-    agents = f"{config.agents.method} with meta-controller {method.meta} and reward {reward}"
-    return f"{', '.join(names)} {'have' if len(names) > 1 else 'has'} no effect on {agents}"
+    """Return a line on the entries without effect that differ from the config's preset; None if there are none."""
+    own, usual = config.entries, find_preset(config.preset).entries
+    names: dict[str, list[str]] = {}
+    for name, why in {**entries_without_effect(config), "levels": "on training, which sets it"}.items():
+        if own[name] not in (usual[name], None):
+            names.setdefault(why, []).append(name)
+    parts = [f"{', '.join(some)} {'have' if len(some) > 1 else 'has'} no effect {why}" for why, some in names.items()]
+    return "; ".join(parts) or None
