@@ -152,6 +152,8 @@ def _rules_of(task: str) -> Rules | GoalGraph:
 def _show_reports(options: ComplexityArguments, reports: Sequence[WalkReport], is_list: bool) -> None:
     if options.draw is not None and len(reports) != 1:
         raise InputError(f"--draw draws one graph, named by --graph, or one file of --rules, not {len(reports)}")
+    if options.sort is not None and len(reports) == 1:
+        warn("--sort has no effect, as there is one report")
     names, n_nodes = ", ".join(report.name for report in reports[:3]), sum(report.nodes for report in reports)
     with said_when_slow(lambda: f"measuring {names}: {n_nodes:,} nodes"):
         if (column := options.sort) is not None:

@@ -61,7 +61,7 @@ def main(argv: Sequence[str]) -> int:
     bounds = {"replays": (0, 1000), "episodes": (1, 20), "played": (1, 10**6), "seed": (0, 2**63 - 1)}
     for name, (least, most) in bounds.items():
         require_number(name, getattr(arguments, name), least, most, is_whole=True)
-    refuse_without(arguments, "replays", "episodes", "played", "seed", "greedy", "trust_run")
+    refuse_without(arguments, "replays", "episodes", "played", "seed", "greedy")
     out = usable_path(arguments.out or Path("report.html"))
     if out.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"a report is an .html file, not {out}")

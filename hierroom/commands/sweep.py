@@ -13,6 +13,7 @@ import tyro
 from hierroom.lab.sweep.plan import Plan, PlannedRun, read_plan
 from hierroom.lab.sweep.summary import summarise
 from hierroom.lab.sweep.sweep import Shard, Sweep
+from hierroom.runs.config.config import ENTRIES
 from hierroom.runs.config.unread_entries import entries_without_effect
 from hierroom.support.cli import Flag, given, read_arguments, shell_words
 from hierroom.support.errors import InputError
@@ -152,7 +153,11 @@ def _first_of(names: Sequence[str]) -> str:
 
 def _entries_first(argv: Sequence[str]) -> list[str]:
     first, options, option = [], [], ""
-    for word in argv:
+    for n, word in enumerate(argv):
+        flag, _, value = word.partition("=")
+        if flag.startswith("--") and (name := flag[2:].replace("-", "_")) in ENTRIES:
+            entry = f"{name}={value or ' '.join(argv[n + 1 : n + 2]) or 'VALUE,VALUE'}"
+            raise InputError(f"a sweep takes entries of training as words: {entry}, not {flag}")
         if word.startswith("-"):
             option = "" if word in _FLAGS or "=" in word else word
             options.append(word)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
@@ -28,7 +27,7 @@ from hierroom.meta import MetaController, make_meta
 from hierroom.runs.assembly import freeze, make_agents, meta_seed
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
-from hierroom.runs.config.unread_entries import entries_without_effect
+from hierroom.runs.config.unread_entries import warn_of_unread
 from hierroom.runs.environments import make_turns
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.trust import require_trust
@@ -159,7 +158,7 @@ class TrainedAgent:
         besides = () if "graph" in entries or entries.get("layout") else graph_specs(own.exclude)
         changed = own.changed(**{**entries, "exclude": (*besides, *graph_specs(entries.get("exclude", ())))})
         changed.refuse_unread(entries)
-        _warn_of_unread(self.config, entries)
+        warn_of_unread(self.config, entries)
         return changed
 
     def turns(self, num_envs: int, *, seed: int = 0, env: EnvConfig | None = None, autoreset: bool = True) -> Turns:
@@ -276,15 +275,8 @@ def load(
         raise InputError(f"there is no run {run}, and the agents that ship with hierroom are {', '.join(SHIPPED)}")
     agents = _restore(config, saved.agents, meta, misfit)
     if isinstance(meta, str):
-        _warn_of_unread(config.changed(meta=meta), ("meta",))
+        warn_of_unread(config.changed(meta=meta), ("meta",))
     return TrainedAgent(config, *agents, saved.steps, is_greedy=greedy, has_other_meta=has_other_meta, path=path)
-
-
-def _warn_of_unread(config: TrainConfig, given: Iterable[str]) -> None:
-    unread = entries_without_effect(config)
-    for name in given:
-        if name in unread:
-            warnings.warn(f"{name} has no effect {unread[name]}", stacklevel=3)
 
 
 def _check(num_envs: int, seed: int) -> None:

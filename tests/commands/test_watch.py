@@ -120,6 +120,8 @@ def test_invalid_watch_arguments_raise_input_error(run, tmp_path, monkeypatch):
             watch.main([str(run), f"--{name}", "0"])
     with pytest.raises(InputError, match="--most goes with --failures, which is missing"):
         watch.main([str(run), "--most", "5"])
+    with pytest.raises(InputError, match="--text prints the episodes, and --out writes them"):
+        watch.main([str(run), "--text", "--out", str(tmp_path / "a.gif")])
     with pytest.raises(InputError, match="is not a run folder"):
         watch.main([str(tmp_path)])
 

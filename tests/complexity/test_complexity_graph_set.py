@@ -180,7 +180,9 @@ def test_equal_graphs_are_taken_once_with_a_note():
     chosen = GraphSet(["c", twin, "rooms:3", "c", twin])
     assert chosen.alike == (("mine", "c"),)
     assert chosen.notes == [
-        "goal graphs c and mine are the same, but for names and the numbers of rooms, and are taken once"
+        "goal graphs c and mine are the same, but for names and the numbers of rooms, and are taken once",
+        "c is given twice among the goal graphs, and is taken once",
+        "mine is given twice among the goal graphs, and is taken once",
     ]
     assert chosen.graphs[0].name == "c"
     assert GraphSet(["c", "b"]).notes == GraphSet("c").notes == []

@@ -36,7 +36,8 @@ def runs(tmp_path_factory):
 
 def report(tmp_path, *arguments):
     out = tmp_path / "report.html"
-    assert main([*map(str, arguments), "--out", str(out), "--played", "20"]) == 0
+    played = () if "--replays" in arguments else ("--played", "20")
+    assert main([*map(str, arguments), "--out", str(out), *played]) == 0
     return Page(out)
 
 
@@ -178,6 +179,8 @@ def test_a_run_without_evaluations_has_no_curve_but_a_replay(runs, tmp_path):
     assert "no learning curve: " in page.text
     assert '<section id="learning"' not in page.source
     assert len(page.data["replays"][0]["episodes"]) == 2
+    with pytest.raises(InputError, match="--by takes entries of a run's config, joined by commas, not 'nothing'"):
+        report(tmp_path, tmp_path / "run", "--by", "nothing")
 
 
 def test_replays_have_a_value_for_each_action(page):
@@ -266,6 +269,7 @@ def test_script_json_cannot_close_the_script():
         (["{run}", "--out", "no/report.html"], "cannot write no/report.html: there is no folder no"),
         (["{run}", "--episodes", "0"], "episodes must be at least 1, not 0"),
         (["{run}", "--by", "gama"], "is it gamma?"),
+        (["{run}", "--replays", "0", "--greedy"], "--greedy goes with --replays, which is 0"),
     ],
 )
 def test_invalid_report_options_raise_input_error(arguments, message, runs, tmp_path, monkeypatch):

@@ -248,8 +248,26 @@ def test_entries_and_options_take_any_order(monkeypatch, capsys, tmp_path):
         (("--graphs", "--list"), "--graphs is given without a value"),
         (("--graphs", "a", "--graphs", "b"), "--graphs is given twice"),
         (("task=workshop:1", "--list"), "the number of goals of a workshop must be at least 2, not 1"),
+        (("--task", "workshop:3"), "a sweep takes entries of training as words: task=workshop:3, not --task$"),
+        (
+            ("method=ppo", "--num-envs=8,16"),
+            "a sweep takes entries of training as words: num_envs=8,16, not --num-envs$",
+        ),
+        (("graph=a", "--list", "--markdown"), "--list and --markdown print different things; choose one"),
+        (("graph=a", "--ray", "auto", "--processes", "2"), "--processes is for this machine, and --ray trains on a"),
     ],
 )
 def test_invalid_command_lines_raise_input_error(words, message):
     with pytest.raises(InputError, match=message):
         main(words)
+
+
+@pytest.mark.parametrize("words", [("meta=nosuch",), ("--metas", "nosuch"), ("--processes", "0"), ("num_envs=1",)])
+def test_list_refuses_what_the_sweep_refuses(words, tmp_path):
+    said = []
+    for option in ((), ("--list",)):
+        with pytest.raises(InputError) as refused:
+            main(["graph=a", *words, *option, "--out", str(tmp_path / "out")])
+        said.append(str(refused.value))
+    assert said[0] == said[1]
+    assert not (tmp_path / "out").exists()

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
 
 from hierroom.lab.compare.evaluated_run import EvaluatedRun
 from hierroom.lab.compare.style import MAX_GROUPS
+from hierroom.runs.folder.config_file import hint_of
 from hierroom.support.errors import InputError, one_line
 from hierroom.support.tables import telling_columns
 
@@ -39,13 +40,21 @@ class Group:
 
 def choose_groups(runs: Sequence[EvaluatedRun], by: str | None) -> list[Group]:
     """Group the runs by the named entries, or by those that differ; refuse more groups than a figure can show."""
-    # The option --num-envs is the entry num_envs.
-    given = dict.fromkeys(name.strip().lstrip("-").replace("-", "_") for name in (by or "").split(","))
-    names = tuple(given) if by is not None else differing_entries(runs)
+    names = differing_entries(runs) if by is None else entries_named(by, runs[0].entries)
     groups = group_runs(runs, names)
     if len(groups) > MAX_GROUPS:
         raise InputError(f"by {', '.join(names)} there are {len(groups)} groups; at most {MAX_GROUPS} can be compared")
     return groups
+
+
+def entries_named(by: str, entries: Collection[str]) -> tuple[str, ...]:
+    """Return the entries that ``--by`` names, of those of a run's config; --num-envs means num_envs."""
+    names = dict.fromkeys(name.strip().lstrip("-").replace("-", "_") for name in by.split(","))
+    for name in names:
+        if name not in entries:
+            hint = hint_of(name, entries)
+            raise InputError(f"--by takes entries of a run's config, joined by commas, not {name!r}; {hint}")
+    return tuple(names)
 
 
 def differing_entries(runs: Sequence[EvaluatedRun]) -> tuple[str, ...]:

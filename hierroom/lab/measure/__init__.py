@@ -137,8 +137,9 @@ def named_play(
     require_number("episodes", episodes, 1, 10**9, is_whole=True)
     num_envs = min(MAX_ENVS, episodes)
     if name in ("random", "oracle"):
-        turns = Turns(EnvConfig(drop_key=drop_key, levels="evaluation", **entries), num_envs, seed=seed)
-        return turns, make_player(name, seed)
+        config = EnvConfig(drop_key=drop_key, levels="evaluation", **entries)
+        config.refuse_unread(entries)
+        return Turns(config, num_envs, seed=seed), make_player(name, seed)
     agent = load(name, trust=trust)
     turns, player = agent.turns(num_envs, seed=seed, env=agent.env(**entries)), agent.pair(num_envs, seed=seed)
     if drop_key and not turns.config.drop_key:

@@ -15,7 +15,7 @@ from hierroom.lab.compare.caveats import caveats
 from hierroom.lab.compare.comparison import ALL, Comparison, GroupSummary, compare
 from hierroom.lab.compare.curve import METRICS
 from hierroom.lab.compare.evaluated_run import EvaluatedRun, refuse_without_overlap
-from hierroom.lab.compare.grouping import Group, choose_groups
+from hierroom.lab.compare.grouping import Group, choose_groups, entries_named
 from hierroom.lab.compare.tasks import Tasks, common_kind, graphs_of
 from hierroom.lab.report.runs import ReportedRun
 from hierroom.runs.folder.run_folder import RunFolder
@@ -40,10 +40,12 @@ def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable
     """Group the runs by some entries, or by those that differ, and estimate curves; if that fails, show single runs."""
     evaluated = [run.evaluated for run in runs if run.evaluated is not None]
     alone = Curves([run.name for run in runs], {str(run.path): n for n, run in enumerate(runs)})
+    if by is not None:
+        entries_named(by, runs[0].entries)  # refuses others
     if not evaluated:
         return alone
     try:
-        groups = choose_groups(evaluated, by or None)
+        groups = choose_groups(evaluated, by)
         parts, comparisons = _parts(groups), []
         for members, _ in parts:
             refuse_without_overlap([run for group in members for run in group.runs])

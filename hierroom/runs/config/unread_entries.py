@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Iterable
+
 from hierroom.meta import LEARNED, META_CONTROLLERS
 from hierroom.runs.config.config import ENTRIES, OF_META, TrainConfig
 from hierroom.runs.config.presets import find_preset
@@ -32,6 +35,14 @@ def entries_without_effect(config: TrainConfig) -> dict[str, str]:
     if not config.evaluations:
         unread["evaluation_episodes"] = "without evaluations"
     return unread
+
+
+def warn_of_unread(config: TrainConfig, given: Iterable[str]) -> None:
+    """Warn the caller's caller of the given entries that have no effect on a trained agent."""
+    unread = entries_without_effect(config)
+    for name in given:
+        if name in unread:
+            warnings.warn(f"{name} has no effect {unread[name]}", stacklevel=3)
 
 
 def unread_note(config: TrainConfig) -> str | None:
