@@ -145,8 +145,7 @@ class TrainedAgent:
     def env(self, **entries: Any) -> EnvConfig:
         """Return the `EnvConfig` of the training, with some entries changed.
 
-        A new ``graph`` or ``layout`` drops the run's ``exclude``; otherwise ``exclude`` names further graphs to leave
-        out.
+        A new ``graph`` or ``layout`` drops the run's ``exclude``; else ``exclude`` leaves out further graphs.
         """
         names = [entry.name for entry in fields(EnvConfig)]
         for name in sorted(entries.keys() - names - {*self.config.entries}):
@@ -241,10 +240,8 @@ def load(
         meta: another meta-controller for the trained controller: ``"fixed-dfs"``, ``"random"``, ``"oracle"``,
             ``"none"``, ``"package.module:Class"``, ``"package.module:function"``, or a meta-controller or function
             itself.
-        greedy: whether the controller takes its most probable action instead of drawing one. A greedy policy may keep
-            turning in one place.
-        trust: whether to run user-defined code that the folder's config names: a network, reward, meta-controller or
-            task. A ``meta`` given here needs no trust.
+        greedy: whether the controller takes its most probable action; such a policy may turn in one place for ever.
+        trust: whether to run user-defined code that the folder's config names; a ``meta`` given here needs no trust.
 
     Examples:
         >>> agent = hierroom.load("c", meta="random", greedy=True)
