@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from rich.console import Console
@@ -10,7 +9,7 @@ from rich.table import Column, Table
 
 from hierroom.agents.episode import Episode
 from hierroom.agents.playback import save_episodes
-from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.folder.run_folder import FILMS, RunFolder
 from hierroom.runs.folder.trust import trust_option
 from hierroom.runs.logs.episode_log import WINDOW
 from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
@@ -48,20 +47,14 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: 
     print_table(_table(curve, summary), console)
     if (share := trainer.metrics().get("meta_illegal_goals", 0.0)) > MANY_ILLEGAL:
         warn(f"{share:.0%} of the goals given in the episodes under way were not legal, and counted as no goal")
-    agent = TrainedAgent(trainer.config, trainer.agents[META], trainer.controller, trainer.steps, path=folder.path)
     with spent.on("pictures"):
-        episode = telling_episode(agent, (trainer.config.seed + 1) % 2**63)
-        good = "escape" if trainer.config.env.task is None else "success"
-        name, other = (good, "failure") if episode.success else ("failure", good)
-        film = _film(episode, folder.path / f"{name}.gif")
-    delete(folder.path / f"{other}.gif")  # left by an earlier session of this run
+        kind, film, options = _film(trainer, folder)
     folder.save_summary(summary | {"session_seconds": spent.seconds()})
-    none, failures = ("", ()) if episode.success else (f" (no {good} in {N_PICTURED} episodes)", ("--failures",))
     for what, text in {
         "time": str(spent),
         "learning curve": picture,
-        f"one {name}": f"{film}{none}",
-        "watch it": shell_words("python", "-m", "hierroom", "watch", *run, *failures),
+        f"one {kind}": film,
+        "watch it": shell_words("python", "-m", "hierroom", "watch", *run, *options),
         "evaluate it": shell_words("python", "-m", "hierroom", "evaluate", *run),
     }.items():
         console.print(f"{what:<15} {text}", soft_wrap=True, markup=False)
@@ -73,14 +66,30 @@ def telling_episode(agent: TrainedAgent, seed: int) -> Episode:
     return next((episode for episode in played if episode.success), played[0])
 
 
-def _film(episode: Episode, path: Path) -> Path | str:
-    """Write the film of an episode, or only warn if the user's environment cannot be drawn."""
-    try:
-        save_episodes([episode], path)
-    except InputError as error:
-        warn(f"there is no film of an episode: {error}")
-        return "none"
-    return path
+def _film(trainer: Trainer, folder: RunFolder) -> tuple[str, str, tuple[str, ...]]:
+    """Write the film of an episode, or only warn if the user's environment cannot be drawn; delete older films.
+
+    Return the kind of the episode, what to print of its film, and options of watch that show such an episode.
+    """
+    kind, film, options, path = "episode", "none, as film is False", (), None
+    if trainer.config.film is not False:
+        agent = TrainedAgent(trainer.config, trainer.agents[META], trainer.controller, trainer.steps, path=folder.path)
+        episode = telling_episode(agent, (trainer.config.seed + 1) % 2**63)
+        kind = good = "escape" if trainer.config.env.task is None else "success"
+        none = ""
+        if not episode.success:
+            kind, none, options = "failure", f" (no {good} in {N_PICTURED} episodes)", ("--failures",)
+        path = folder.path / f"{kind}.gif"
+        try:
+            save_episodes([episode], path)
+        except InputError as error:
+            warn(f"there is no film of an episode: {error}")
+            path = None
+        film = f"{path or 'none'}{none}"
+    for old in (folder.path / name for name in FILMS):
+        if old != path:
+            delete(old)
+    return kind, film, options
 
 
 def _table(curve: LearningCurve | None, summary: dict[str, Any]) -> Table:

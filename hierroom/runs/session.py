@@ -16,6 +16,7 @@ from hierroom.learners.networks.initial_weights import one_torch_thread
 from hierroom.runs.assembly import evaluation_seed
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
+from hierroom.runs.decisions import decide
 from hierroom.runs.folder import checkpoint
 from hierroom.runs.folder.provenance import record_session
 from hierroom.runs.folder.run_folder import RunFolder, claim_folder
@@ -47,10 +48,11 @@ def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Tra
     ``out`` is its folder, new or empty; by default, a new folder in ``runs/`` named by `run_name`.
     """
     TrainConfig.from_dict(json.loads(to_json(config.to_dict())))  # refuse now a config that could not be read back
+    name, config = run_name(config), decide(config)
     trainer = Trainer(config)
     if named_code(config):
         _try_out(trainer)
-    folder = RunFolder.create(out or claim_folder(Path("runs") / run_name(config)), config)
+    folder = RunFolder.create(out or claim_folder(Path("runs") / name), config)
     with ExitStack() as stack:
         stack.enter_context(folder.lock)
         _record(folder, trainer, variant)
@@ -69,6 +71,7 @@ def resume(config: TrainConfig, path: Path, variant: str = "") -> tuple[Trainer,
     with ExitStack() as stack:
         stack.enter_context(folder.lock)
         folder.tidy()
+        config = config.changed(film=folder.config().film)  # decided when the run began
         is_untrained = folder.is_untrained
         trainer = Trainer(config, begins=is_untrained)
         state = None if is_untrained else folder.load_checkpoint()

@@ -15,7 +15,7 @@ from hierroom.support.errors import InputError, one_line
 from hierroom.support.tables import telling_columns
 
 _NAMED_BY_VALUE = ("variant", "method", "meta", "reward", "preset", "network", "warm_start")
-_NOT_THE_TREATMENT = ("seed", "graph", "layout", "threads", "device", "steps")
+_NOT_THE_TREATMENT = ("seed", "graph", "layout", "threads", "device", "steps", "film")
 _SHOWN = 6
 
 

@@ -56,6 +56,8 @@ class TrainConfig:
         device: device of the learner: cpu, cuda, cuda:1, ...
         warm_start: start from the weights of another controller: of a run's folder, a .safetensors file, or a built-in
             agent (a to g). The two controllers must have the same network, features and actions.
+        film: whether the run ends with a film of an episode, a GIF. None: yes; but a run of your own task decides
+            against it, and says so, if it may take more than ten seconds and a tenth of the run, or cannot be drawn.
 
     Examples:
         >>> config = hierroom.TrainConfig(steps=2_000_000).changed(method="ppo", graph="g", gamma=0.99)
@@ -77,6 +79,7 @@ class TrainConfig:
     threads: Annotated[int, Meta(ge=1, le=2**10)] = min(2, os.cpu_count() or 1)
     device: str = "cpu"
     warm_start: str | None = None
+    film: bool | None = None
 
     def __post_init__(self) -> None:
         if isinstance(self.warm_start, os.PathLike):
@@ -192,9 +195,9 @@ META_PART = "meta_ppo"
 PARTS: Mapping[str, type] = {"env": EnvConfig, "agents": AgentsConfig, "ppo": PPOConfig, META_PART: PPOConfig}
 OF_META = f"{META_PART}."
 """The prefix of the flat names of entries of ``meta_ppo``, as ``ppo`` has the same entries."""
-LATER_ENTRIES: Mapping[str, Any] = {"task": None, "layout": ()}
+LATER_ENTRIES: Mapping[str, Any] = {"task": None, "layout": (), "film": None}
 """Entries that files of earlier versions lack, with their values there."""
-CHANGED_WHEN_RESUMED = frozenset({"steps", "threads", "device", "warm_start"})
+CHANGED_WHEN_RESUMED = frozenset({"steps", "threads", "device", "warm_start", "film"})
 """Entries that may change when a run is resumed; the weights of a warm start are in its checkpoints."""
 
 

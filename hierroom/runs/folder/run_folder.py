@@ -27,8 +27,8 @@ from hierroom.support.output import warn
 from hierroom.support.reading import MOST_STATE, read_bytes, read_json
 
 _INTERRUPTED = "-interrupted"
-_FILMS = ("escape.gif", "success.gif", "failure.gif")
-_WRITTEN = ("config.json", "logs.json", "summary.json", "learning_curve.png", *_FILMS)
+FILMS = ("escape.gif", "success.gif", "failure.gif")
+_WRITTEN = ("config.json", "logs.json", "summary.json", "learning_curve.png", *FILMS)
 """The files of a run besides its provenance, tables and checkpoints."""
 _COLUMNS: Mapping[str, Mapping[str, Any]] = {
     "metrics": {"numbers": {"steps": 0, "success_rate": None, "episode_length": None}},

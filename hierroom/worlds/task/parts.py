@@ -25,6 +25,7 @@ class Trial:
         n_actions: its number of actions.
         first_action: the number of its first action.
         are_counts: [G] whether each goal is a count, which can be achieved again.
+        step_seconds: median time of a step.
     """
 
     entries: Mapping[str, tuple[tuple[Any, ...], spaces.Space]]
@@ -32,6 +33,7 @@ class Trial:
     n_actions: int
     first_action: int
     are_counts: tuple[bool, ...]
+    step_seconds: float
 
 
 class TaskParts(Protocol):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 from gymnasium import spaces
 
@@ -12,7 +14,7 @@ from hierroom.worlds.task.local_envs import LocalEnvs
 from hierroom.worlds.task.parts import TaskParts, Trial
 from hierroom.worlds.task.spaces import MAX_CATEGORIES, flat_entries
 
-N_STEPS = 20
+N_STEPS, N_PICTURES = 20, 3
 
 
 def try_out(task: TaskParts) -> Trial:
@@ -36,11 +38,25 @@ def try_out(task: TaskParts) -> Trial:
         warn_once(f"the target {name!r} of {task.name} is true at a reset; such an episode cannot achieve it")
     with user_code(f"close of {task.name}"):
         env.close()
-    random = np.random.default_rng(0)
+    random, seconds = np.random.default_rng(0), []
     envs.reset([0], [0])
     for _ in range(N_STEPS):
-        taken = envs.step([0], [int(actions.start + random.integers(actions.n))])
+        action, started = int(actions.start + random.integers(actions.n)), time.perf_counter()
+        taken = envs.step([0], [action])
+        seconds.append(time.perf_counter() - started)
         if taken.terminated[0] or taken.truncated[0]:
             envs.reset([0], [0])
     envs.close()
-    return Trial(entries, left_out, int(actions.n), int(actions.start), are_counts)
+    return Trial(entries, left_out, int(actions.n), int(actions.start), are_counts, float(np.median(seconds)))
+
+
+def picture_seconds(task: TaskParts) -> float:
+    """Return the shortest time in which a new environment of a task draws a picture; it may be unable to."""
+    envs, seconds = LocalEnvs(task, 1, "rgb_array"), []
+    envs.reset([0], [0])
+    for _ in range(N_PICTURES):  # the first one may import and compile
+        started = time.perf_counter()
+        envs.render(0)
+        seconds.append(time.perf_counter() - started)
+    envs.close()
+    return min(seconds)
