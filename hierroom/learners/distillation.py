@@ -171,7 +171,8 @@ class RandomNetworkDistillation:
 
 
 def _copied(tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
-    return {name: tensor.detach().cpu().clone() for name, tensor in tensors.items()}
+    # Adam's steps have torch's default type, which a user may have changed.
+    return {name: tensor.detach().cpu().float().clone() for name, tensor in tensors.items()}
 
 
 class _Embedding(nn.Module):

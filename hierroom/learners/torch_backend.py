@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from contextlib import AbstractContextManager, nullcontext, suppress
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from copy import copy, deepcopy
 from typing import cast
 
@@ -117,8 +117,11 @@ class TorchBackend:
             given, right = (", ".join(str(tuple(shape)) for shape in shapes) for shapes in (found, wanted))
             raise InputError(f"the network {type(self._module).__name__} gives {what} of shapes {given}, not {right}")
 
-    def _user_code(self) -> AbstractContextManager[None]:
-        return user_code(f"the network {type(self._module).__name__}")
+    @contextmanager
+    def _user_code(self) -> Iterator[None]:
+        is_plain = torch.get_default_device().type == "cpu"  # another default of the user is not for this network
+        with user_code(f"the network {type(self._module).__name__}"), nullcontext() if is_plain else self._device:
+            yield
 
     def _tensor(self, array: NDArray) -> Tensor:
         return torch.from_numpy(array).to(self._device)
@@ -145,7 +148,7 @@ class TorchBackend:
             for parameter, part in zip(parameters, state[name].split(sizes), strict=True):
                 self._adam.state[parameter][key] = part.clone().view_as(parameter).to(parameter)  # also its type
         for parameter in parameters:
-            self._adam.state[parameter]["step"] = torch.tensor(float(state["n_steps"]))
+            self._adam.state[parameter]["step"] = torch.tensor(state["n_steps"], dtype=torch.float32, device="cpu")
 
 
 def normalized(advantages: Tensor, config: PPOConfig) -> Tensor:

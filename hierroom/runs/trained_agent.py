@@ -98,7 +98,7 @@ class TrainedAgent:
         for any number of environments. Call ``torch.export.load(path).module()`` like the network. ONNX needs the
         package onnxscript.
         """
-        export(deepcopy(self.network).cpu().eval(), self.controller.learner.space, usable_path(path))
+        export(self.network, self.controller.learner.space, usable_path(path))
 
     def act(
         self,

@@ -61,7 +61,7 @@ class ArrayEncoder(nn.Module):
     def forward(self, features: Tensor) -> Tensor:
         """Encode observations [..., K] uint8 as [..., H] float, at least 0."""
         flat = features.reshape(-1, features.shape[-1])
-        total = torch.zeros((), device=features.device)
+        total = torch.zeros((), dtype=torch.float32, device=features.device)
         if self.categories is not None:
             total = total + self.categories.linear(flat[:, self.columns])
         for (start, stop), kind, encode in zip(self._places, self._types, self.arrays, strict=True):

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import io
+from copy import deepcopy
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import torch
 
 from hierroom.learners.networks.actor_critic import AgentSpace, OneTurn
+from hierroom.learners.networks.initial_weights import plain_torch
 from hierroom.support.errors import InputError, user_code
 from hierroom.support.files import write_atomically
 
@@ -24,9 +27,10 @@ def export(network: OneTurn, space: AgentSpace, path: Path) -> None:
     if kind == ".onnx" and find_spec("onnxscript") is None:
         raise InputError("to export to .onnx install onnxscript (pip install onnxscript)")
     written, n = io.BytesIO(), torch.export.Dim("n", min=1)
-    inputs = torch.zeros(2, space.n_features, dtype=torch.uint8), network.initial_state(2)
-    with user_code("the network", f"cannot be exported to {kind}"), torch.no_grad():
-        program = torch.export.export(network, inputs, dynamic_shapes=({0: n}, {0: n}))
+    with user_code("the network", f"cannot be exported to {kind}"), torch.device("cpu"), plain_torch(), torch.no_grad():
+        copied: Any = deepcopy(network).cpu().eval()
+        inputs = torch.zeros(2, space.n_features, dtype=torch.uint8), copied.initial_state(2)
+        program = torch.export.export(copied, inputs, dynamic_shapes=({0: n}, {0: n}))
         if kind == ".pt2":
             torch.export.save(program, written)
         else:
