@@ -35,7 +35,7 @@ SHOWN = np.repeat(GREY[..., None], 3, axis=2)
         (GREY, SHOWN),
         (GREY[..., None].astype(np.int16), SHOWN),
         (GREY.astype(np.uint16), SHOWN),
-        ((GREY * 257).astype(np.uint16), SHOWN),
+        ((GREY * 257).astype(">u2"), SHOWN),
         (GREY.astype(np.float64), SHOWN),
         ((GREY / 255).astype(np.float32), SHOWN),
         (GREY / 255 + [[-0.01, 0.0], [0.0, 0.01]], SHOWN),  # as interpolation leaves it
@@ -43,6 +43,7 @@ SHOWN = np.repeat(GREY[..., None], 3, axis=2)
         (np.dstack([SHOWN, [[0, 9], [9, 9]]]), SHOWN),
         (torch.tensor(GREY / 255), SHOWN),
         (Image.fromarray(GREY.astype(np.uint8)).convert("P"), SHOWN),
+        (Image.fromarray((GREY * 257).astype(np.uint16)), SHOWN),
         (np.zeros((2 * LONGEST_SIDE, 4), bool), np.zeros((LONGEST_SIDE, 2, 3))),
     ],
 )

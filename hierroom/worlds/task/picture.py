@@ -23,7 +23,8 @@ def as_picture(drawn: Any) -> NDArray[np.uint8]:
     from PIL import Image
 
     try:
-        array = np.asarray(drawn.convert("RGB") if isinstance(drawn, Image.Image) else drawn)
+        is_coded = isinstance(drawn, Image.Image) and drawn.mode[0] not in "IF"  # such as palettes, but not numbers
+        array = np.asarray(drawn.convert("RGB") if is_coded else drawn)
     except ValueError:  # a list of unequal parts
         array = np.array(None)
     kind = array.dtype.kind
@@ -38,7 +39,7 @@ def as_picture(drawn: Any) -> NDArray[np.uint8]:
         low, high = array.min(), array.max()
         slack = _SLACK if kind == "f" else 0
         most = 1 if kind == "b" or (kind == "f" and high <= 1 + slack) else 255
-        if array.dtype == np.uint16 and high > most:
+        if array.dtype.type is np.uint16 and high > most:
             most = 65535
         if not (low >= -slack and high <= most + slack):  # also if it is not a number
             raise InputError(f"render must return colours from 0 to 255, or floats from 0 to 1, not {low} to {high}")
