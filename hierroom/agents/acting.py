@@ -41,7 +41,7 @@ def act(
         require_number("seed", seed, 0, 2**63 - 1, is_whole=True)
         policy = controller.learner.policy(len(envs), seed=seed)
     elif state.space is not controller.learner.space:  # it would act with that agent's weights
-        raise InputError("the state comes from another agent; the first one is None")
+        raise InputError("the state comes from another agent, or was pickled without its own; the first one is None")
     elif state.num_envs != len(envs):
         raise InputError(f"the state has {state.num_envs} environments, but the observations have {len(envs)}")
     else:
