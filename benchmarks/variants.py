@@ -13,7 +13,6 @@ from torch.nn import functional
 from hierroom.agents.features import Features
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.turns.records import Step
-from hierroom.turns.rewards import Bonus, Intrinsic
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.tiles import TRIPLES
 from hierroom.worlds.make import world_spec
@@ -21,20 +20,30 @@ from hierroom.worlds.make import world_spec
 _VIEW = 49
 
 
-class UncutIntrinsic(Intrinsic):
+class UncutIntrinsic:
     """1 where the given goal is reached, and the return goes on beyond it, over all goals of the episode."""
 
-    ends_with_option = False
+    needs_states = False
+
+    def rewards(self, step: Step) -> NDArray[np.float64]:
+        """Return 1 where the goal was reached [N]."""
+        return step.reached.astype(np.float64)
 
 
-class CutBonus(Bonus):
+class CutBonus:
     """1 for each key, door and the exit, and the return ends where the given goal is reached."""
 
-    ends_with_option = True
+    ends_with_option, needs_states = True, False
+
+    def rewards(self, step: Step) -> NDArray[np.float64]:
+        """Return how many goals were achieved for the first time [N]."""
+        return step.n_first.astype(np.float64)
 
 
-class RepeatedBonus(Bonus):
+class RepeatedBonus:
     """1 for each key, door and the exit as often as it is achieved: a key that was dropped can be picked up again."""
+
+    needs_states = False
 
     def rewards(self, step: Step) -> NDArray[np.float64]:
         """Return 1 where a goal was achieved [N]."""

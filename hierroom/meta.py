@@ -240,7 +240,7 @@ def show_step(meta: MetaController, turns: Turns) -> None:
         assert step is not None
         with running(meta):
             meta.observe(step, turns)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
-            if turns.last_records is not step.records or _moment(turns) != before:
+            if turns.last_step is not step or _moment(turns) != before:
                 raise RuntimeError("it took a step or began episodes in the environments that it was to observe")
 
 

@@ -39,7 +39,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         meta: what chooses the goals, as for `EscapeRoom`.
         threads: largest number of threads that take steps.
         autoreset_mode: ``AutoresetMode.NEXT_STEP``, ``SAME_STEP`` or ``DISABLED``, or its value as text.
-        flat: whether observations are rows of numbers, one [N, K] array: see `BatchWriter.flat_space`.
+        flat: whether observations are rows of numbers, one [N, K] array: see `ObservationWriter`.
         copy: whether observations are new arrays; else each step overwrites those of the last one.
         render_mode: ``"ansi"``, ``"rgb_array"`` or None.
         **entries: other entries of the `EnvConfig`, by name; the reward is ``"extrinsic"`` unless it is given.
@@ -151,7 +151,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         if had_ended and self.autoreset_mode == AutoresetMode.DISABLED:
             ended = ", ".join(map(str, np.flatnonzero(self.have_ended)))
             raise InputError(f"the episodes of environments {ended} have ended: reset them first, by their reset_mask")
-        steps = turns.step_records(actions)
+        steps = turns.step(actions).records
         if had_ended:
             turns.reset_ended(np.flatnonzero(self.have_ended))
         show_step(self.meta, turns)

@@ -3,7 +3,6 @@
 import numpy as np
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL
-from hierroom.turns.kernels import OWN_REWARD
 from hierroom.turns.records import RULES, STEP
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
@@ -34,11 +33,15 @@ def make(
     )
 
 
-def record(ledger, actions, outcomes, *, return_ends_with_option, subgoal_horizon, n_actions=5, autoreset=False):
+def record(
+    ledger, actions, outcomes, *, return_ends_with_option, subgoal_horizon, n_actions=5, autoreset=False, weights=()
+):
     """Take the controller's turn by the kernel; return the records of the step and how many episodes ended."""
     steps = np.empty(len(outcomes), STEP)
     rules = np.zeros(1, RULES)
-    rules[0] = return_ends_with_option, subgoal_horizon, n_actions, OWN_REWARD, 0.0, autoreset, EXIT_GOAL
+    given = {"return_ends_with_option": return_ends_with_option, "horizon": subgoal_horizon, "n_actions": n_actions}
+    for name, value in {**given, **dict(weights), "autoreset": autoreset, "target": EXIT_GOAL}.items():
+        rules[name] = value
     return steps, ledger.record(outcomes, actions, steps, rules)
 
 

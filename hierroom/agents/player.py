@@ -57,7 +57,7 @@ class Pair:
     def step(self, turns: Turns) -> Step:
         """Take the turns that are due, and one primitive step in every environment."""
         self.choose(turns)
-        step = turns.advance()
+        step = turns.step()
         for agent in self.agents.values():
             agent.record(step, turns)
         return step

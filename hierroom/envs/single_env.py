@@ -43,7 +43,7 @@ class SingleEnv:
         self.action_spaces: dict[str, spaces.Space] = {agent: turns.action_space(agent) for agent in AGENTS}
         self._screen = self.turns.world.screen(render_mode)
         self.has_begun = False
-        self._action = np.zeros(1, np.int64)
+        self._choice = np.zeros(1, np.int64)
         self._all_legal = np.ones(self.turns.world.n_actions, np.int8)
         self._waits = NO_GOAL, self.turns.world.goals.no_goal_action
         self._last: tuple = _AT_RESET  # the results of the last step, as Python numbers
@@ -101,11 +101,11 @@ class SingleEnv:
     def choose(self, action: int) -> None:
         """Take the meta-controller's action; an illegal one counts as no goal."""
         is_turn = self.is_meta_turn
-        self._action[0] = as_action(action)
+        self._choice[0] = as_action(action)
         if is_turn:
-            self.turns.choose_everywhere(self._action)
+            self.turns.choose_everywhere(self._choice)
             self._show()
-        elif self._action[0] not in self._waits:
+        elif self._choice[0] not in self._waits:
             self.turns.ledger.count_illegal_goals(_ONLY, _TRUE)
 
     def ask(self, meta: MetaController) -> None:
@@ -119,10 +119,8 @@ class SingleEnv:
 
         This is faster than `act`, because it makes no dicts by agent. The Gymnasium environment uses it.
         """
-        if not self.has_begun:
-            raise InputError("reset the environment before its first step")
-        self._action[0] = as_action(action)
-        self._last = _reported(self.turns.take_step(self._action).item())
+        self.turns.actions[0] = as_action(action)
+        self._last = _reported(self.turns.step().records.item())
         if self._has_window:
             self._show()
         return self._last[_RESULTS]

@@ -6,16 +6,14 @@ from collections.abc import Callable
 from sys import getrefcount
 from typing import Any
 
-from numpy.typing import NDArray
-
-_Set = tuple[tuple[NDArray, ...], Any]
+_Set = tuple[tuple[Any, ...], Any]
 
 
 class ArrayPool:
     """Reuses two sets of arrays, as allocation is slow, but no set with an array that a caller still holds.
 
-    ``make`` returns a set: all its arrays, including the owners of views, and any object that holds some of them. The
-    set used last is tried first, as it is still in the processor's cache.
+    ``make`` returns a set: all its arrays, including the owners of views and other objects that a caller may hold, and
+    any object that holds some of them. The set used last is tried first, as it is still in the processor's cache.
     """
 
     def __init__(self, make: Callable[[], _Set]) -> None:

@@ -11,9 +11,6 @@ from hierroom.support.compile.kernel import njit
 NO_GOAL = -1
 NO_OUTCOME, REACHED, TIMED_OUT, OTHER = range(4)
 """Outcomes of the last option: no option yet, goal reached, horizon ran out, or episode ended."""
-OWN_REWARD, EXTRINSIC, BONUS, INTRINSIC, NOVELTY = range(-1, 4)
-KERNEL_REWARDS = {"extrinsic": EXTRINSIC, "bonus": BONUS, "intrinsic": INTRINSIC, "novelty": NOVELTY}
-"""Built-in rewards, which the kernel computes; for a custom one (`OWN_REWARD`) it writes 0."""
 
 
 @njit(cache=True, nogil=True)
@@ -33,7 +30,8 @@ def record_turns(outcomes, actions, ledgers, steps, starts, rules):
     """
     rule, n_ended, n_turns = rules[0], 0, 0
     return_ends_with_option, horizon, n_actions = rule.return_ends_with_option, rule.horizon, rule.n_actions
-    reward, bonus, autoreset, target = rule.reward, rule.bonus, rule.autoreset, rule.target
+    autoreset, target = rule.autoreset, rule.target
+    w_extrinsic, w_first, w_reached, w_novel = rule.extrinsic, rule.n_first, rule.reached, rule.is_novel
     for n in range(outcomes.shape[0]):
         outcome, ledger, step = outcomes[n], ledgers[n], steps[n]
         goal, achieved = ledger.goals, outcome.achieved
@@ -65,16 +63,8 @@ def record_turns(outcomes, actions, ledgers, steps, starts, rules):
         step.actions, step.goals, step.events, step.achieved_bits = action, goal, event, achieved
         step.n_first, step.is_discovery, step.is_novel = outcome.n_first, outcome.is_discovery, outcome.is_novel
         step.extrinsic = outcome.reward
-        if reward == EXTRINSIC:
-            step.rewards = outcome.reward
-        elif reward == BONUS:
-            step.rewards = outcome.n_first
-        elif reward == INTRINSIC:
-            step.rewards = 1.0 if reached else 0.0
-        elif reward == NOVELTY:
-            step.rewards = outcome.reward + (bonus if outcome.is_novel else 0.0)
-        else:
-            step.rewards = 0.0
+        step.rewards = w_extrinsic * outcome.reward + w_first * outcome.n_first + w_reached * reached
+        step.rewards += w_novel * outcome.is_novel
         step.reached, step.timed_out, step.option_ended, step.episode_ended = reached, timed_out, option_ended, ended
         step.meta_rewards = ledger.option_rewards if option_ended else 0.0
         step.meta_elapsed = ledger.option_steps

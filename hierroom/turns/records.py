@@ -37,12 +37,14 @@ LEDGER = record_type(
 )
 """State of the turns in one environment."""
 
+REWARDED = ("extrinsic", "n_first", "reached", "is_novel")
+"""Fields of a step of which built-in rewards are made."""
+
 RULES = record_type(
     ("return_ends_with_option", "?"),  # the controller's return ends with its option
     ("horizon", "i8"),  # steps after which an option ends without its goal
     ("n_actions", "i8"),  # the controller's number of actions
-    ("reward", "i8"),  # one of `kernels.KERNEL_REWARDS`, or ``OWN_REWARD`` to write 0
-    ("bonus", "f8"),  # the size of the novelty bonus
+    *((name, "f8") for name in REWARDED),  # their weights in the controller's reward
     ("autoreset", "?"),  # the next episode begins where one ended; if False, the meta-controller has no turn there
     ("target", "i8"),  # the target goal: an episode that terminates by achieving it is a success
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -44,84 +44,34 @@ class Reward(Protocol):
         ...
 
 
-class Extrinsic:
-    """The environment's own reward, such as 1 at the exit."""
-
-    needs_states = False
-
-    def rewards(self, step: Step) -> NDArray[np.floating]:
-        """Return the environment's own rewards [N]."""
-        return step.extrinsic
-
-
-class Bonus:
-    """1 for each goal, such as a key, a door or the exit, when first achieved in an episode."""
-
-    needs_states = False
-
-    def rewards(self, step: Step) -> NDArray[np.floating]:
-        """Return how many goals were achieved for the first time [N]."""
-        return step.n_first.astype(np.float64)
-
-
-class Intrinsic:
-    """1 when the given goal is reached (see `ledger.Ledger`)."""
-
-    ends_with_option = True
-    needs_states = False
-
-    def rewards(self, step: Step) -> NDArray[np.floating]:
-        """Return 1 where the goal was reached, else 0 [N]."""
-        return step.reached.astype(np.float64)
-
-
-class Novelty:
-    """The environment's own reward, and a bonus for each state (cell, keys found, doors open) new in the episode."""
-
-    memories = ("visited",)
-    needs_states = False
-
-    def __init__(self, bonus: float) -> None:
-        self._bonus = bonus
-
-    def rewards(self, step: Step) -> NDArray[np.floating]:
-        """Return the environment's own rewards plus the bonuses [N]."""
-        return step.extrinsic + self._bonus * step.is_novel
-
-
 RewardSpec = str | Reward | Callable[[Step], Any]
 """Forms in which `make_reward` accepts the controller's reward."""
 
 
-REWARDS: Mapping[RewardName, Callable[[float], Reward]] = {
-    "extrinsic": lambda _: Extrinsic(),
-    "bonus": lambda _: Bonus(),
-    "intrinsic": lambda _: Intrinsic(),
-    "novelty": Novelty,
-}
-"""Makers of the built-in rewards by the names that users type; each takes the size of the novelty bonus."""
-
-
 @dataclass(frozen=True)
 class ControllerReward:
-    """A reward with all attributes of `Reward`.
+    """A reward with all attributes of `Reward`: built in, or a user's.
 
     Args:
+        weights: of the fields of a `Step` whose weighted sum the reward is: some of `records.REWARDED`. `record_turns`
+            adds them up, in the compiled step.
         name: name for error messages.
-        rewards: the method or function that computes the rewards.
+        custom: the user's method or function, which computes the reward instead.
     """
 
-    name: str
-    rewards: Callable[[Step], Any]
-    ends_with_option: bool
-    memories: tuple[str, ...]
-    needs_states: bool
+    weights: Mapping[str, float]
+    ends_with_option: bool = False
+    memories: tuple[str, ...] = ()
+    needs_states: bool = False
+    name: str = ""
+    custom: Callable[[Step], Any] | None = None
 
     def of(self, step: Step) -> NDArray[np.float64]:
-        """Return the rewards [N] for a step."""
+        """Return the user's rewards [N] for a step."""
+        assert self.custom is not None
         shown = step if "visited" in self.memories else step.without_visits()
         with user_code(self.name):
-            given = np.array(self.rewards(shown))
+            given = np.array(self.custom(shown))
         if given.shape != (len(step.records),) or given.dtype.kind not in "fiub":
             raise InputError(
                 f"{self.name} must return {len(step.records)} numbers, one for each environment, "
@@ -131,6 +81,15 @@ class ControllerReward:
         if not np.isfinite(rewards).all():
             raise InputError(f"{self.name} must return finite numbers, not {given[~np.isfinite(rewards)][0]}")
         return rewards
+
+
+REWARDS: Mapping[RewardName, ControllerReward] = {
+    "extrinsic": ControllerReward({"extrinsic": 1}),
+    "bonus": ControllerReward({"n_first": 1}),
+    "intrinsic": ControllerReward({"reached": 1}, ends_with_option=True),
+    "novelty": ControllerReward({"extrinsic": 1, "is_novel": NOVELTY_BONUS}, memories=("visited",)),
+}
+"""The built-in rewards by the names that users type."""
 
 
 def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> ControllerReward:
@@ -146,20 +105,18 @@ def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> Contr
     name = f"the reward {getattr(spec, '__name__', type(spec).__name__)}"
     if isinstance(spec, str):
         name = f"the reward {spec!r}"
-        shipped = REWARDS.get(spec)  # pyright: ignore[reportArgumentType] - any text may be asked for
-        reward = (
-            shipped(novelty_bonus)
-            if shipped
-            else load_plugin(spec, "reward", REWARDS, ENTRY_POINT_GROUP, "Class or :function")
-        )
+        if (built_in := REWARDS.get(spec)) is not None:  # pyright: ignore[reportArgumentType] - any text may be asked for
+            bonus = {"is_novel": novelty_bonus} if "is_novel" in built_in.weights else {}
+            return replace(built_in, weights={**built_in.weights, **bonus}, name=name)
+        reward = load_plugin(spec, "reward", REWARDS, ENTRY_POINT_GROUP, "Class or :function")
     if isinstance(reward, type):
         with user_code(name, "cannot be made"):
             reward = reward()
-    rewards = getattr(reward, "rewards", None)
-    if not callable(rewards):
+    custom = getattr(reward, "rewards", None)
+    if not callable(custom):
         if not callable(reward):
             raise InputError(f"a reward is a function of a step or has a method rewards(step); {name} is neither")
-        rewards = reward
+        custom = reward
     with user_code(name):  # reading an attribute may run user code
         memories = getattr(reward, "memories", ())
         usual = {"ends_with_option": False, "needs_states": True}
@@ -169,4 +126,4 @@ def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> Contr
     for flag, value in flags.items():
         if not isinstance(value, (bool, np.bool_)):
             raise InputError(f"{name}: {flag} must be True or False, not {shown(value)}")
-    return ControllerReward(name, rewards, memories=tuple(memories), **flags)
+    return ControllerReward({}, memories=tuple(memories), name=name, custom=custom, **flags)

@@ -17,9 +17,8 @@ from hierroom.controller import Observation, observation_spaces
 from hierroom.support.array_pool import ArrayPool
 from hierroom.support.errors import InputError
 from hierroom.support.read_only import freeze, read_only
-from hierroom.turns.kernels import KERNEL_REWARDS, OWN_REWARD
 from hierroom.turns.ledger import Ledger
-from hierroom.turns.records import META, N_OUTCOMES, RULES, STEP, Step, clear_steps, ledger_schema
+from hierroom.turns.records import META, N_OUTCOMES, REWARDED, RULES, STEP, Step, clear_steps, ledger_schema
 from hierroom.turns.rewards import make_reward
 from hierroom.turns.situation import Situation
 from hierroom.worlds.env_config import EnvConfig
@@ -44,7 +43,8 @@ class Turns:
         world: the `World`.
         ledger: the state of the turns, a `Ledger`.
         reward: the controller's `ControllerReward`.
-        last_records: [N] read-only records of the last step, or None before the first step after a reset.
+        actions: [N] int64, the controller's next actions, as `act` writes them.
+        last_step: the last `Step`, or None before the first one after a reset.
         n_ended: number of environments in which the last step ended the episode.
     """
 
@@ -60,26 +60,22 @@ class Turns:
         memories: Iterable[str] = (),
     ):
         self.config, horizon = config, config.subgoal_horizon
-        name = "intrinsic" if config.reward is None else config.reward
-        self.reward = make_reward(name, config.novelty_bonus)
+        self.reward = make_reward("intrinsic" if config.reward is None else config.reward, config.novelty_bonus)
         memories = *self.reward.memories, *memories
         settings: dict[str, Any] = {"seed": seed, "autoreset": autoreset, "threads": threads, "memories": memories}
         self.world = world = make_world(config, num_envs, **settings)
         self.ledger = Ledger.at_reset(num_envs, world.n_actions)
         self.n_ended = 0
         self._steps = ArrayPool(self._empty_steps)
-        self._written: np.ndarray | None = None  # the writable array of `last_records`
-        self.last_records: np.ndarray | None = None
-        self._last_step: Step | None = None
+        self._written: np.ndarray | None = None  # the writable records of the last step
+        self.last_step: Step | None = None
         self._n_goals = len(world.goals)
-        self._kernel_reward = KERNEL_REWARDS.get(name, OWN_REWARD) if isinstance(name, str) else OWN_REWARD
         self._rules = np.zeros(1, RULES)
         self._rules[0] = (
             self.reward.ends_with_option,
             np.iinfo(np.int64).max if horizon is None else int(horizon),
             world.n_actions,
-            self._kernel_reward,
-            config.novelty_bonus,
+            *(self.reward.weights.get(name, 0.0) for name in REWARDED),
             autoreset,
             world.goals.target,
         )
@@ -88,23 +84,17 @@ class Turns:
         self._everywhere: NDArray[np.integer] = world.everywhere
         self._all_legal = np.ones((num_envs, world.n_actions), bool)
         self._all_legal.setflags(write=False)
-        self._actions = np.zeros(num_envs, np.int64)
+        self.actions = np.zeros(num_envs, np.int64)
         if world.has_begun:
             self._begin(self._everywhere)
 
     def __len__(self) -> int:
         return len(self._everywhere)
 
-    def _empty_steps(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
+    def _empty_steps(self) -> tuple[tuple[Any, ...], None]:
         records = np.empty(len(self), STEP)
-        return (records, read_only(records)), {}
-
-    @property
-    def last_step(self) -> Step | None:
-        """Return the last step, or None before the first step after a reset."""
-        if self._last_step is None and self.last_records is not None:
-            self._last_step = Step(self.last_records, self._n_goals)
-        return self._last_step
+        shown = read_only(records)
+        return (records, shown, Step(shown, self._n_goals)), None
 
     @property
     def goals(self) -> NDArray[np.integer]:
@@ -121,7 +111,7 @@ class Turns:
         chosen = self._everywhere if envs is None else chosen_envs(envs, len(self))
         self.world.reset(seed, chosen)
         if envs is None:
-            self._last_step, self.last_records = None, None
+            self.last_step = None
         self._begin(chosen)
 
     def _begin(self, envs: NDArray[np.integer]) -> None:
@@ -145,16 +135,12 @@ class Turns:
     def act(self, agent: str, observation: Observation, actions: ArrayLike) -> None:
         """Take an agent's turn, given its observation of M environments and its actions [M] int (see `choose`).
 
-        The meta-controller's goals take effect immediately, the controller's actions at `advance`.
+        The meta-controller's goals take effect immediately, the controller's actions at the next `step`.
         """
         if isinstance(observation, Situation):
             self.choose(observation, actions)
         else:
-            self._actions[observation.envs] = whole_numbers(actions, len(observation))
-
-    def advance(self) -> Step:
-        """Take one primitive step with the actions given to `act`."""
-        return self.step(self._actions)
+            self.actions[observation.envs] = whole_numbers(actions, len(observation))
 
     def situation(self, envs: NDArray[np.integer]) -> Situation:
         """Return all facts for meta-controllers of environments [M]. All arrays are copies; masks are read-only.
@@ -188,39 +174,28 @@ class Turns:
         """Return the meta-controller's legal choices [N, G + 1]; where it has no turn, only 'no goal' is legal."""
         return self.world.legal_goals(self.config.goal_mask, self.ledger.is_meta_turn)
 
-    def step(self, actions: ArrayLike) -> Step:
+    def step(self, actions: ArrayLike | None = None) -> Step:
         """Take the controller's turn everywhere; where the meta-controller has not chosen, no goal is pursued.
 
-        Actions are whole numbers [N]; an action that does not apply only costs the step.
+        Actions are whole numbers [N], by default those given to `act`. One that does not apply only costs the step.
         """
-        self.step_records(actions)
-        step = self.last_step
-        assert step is not None
-        return step
-
-    def step_records(self, actions: ArrayLike) -> np.ndarray:
-        """Take the controller's turn as `step` does, and return `last_records`."""
-        if not self.world.has_begun:
+        world, reward = self.world, self.reward
+        if not world.has_begun:
             raise InputError("reset the environment before its first step")
-        return self.take_step(whole_numbers(actions, len(self._everywhere)))
-
-    def take_step(self, actions: NDArray[np.int64]) -> np.ndarray:
-        """Do what `step_records` does, but trust that the world was reset and that actions are [N] int64."""
-        world = self.world
+        taken = self.actions if actions is None else whole_numbers(actions, len(self._everywhere))
         before = freeze(world.get_state()) if self._keeps_states else None
-        outcomes = world.step(actions)
-        self._written = self.last_records = self._last_step = None  # frees their arrays for the next step
-        records, shown = self._steps.take()[0]
-        self.n_ended = self.ledger.record(outcomes, actions, records, self._rules)
-        self._written, self.last_records = records, shown
-        if self._kernel_reward == OWN_REWARD:
-            after = None if before is None else freeze(world.state_after(before, actions))
-            self._last_step = Step(shown, self._n_goals, before, after)
-            records["rewards"] = self.reward.of(self._last_step)
+        outcomes = world.step(taken)
+        self._written = self.last_step = None  # frees them for the next step
+        records, _, step = self._steps.take()[0]
+        self.n_ended = self.ledger.record(outcomes, taken, records, self._rules)
+        self._written, self.last_step = records, step
+        if reward.custom is not None:
+            step.before, step.after = before, None if before is None else freeze(world.state_after(before, taken))
+            records["rewards"] = reward.of(step)
         if self.n_ended and self._autoreset and self._measure_shortest:
             begun = np.flatnonzero(records["episode_ended"])
             self.ledger.write_fields({"shortest": world.shortest_lengths(begun)}, begun)
-        return shown
+        return step
 
     def reset_ended(self, envs: NDArray[np.integer]) -> None:
         """Begin the next episode in environments [M] that had ended before the last step; clear the step's records."""
@@ -275,12 +250,12 @@ class Turns:
         ledger_schema(len(self), len(self.world.goals), self.world.n_actions).check(ledger, "turns")
         self.world.set_arrays(world)
         self.ledger.write_fields(ledger)
-        self._last_step, self.last_records = None, None
+        self.last_step = None
 
     @property
     def can_split(self) -> bool:
         """Return whether environments are independent: not linked by curriculum stages or a custom reward."""
-        return self.world.can_split and self._kernel_reward != OWN_REWARD
+        return self.world.can_split and self.reward.custom is None
 
     def subset(self, envs: NDArray[np.integer]) -> Turns:
         """Return a copy of some of these environments [M], if `can_split`; they continue as in the full batch."""

@@ -23,7 +23,7 @@ from hierroom.worlds.observation_writer import ObservationWriter
 from hierroom.worlds.outcome_kernel import write_outcomes
 from hierroom.worlds.seeds import chosen_envs, write_seeds
 from hierroom.worlds.window import StateScreen
-from hierroom.worlds.world import OUTCOME_FIELDS, BatchWriter, Feature, Screen, Seeds
+from hierroom.worlds.world import OUTCOME_FIELDS, Feature, Screen, Seeds
 
 OUTCOME = record_type(*OUTCOME_FIELDS)
 GOAL_MASKS = ("reachable", "existing", "none")
@@ -214,7 +214,7 @@ class BaseWorld(ABC):
         shown = {name: array[0] for name, array in self.shown(self.everywhere).items()}
         return {**shown, "goal": self.goals.vectors[goal].copy()}
 
-    def batch_observations(self, *, flat: bool) -> BatchWriter:
+    def batch_observations(self, *, flat: bool) -> ObservationWriter:
         """Return the writer of the observations of all environments."""
         return ObservationWriter(self, flat=flat)
 

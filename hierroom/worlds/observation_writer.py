@@ -1,4 +1,4 @@
-"""Write observations of a `BaseWorld` into users' arrays, or as rows of numbers."""
+"""Write the controllers' observations of all environments of a world into arrays, or as rows of numbers."""
 
 from __future__ import annotations
 
@@ -12,34 +12,40 @@ from hierroom.controller import observation_spaces
 
 
 class ObservationWriter:
-    """Writes the controllers' observations of all environments of a world: see `BatchWriter`.
+    """Writes the controllers' observations of all N environments of a world; all actions are legal.
 
-    A flat observation is one row of float32, in the order of `gymnasium.spaces.flatten`.
+    A flat observation is one row of numbers, in the order of `gymnasium.spaces.flatten`. The world's ``shown`` gives
+    what is written; a world with kernels overrides `write`.
+
+    Attributes:
+        flat_space: the space of one environment's flat observation; only if ``flat``.
     """
+
+    flat_type: Any = np.float32  # of the numbers of a flat observation
 
     def __init__(self, world: Any, *, flat: bool) -> None:
         self._world, self._flat = world, flat
-        self._mask = np.ones((len(world), world.n_actions), np.int8)
         self._parts = observation_spaces(world.observation_spaces, world.goals, world.n_actions)
         self._space = spaces.Dict(self._parts)
         if flat:
             row: Any = spaces.flatten_space(self._space)
             with np.errstate(over="ignore"):  # bounds of float64 become infinite
-                low, high = row.low.astype(np.float32), row.high.astype(np.float32)
-            self.flat_space: spaces.Box = spaces.Box(low, high, dtype=np.float32)
+                low, high = row.low.astype(self.flat_type), row.high.astype(self.flat_type)
+            self.flat_space: spaces.Box = spaces.Box(low, high, dtype=self.flat_type)
 
     def empty(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
         """Return new arrays for `write`, and the same arrays by name (an empty dict if flat)."""
         n = len(self._world)
         if self._flat:
-            return (np.empty((n, *self.flat_space.shape), np.float32),), {}
+            return (np.empty((n, *self.flat_space.shape), self.flat_type),), {}
         arrays = {name: np.empty((n, *(space.shape or ())), space.dtype) for name, space in self._parts.items()}
         return tuple(arrays.values()), arrays
 
     def write(self, goals: NDArray[np.integer], arrays: tuple[NDArray, ...]) -> None:
         """Write the current observations, with goals [N], into arrays from `empty`."""
         world = self._world
-        shown = {**world.shown(world.everywhere), "goal": world.goals.vectors[goals], "action_mask": self._mask}
+        shown = {**world.shown(world.everywhere), "goal": world.goals.vectors[goals]}
+        shown["action_mask"] = np.ones((len(world), world.n_actions), np.int8)
         if self._flat:
             np.concatenate([_rows(shown[name], one) for name, one in self._space.items()], axis=1, out=arrays[0])
             return

@@ -16,6 +16,7 @@ from hierroom.goals.goal_set import GoalSet
 from hierroom.support.byte_array import ByteArray
 from hierroom.support.errors import InputError
 from hierroom.support.read_only import freeze
+from hierroom.worlds.observation_writer import ObservationWriter
 
 _INT64 = np.dtype(np.int64)
 OUTCOME_FIELDS = (
@@ -131,25 +132,6 @@ class Screen(Protocol):
         """Close the window, if one is open."""
 
 
-class BatchWriter(Protocol):
-    """Writes the controllers' observations of all N environments; all actions are legal.
-
-    Attributes:
-        flat_space: the space of one environment's observation as a row of numbers, ordered as Gymnasium's `flatten`.
-    """
-
-    flat_space: spaces.Box
-
-    def empty(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
-        """Return new arrays for `write`, and the same arrays by name (an empty dict if flat)."""
-
-    def write(self, goals: NDArray[np.integer], arrays: tuple[NDArray, ...]) -> None:
-        """Write the current observations, with goals [N], into arrays from `empty`."""
-
-    def write_goals(self, observations: Any, goals: NDArray[np.integer], envs: NDArray[np.integer]) -> None:
-        """Write the vectors of goals [N] into the observations of some environments."""
-
-
 class World(Protocol):
     """N environments that are stepped together. A world may lack the methods under 'Optional' below.
 
@@ -225,7 +207,7 @@ class World(Protocol):
     def observe_one(self, goal: int) -> dict[str, Any]:
         """Return the observation of the only environment: `View.as_dict` and ``goal``, the goal's vector."""
 
-    def batch_observations(self, *, flat: bool) -> BatchWriter:
+    def batch_observations(self, *, flat: bool) -> ObservationWriter:
         """Return a writer of the observations of all environments, as one row of numbers each if ``flat``."""
 
     def screen(self, render_mode: str | None) -> Screen:

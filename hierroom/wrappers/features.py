@@ -21,7 +21,7 @@ from hierroom.agents.config import require_features
 from hierroom.agents.features import CHOICE, ENTRY, Features
 from hierroom.controller import Observation
 from hierroom.support.errors import InputError
-from hierroom.turns.records import AGENTS, CONTROLLER, META
+from hierroom.turns.records import AGENTS, CONTROLLER, META, Step
 from hierroom.turns.turns import Turns
 from hierroom.worlds.make import world_spec
 
@@ -133,10 +133,10 @@ class _Goals:
         if hasattr(self._agent, "forget"):
             self._agent.forget(np.zeros(1, np.int64))
 
-    def watch(self, before: np.ndarray | None) -> None:
-        """Let the meta-controller record a step, if one was taken since the records ``before``."""
+    def watch(self, before: Step | None) -> None:
+        """Let the meta-controller record a step, if one was taken since the step ``before``."""
         turns = self._single.turns
-        if turns.last_step is not None and turns.last_records is not before:
+        if turns.last_step is not None and turns.last_step is not before:
             self._choice = None
             self._agent.record(turns.last_step, turns)
 
@@ -181,7 +181,7 @@ class _AEC(_TwoAgents, BaseWrapper):
         return self._extended(agent, self.env.observe(agent))
 
     def step(self, action: Any) -> None:
-        before = self._single.turns.last_records
+        before = self._single.turns.last_step
         self.env.step(action)
         if self.goals is not None:
             self.goals.watch(before)
@@ -199,7 +199,7 @@ class _Parallel(_TwoAgents, BaseParallelWrapper):
         return {agent: self._extended(agent, of_agent) for agent, of_agent in observations.items()}, infos
 
     def step(self, actions: dict[str, int]):
-        before = self._single.turns.last_records
+        before = self._single.turns.last_step
         observations, *results = self.env.step(actions)
         if self.goals is not None:
             self.goals.watch(before)

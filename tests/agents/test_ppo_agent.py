@@ -68,7 +68,7 @@ def take_turns(agent, turns, goals=None):
 def move(turns, action=1):
     observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
     turns.act(CONTROLLER, observation, np.full(len(turns), action))
-    return turns.advance()
+    return turns.step()
 
 
 def shortest_way(turns, name):

@@ -141,7 +141,7 @@ def test_curiosity_rewards_new_observations_of_the_level():
         observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
         agent.act(observation)
         turns.act(CONTROLLER, observation, np.full(8, action))
-        taken = turns.advance()
+        taken = turns.step()
         agent.record(taken, turns)
         return taken
 

@@ -22,7 +22,6 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
-from hierroom.turns.rewards import Intrinsic
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
 
@@ -202,4 +201,4 @@ def test_custom_code_and_curricula_step_all_environments(run):
     assert sizes("fixed-dfs", turns(), OwnPair) == {24}
     assert sizes(OwnMeta(), turns()) == sizes(first, turns()) == {24}
     assert sizes("fixed-dfs", turns(graph=("a", "rooms:3"), curriculum_stages=3)) == {24}
-    assert sizes("fixed-dfs", turns(reward=Intrinsic())) == {24}  # like a user's reward, which may have a memory
+    assert sizes("fixed-dfs", turns(reward=lambda step: step.reached)) == {24}  # it may have a memory

@@ -82,7 +82,7 @@ def test_meta_controller_alone_matches_its_pair():
         if len(situation):
             logits = [one.decision.logits for one in (alone._policy, pair.agents["meta_0"])]
             np.testing.assert_array_equal(*logits)
-        step = turns.advance()
+        step = turns.step()
         for one in pair.agents.values():
             one.record(step, turns)
     played(hierroom.load("g", meta=agent.meta_controller()))

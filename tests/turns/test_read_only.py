@@ -51,7 +51,7 @@ OF_TURNS = {
     "goals": lambda step, turns: turns.goals,
     "ledger": lambda step, turns: turns.ledger.records["goals"],
     "is_meta_turn": lambda step, turns: turns.ledger.is_meta_turn,
-    "last records": lambda step, turns: turns.last_records["goals"],
+    "last records": lambda step, turns: turns.last_step.records["goals"],
     "last step": lambda step, turns: turns.last_step.goals,
     "controller's view": lambda step, turns: turns.observe(CONTROLLER, turns.due(CONTROLLER)).view.levels["direction"],
     "controller's goals": lambda step, turns: turns.observe(CONTROLLER, turns.due(CONTROLLER)).goals,

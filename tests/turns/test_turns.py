@@ -100,7 +100,7 @@ def test_advance_equals_step_and_gives_ended_turns():
         take_turn(meta, twin)
         actions = rng.integers(5, size=6)
         turns.act("controller_0", turns.observe("controller_0", turns.due("controller_0")), actions)
-        advanced, step = turns.advance(), twin.step(actions)
+        advanced, step = turns.step(), twin.step(actions)
         assert advanced is turns.last_step
         for name, value in fields(step).items():
             np.testing.assert_array_equal(fields(advanced)[name], value, err_msg=name)

@@ -7,16 +7,15 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
 from hierroom.support.compile.kernel import compiled, njit
 from hierroom.worlds.escape_room.constants import VIEW
-from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.layout import LEVEL, OUTCOME
 from hierroom.worlds.escape_room.tiles import TRIPLES
 from hierroom.worlds.escape_room.view_kernels import write_image
+from hierroom.worlds.observation_writer import ObservationWriter
 
 N_DIRECTIONS = 4
 IMAGE, GOAL_SIZE = (VIEW, VIEW, 3), GOAL_VECTORS.shape[1]
@@ -43,7 +42,7 @@ def write_level(outcomes, levels, goal, triples, vectors, image, goal_vector, ke
 
 
 @njit(cache=True, nogil=True)
-def write_batch(outcomes, levels, goals, triples, vectors, images, goal_vectors, directions, keys, doors, masks):
+def write_batch(outcomes, levels, goals, triples, vectors, images, directions, keys, doors, goal_vectors, masks):
     """Write the observations of N environments, with goals [N] and all actions legal: see `write_level`.
 
     Two short loops take less time than one, because all that each writes fits into the registers.
@@ -63,7 +62,7 @@ def write_batch(outcomes, levels, goals, triples, vectors, images, goal_vectors,
 
 @njit(cache=True, nogil=True)
 def write_flat(outcomes, levels, goals, triples, vectors, rows):
-    """Write the observations of N environments, with goals [N], as rows of numbers: see `BatchObservations`."""
+    """Write the observations of N environments, with goals [N], as rows of numbers: see `LevelWriter`."""
     n_actions, first = rows.shape[1] - N_NUMBERS, rows.shape[1] - N_CELLS * 3
     for n in range(outcomes.shape[0]):
         tiles, row = outcomes[n].tiles, rows[n]
@@ -107,46 +106,19 @@ def write_one(outcomes: np.ndarray, levels: np.ndarray, goal: int) -> dict[str, 
     }
 
 
-class BatchObservations:
-    """Writes the controllers' observations of a batch: see `BatchWriter`.
+class LevelWriter(ObservationWriter):
+    """Writes the controllers' observations of EscapeRooms; flat ones are rows of uint8.
 
-    A flat observation is one row of numbers, in the order of `gymnasium.spaces.flatten` but in uint8: ``action_mask``
-    [A], ``direction`` [4] one-hot, ``doors_open`` [6], ``goal`` [9], ``keys_held`` [6], ``observation`` [7 * 7 * 3].
+    The numbers of a row are ``action_mask`` [A], ``direction`` [4] one-hot, ``doors_open`` [6], ``goal`` [9],
+    ``keys_held`` [6] and ``observation`` [7 * 7 * 3].
     """
 
-    def __init__(self, engine: Engine, *, flat: bool) -> None:
-        self._engine, self._flat = engine, flat
-        high = np.ones(engine.n_actions + N_NUMBERS, np.uint8)
-        high[-int(np.prod(IMAGE)) :] = 10
-        self.flat_space: spaces.Box = spaces.Box(np.zeros_like(high), high, dtype=np.uint8)
-
-    def empty(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
-        """Return new arrays for `write`, and the same arrays by name (an empty dict if flat)."""
-        n, n_actions = len(self._engine), self._engine.n_actions
-        if self._flat:
-            return (np.empty((n, n_actions + N_NUMBERS), _UINT8),), {}
-        parts = {
-            "observation": np.empty((n, *IMAGE), _UINT8),
-            "goal": np.empty((n, GOAL_SIZE), _FLOAT32),
-            "direction": np.empty(n, _INT64),
-            "keys_held": np.empty((n, N_COLOURS), _INT8),
-            "doors_open": np.empty((n, N_COLOURS), _INT8),
-            "action_mask": np.empty((n, n_actions), _INT8),
-        }
-        return tuple(parts.values()), parts
+    flat_type = np.uint8
 
     def write(self, goals: NDArray[np.integer], arrays: tuple[NDArray, ...]) -> None:
         """Write the current observations, with goals [N], into arrays from `empty`."""
         write = _compiled_flat() if self._flat else _compiled_batch()
-        write(self._engine.outcomes, self._engine.state.levels, goals, TRIPLES, GOAL_VECTORS, *arrays)
-
-    def write_goals(self, observations: Any, goals: NDArray[np.integer], envs: NDArray[np.integer]) -> None:
-        """Write the vectors of goals [N] into the observations of some environments."""
-        if self._flat:
-            at = self._engine.n_actions + N_DIRECTIONS + N_COLOURS
-            observations[envs, at : at + GOAL_SIZE] = GOAL_VECTORS[goals[envs]]
-        else:
-            observations["goal"][envs] = GOAL_VECTORS[goals[envs]]
+        write(self._world.outcomes, self._world.state.levels, goals, TRIPLES, GOAL_VECTORS, *arrays)
 
 
 @cache
@@ -163,7 +135,7 @@ def _read() -> tuple:
 @cache
 def _compiled_batch() -> Callable[..., None]:
     images, vectors, bits = np.zeros((1, *IMAGE), _UINT8), np.zeros((1, 1), _FLOAT32), np.zeros((1, 1), _INT8)
-    return compiled(write_batch, *_read(), images, vectors, np.zeros(1, _INT64), bits, bits, bits)
+    return compiled(write_batch, *_read(), images, np.zeros(1, _INT64), bits, bits, vectors, bits)
 
 
 @cache

@@ -32,7 +32,7 @@ from hierroom.worlds.escape_room.layout import NO_MAPS, State
 from hierroom.worlds.escape_room.level_view import OBSERVATION_SPACES, LevelView, legal_goals
 from hierroom.worlds.escape_room.map_arrays import map_arrays
 from hierroom.worlds.escape_room.node_map import NodeMap
-from hierroom.worlds.escape_room.observations import BatchObservations, write_one
+from hierroom.worlds.escape_room.observations import LevelWriter, write_one
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
 from hierroom.worlds.escape_room.render import global_state, state_space
 from hierroom.worlds.escape_room.replayer import LevelReplayer
@@ -176,9 +176,9 @@ class EscapeRoomWorld(Engine):
         """Return the observation of the only environment and the vector of a goal, in new arrays."""
         return write_one(self.outcomes, self.state.levels, goal)
 
-    def batch_observations(self, *, flat: bool) -> BatchObservations:
+    def batch_observations(self, *, flat: bool) -> LevelWriter:
         """Return the writer of the observations of all environments."""
-        return BatchObservations(self, flat=flat)
+        return LevelWriter(self, flat=flat)
 
     def global_state(self, goal: int) -> NDArray[np.uint8]:
         """Return the whole grid of the only environment: see `render.global_state`."""
