@@ -62,7 +62,7 @@ def ours(graph: str, threads: int, **settings: Any) -> tuple[Trainer, Counter[st
     agent = trainer.controller
     seconds: Counter[str] = Counter()
     for part, owner, name in (
-        ("world", trainer.turns, "take_step"),
+        ("world", trainer.turns, "step"),
         ("features", agent.features, "encode"),
         ("policy", agent.learner, "act"),
         ("policy", agent.learner, "finish"),
