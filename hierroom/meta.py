@@ -276,7 +276,7 @@ def checked_meta(meta: Any, name: str) -> Any:
     if not isinstance(statistics, Mapping):
         raise InputError(f"{rule}; those of {name} are {shown(statistics)}")
     for entry, value in statistics.items():
-        if not (isinstance(entry, str) and _is_number(value)):
+        if not (isinstance(entry, str) and entry != "illegal_goals" and _is_number(value)):
             raise InputError(f"{rule}; {shown(entry)} of {name} is {shown(value)}")
     if hasattr(meta, "learn") and not (hasattr(meta, "state_dict") and hasattr(meta, "load_state_dict")):
         raise InputError(f"a meta-controller that learns needs state_dict and load_state_dict; {name} lacks one")

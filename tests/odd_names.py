@@ -45,9 +45,9 @@ class Counter(gymnasium.Env):
 
 
 def counter_task(goals=("end",), entry="count"):
-    """A task whose n-th goal is achieved by step 6 - n, so that the first is the target."""
-    functions = {name: lambda env, info, n=n: env.unwrapped.count == 6 - n for n, name in enumerate(goals)}
+    """A task whose first goal is the target, and whose other goals are never achieved."""
+    functions = {name: lambda env, info, n=n: env.unwrapped.count == 6 + n for n, name in enumerate(goals)}
     return hierroom.Task(lambda: Counter(entry), functions, target=goals[0])
 
 
-counter = counter_task()
+counter, joined = counter_task(), counter_task(("a > b", "a", "b"))

@@ -11,6 +11,7 @@ import numpy as np
 from hierroom.agents.episode_facts import EndedEpisodes, EpisodeFacts
 from hierroom.agents.player import Play, Player
 from hierroom.complexity.played.observed import wilson_interval
+from hierroom.goals.goal_set import column_name
 from hierroom.turns.turns import Turns
 from hierroom.worlds.world import World
 
@@ -53,7 +54,7 @@ class Score:
         """How often each goal was achieved, and its mean step, by the names of columns in tables."""
         columns = {}
         for goal, (share, step) in self.steps_to_goals.items():
-            name = goal.replace(" ", "_")
+            name = column_name(goal)
             columns |= {f"achieved_{name}": share, f"steps_to_{name}": step}
         return columns
 

@@ -14,6 +14,7 @@ from hierroom.agents.warm_up import WarmUp
 from hierroom.controller import Observation
 from hierroom.learners.policy import Decision, Policy
 from hierroom.learners.ppo import UPDATE_STATISTICS, Learner
+from hierroom.support.cells import join_names
 from hierroom.support.errors import InputError, shown
 from hierroom.support.schema import ANY_MAPPING, Exactly, Real, Table
 from hierroom.turns.records import Step
@@ -128,7 +129,7 @@ class PPOAgent:
             "network": self._network,
             "hidden_size": self.learner.config.hidden_size,
             "number of actions": self.learner.space.n_actions,
-            "features": " ".join(self.features.names),
+            "features": join_names(self.features.names, " "),
         }
 
     def state_dict(self) -> dict[str, Any]:

@@ -111,7 +111,7 @@ def _report(comparison: Comparison, notes: Sequence[str], arguments: CompareArgu
         "by": list(comparison.by),
         "metric": comparison.metric,
         "is_higher_better": METRICS[comparison.metric].is_higher_better,
-        "graphs": list(comparison.tasks.graphs),
+        "graphs": [*map(str, comparison.tasks.graphs)],
         "resamples": arguments.resamples,
         "seed": arguments.seed,
         "notes": list(notes),

@@ -146,7 +146,7 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
         "is_greedy": arguments.greedy,
         "replays": replays,
     }
-    groups = dict.fromkeys(curves.labels)
+    groups = curves.labels
     only = runs[0] if len(runs) == 1 else None
     several = f"{len(runs)} runs in {len(groups)} group{'s' * (len(groups) > 1)}: {'; '.join(groups)}"
     texts = {

@@ -53,6 +53,10 @@ class MarkingGraph:
     rules: Rules
     walk: Walk = PAPER_WALK
 
+    def __post_init__(self) -> None:
+        if "exit" in self.rules.facts and self.rules.target != "exit":
+            raise InputError(f"the fact 'exit' is not the target, {self.rules.target!r}; reports call the target exit")
+
     @cached_property
     def relevant(self) -> Rules | None:
         """The rules that matter, see `requirements.relevant_rules`; None if none gives the target."""

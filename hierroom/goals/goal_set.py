@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,6 +14,15 @@ from hierroom.support.read_only import freeze
 
 MAX_GOALS = 63
 """Most goals of a world: the goals that a step achieves are bits of a signed 64-bit integer."""
+MAX_NAME = 100
+"""Most characters of a goal's name, so that a table's cell can list hundreds of goals."""
+_OF_OTHERS = re.compile(r"no_goal|new|(50|90|95|99)(_low|_high)?")
+"""What else tables have where a goal's name stands: ``reached_new`` and ``steps_to_95``."""
+
+
+def column_name(goal: str) -> str:
+    """Return a goal's name as tables and loggers have it in the names of columns."""
+    return goal.replace(" ", "_")
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +51,14 @@ class GoalSet:
     def __post_init__(self) -> None:
         if len(self.names) > MAX_GOALS:
             raise InputError(f"a world has at most {MAX_GOALS} goals, not {len(self.names)}")
+        columns: dict[str, str] = {}
+        for name in self.names:
+            if len(name) > MAX_NAME:
+                raise InputError(f"the name of a goal has at most {MAX_NAME} characters, not {len(name)}")
+            if _OF_OTHERS.fullmatch(column := column_name(name)):
+                raise InputError(f"a goal cannot be called {name!r}, because tables have another column {column!r}")
+            if (other := columns.setdefault(column, name)) != name:
+                raise InputError(f"goals {other!r} and {name!r} would have one column in tables; rename one of them")
         freeze(self)  # all environments of the process share it
 
     @classmethod

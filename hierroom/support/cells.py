@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
+from collections.abc import Iterable
 from contextlib import suppress
 from functools import lru_cache
 from typing import Any
@@ -11,11 +13,12 @@ from typing import Any
 from hierroom.support.errors import InputError, shown
 
 _MOST = 2.0**62  # as in checkpoints; sums and plots of such numbers stay finite
-_WHOLE = re.compile(r"steps|(.*_)?episodes")
+_BEFORE = r"(?!achieved_|steps_to_|meta_)(.*_)?"  # users choose the names after these three
+_WHOLE = re.compile(rf"steps|{_BEFORE}episodes")
 _RANGES = {
-    r"(.*_)?success(_rate|_low|_high)|achieved_.*": (0.0, 1.0),
-    rf"{_WHOLE.pattern}|seconds|(.*_)?(length|length_over_shortest)|steps_to_.*": (0.0, _MOST),
-    r"(.*_)?return": (-_MOST, _MOST),
+    rf"{_BEFORE}success(_rate|_low|_high)|achieved_.*": (0.0, 1.0),
+    rf"{_WHOLE.pattern}|seconds|{_BEFORE}(length|length_over_shortest)|steps_to_.*": (0.0, _MOST),
+    rf"{_BEFORE}return": (-_MOST, _MOST),
 }
 """The lowest and the highest number in columns, by regular expressions of their names."""
 _FORMULA = re.compile(r"'*[=+\-@\t\r]")
@@ -59,6 +62,15 @@ def plain_cell(value: Any) -> Any:
     """Return a cell of a table; a text that a spreadsheet would read as a formula stands after an apostrophe."""
     is_formula = isinstance(value, str) and _FORMULA.match(value) and not _is_number(value)
     return f"'{value}" if is_formula else value
+
+
+def join_names(names: Iterable[str], between: str) -> str:
+    """Return names as one text, ``none`` without any; quote a name where two lists could otherwise look alike."""
+    plain = [
+        json.dumps(name, ensure_ascii=False) if between in name or name[:1] in ("", '"') or name == "none" else name
+        for name in names
+    ]
+    return between.join(plain) or "none"
 
 
 def text_of_cell(cell: str) -> str:

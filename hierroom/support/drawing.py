@@ -21,6 +21,11 @@ def side_by_side(*pictures: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.concatenate([np.concatenate(pair) for pair in zip(pictures, below, strict=True)], axis=1)
 
 
+def legend_text(name: str) -> str:
+    """Return a name as a label; matplotlib leaves labels that begin with an underscore out of legends."""
+    return f" {name}" if name.startswith("_") else name
+
+
 @contextmanager
 def drawing(style: dict[Any, Any] | None = None) -> Iterator[None]:
     """Draw in a style, one thread at a time, as matplotlib's settings and warning filters are those of the process."""

@@ -53,7 +53,7 @@ def test_charts_are_drawn_zoomed_and_toggled(reader):
 
 def test_goal_names_are_text_in_the_chart(reader):
     name = '<a href="https://example.org">key</a> 1'
-    reader.browser.execute_script("DATA.goals[0].training = {steps: [1, 2], shares: {[arguments[0]]: [0, 1]}}", name)
+    reader.browser.execute_script("DATA.goals[0].training = {steps: [1, 2], shares: [[arguments[0], [0, 1]]]}", name)
     reader.choose("goal-mode", "training")
     assert reader.ask("document.querySelector('#goal-chart .legend').textContent") == name
     assert reader.ask("document.querySelectorAll('#goal-chart .legend a').length") == 0
@@ -61,8 +61,7 @@ def test_goal_names_are_text_in_the_chart(reader):
 
 def test_many_goals_have_different_lines(reader):
     reader.ask(
-        "DATA.goals[0].training = {steps: [1, 2], shares: "
-        "Object.fromEntries([...Array(24).keys()].map((n) => [`item ${n}`, [0, 1]]))}"
+        "DATA.goals[0].training = {steps: [1, 2], shares: [...Array(24).keys()].map((n) => [`item ${n}`, [0, 1]])}"
     )
     reader.choose("goal-mode", "training")
     lines = reader.ask("byId('goal-chart').data.map((trace) => trace.line.color + trace.line.dash)")

@@ -1,5 +1,6 @@
 """The log of episodes, counted by hand: window, milestones, rows, options, and going back to a saved state."""
 
+import json
 from types import SimpleNamespace
 from typing import Any
 
@@ -96,24 +97,24 @@ def test_row_lists_the_achieved_goals_in_order():
         log.add(step, turns, 5 * t)
         for env in np.flatnonzero(step.episode_ended).tolist():
             numbers = {"success": int(step.terminated[env]), "length": int(step.lengths[env]), "return": returns[env]}
-            expected.append({"steps": 5 * t, "env": env, "graph": "f", **numbers, "goals": " > ".join(achieved[env])})
+            expected.append({"steps": 5 * t, "env": env, "graph": "f", **numbers, "goals": json.dumps(achieved[env])})
             achieved[env], returns[env] = [], 0.0
     assert log.ended == expected
     assert len(expected) > 4
-    assert any(row["success"] and row["goals"].endswith("door 3 > exit") for row in expected)
+    assert any(row["success"] and row["goals"].endswith('"door 3", "exit"]') for row in expected)
     log.begin_update()
     assert log.ended == []
 
 
-def test_row_names_first_milestones_and_counts_the_others():
+def test_row_names_each_milestone_and_counts_the_others():
     log, turns, step = EpisodeLog(WORLD.goals, np.zeros(2, int)), places(2), ended(True)
-    for ends, n_before in ((True, 1), (False, MOST_NAMED + 1)):
-        step.episode_ended[0] = ends
-        for n in range(n_before):
-            log.add(step, turns, n)
-    step.episode_ended[0] = True
-    log.add(step, turns, 2000)
-    assert [row["goals"] for row in log.ended] == ["exit", " > ".join([*["exit"] * MOST_NAMED, "2 more"])]
+    log.add(step, turns, 1)
+    goals = [*[12] * MOST_NAMED, 6, 12, 12]
+    for n, goal in enumerate(goals):
+        step.achieved[0], step.episode_ended[0] = np.arange(13) == goal, n == len(goals) - 1
+        log.add(step, turns, n)
+    exits = ["exit"] * MOST_NAMED
+    assert [json.loads(str(row["goals"])) for row in log.ended] == [["exit"], [*exits, "door 1", 2]]
 
 
 def test_options_are_counted_by_the_kind_of_their_goal():

@@ -15,6 +15,7 @@ from hierroom.complexity.drawing.draw import save_figure
 from hierroom.complexity.played.measured import MeasuredReport
 from hierroom.complexity.played.observed import wilson_interval
 from hierroom.complexity.played.played_chain import PlayedChain
+from hierroom.support.drawing import legend_text
 
 POINTS = 200
 
@@ -23,8 +24,7 @@ def draw_reach(axes: Axes, chains: Mapping[str, Chain], last: int = 1000, goal: 
     """Draw the probability that a goal is achieved within 0 to ``last`` steps: one line for each chain, by its name."""
     times = _times(last)
     for name, chain in chains.items():
-        shown = f" {name}" if name.startswith("_") else name  # matplotlib hides labels that begin with an underscore
-        axes.plot(times, chain.reach_probability(times, goal), "--", label=shown)
+        axes.plot(times, chain.reach_probability(times, goal), "--", label=legend_text(name))
     axes.set_xlabel("steps")
     axes.set_ylabel(f"probability of {goal}", parse_math=False)
     axes.set_ylim(-0.02, 1.02)  # so that a curve that stays at zero can be seen

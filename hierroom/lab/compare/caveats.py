@@ -89,7 +89,7 @@ def _on_seeds(groups: Sequence[Group], tasks: Tasks) -> Iterable[str]:
         alike = Counter(filter(None, map(tasks.on, group.runs)))  # numbers of runs that are resampled together
         single = [graph for graph, count in counts.items() if count == 1]
         if single:
-            where = "" if len(counts) == 1 else f" on {tasks.kind} {shortened(single, _SHOWN)}"
+            where = "" if len(counts) == 1 else f" on {tasks.kind} {shortened([*map(str, single)], _SHOWN)}"
             yield f"{group.label} has a single run{where}: no interval, as nothing tells how much seeds differ"
         elif 1 in alike.values():
             path = next(run.path for run in group.runs if alike[tasks.on(run)] == 1)

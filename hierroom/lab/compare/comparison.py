@@ -23,11 +23,10 @@ from hierroom.lab.compare.estimates import (
     probability_of_improvement,
 )
 from hierroom.lab.compare.grouping import Group
-from hierroom.lab.compare.tasks import Tasks
+from hierroom.lab.compare.tasks import ALL, Place, Tasks
 
 SUCCESS_LEVELS = (0.5, 0.9, 0.95)
 SCORES = ("final", "auc")  # of a run: the metric at the last steps, and the area under its curve
-ALL = "all"  # the name for all graphs together
 
 
 @dataclass(frozen=True)
@@ -35,7 +34,7 @@ class GroupSummary:
     """The estimates of a group, on one graph or on `ALL`."""
 
     group: Group
-    graph: str
+    graph: Place
     n_runs: int  # runs that were evaluated there
     n_seeds: int
     n_scores: int  # number of curves, one for each run and graph
@@ -68,7 +67,7 @@ class Comparison:
     summaries: tuple[GroupSummary, ...]  # for each group one over all graphs, then one for each graph
     improvements: tuple[Improvement, ...]  # for each pair of groups
 
-    def of_graph(self, graph: str) -> list[GroupSummary]:
+    def of_graph(self, graph: Place) -> list[GroupSummary]:
         """Return the summaries for a graph, or for `ALL`, of the groups that have runs there."""
         return [summary for summary in self.summaries if summary.graph == graph]
 
@@ -101,7 +100,7 @@ class _Estimator:
     def part(self, curve: Curve) -> Curve:
         return curve.between(self.steps[0], self.steps[-1])
 
-    def summary(self, group: Group, graph: str, graphs: tuple[str, ...]) -> GroupSummary:
+    def summary(self, group: Group, graph: Place, graphs: tuple[Place, ...]) -> GroupSummary:
         values = [*self.tasks.strata(group, self.metric, lambda curve: curve.at(self.steps), graphs).values()]
         areas = [*self.tasks.strata(group, self.metric, lambda curve: [self.part(curve).area], graphs).values()]
         successes = [self.part(curve) for curve in self.tasks.curves(group, "success_rate", graphs)]
@@ -140,7 +139,7 @@ class _Estimator:
         return Improvement(ours, theirs, self.estimate([*own.values(), *other.values()], statistic))
 
 
-def _by_graph(strata: Strata, strata_graphs: Sequence[tuple[str, ...]], graphs: Sequence[str]) -> list[Scores]:
+def _by_graph(strata: Strata, strata_graphs: Sequence[tuple[Place, ...]], graphs: Sequence[Place]) -> list[Scores]:
     return [
         np.concatenate(
             [s[..., own.index(graph), :] for s, own in zip(strata, strata_graphs, strict=True) if graph in own], axis=-2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.config_file import OF_ENVIRONMENTS
 from hierroom.runs.folder.provenance import code_of, variant_of
 from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.support.cells import join_names
 from hierroom.support.errors import InputError, one_line
 from hierroom.support.files import usable_path
 from hierroom.support.reading import read_bytes, read_csv
@@ -61,7 +63,9 @@ class EvaluatedRun:
 
     def choice(self, name: str) -> str:
         """Return an entry of the config as a line of text; ``warm_start`` becomes that run's name without its seed."""
-        return one_line(self._text(name))  # it is shown, and the folder is untrusted
+        text = self._text(name)
+        line = one_line(text)  # it is shown, and the folder is untrusted
+        return line if len(text) <= len(line) else f"{line} ({hashlib.sha256(text.encode()).hexdigest()[:6]})"
 
     def _text(self, name: str) -> str:
         if name in ("meta", "reward"):
@@ -73,7 +77,7 @@ class EvaluatedRun:
             # Remove the seed, and the suffix that a sweep or a second run of that name adds.
             head, *rest = re.split(r"-seed\d+(?=-|$)", Path(value).name, maxsplit=1)
             return head + re.sub(r"-([0-9a-f]{6}|\d+)$", "", "".join(rest)) if rest else head
-        return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
+        return join_names(map(str, value), ",") if isinstance(value, (list, tuple)) else str(value)
 
 
 def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:

@@ -9,12 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, MaxNLocator
 
-from hierroom.lab.compare.comparison import ALL, Comparison, GroupSummary
+from hierroom.lab.compare.comparison import Comparison, GroupSummary
 from hierroom.lab.compare.curve import METRICS
 from hierroom.lab.compare.style import DASHES, STYLE, line_style, save
-from hierroom.lab.compare.tasks import OWN
+from hierroom.lab.compare.tasks import ALL, OWN, Place
 from hierroom.runs.plots import step_unit
-from hierroom.support.drawing import drawing
+from hierroom.support.drawing import drawing, legend_text
 
 MAX_PANELS = 12  # with more graphs, only the panel over all is drawn
 _COLUMN, _PAGE = 3.3, 6.8  # inches: the width of a column and of a page of a paper in two columns
@@ -31,7 +31,10 @@ def _figure(comparison: Comparison) -> Figure:
     panels, metric = _panels(comparison), METRICS[comparison.metric]
     n_columns = 3 if len(panels) in (5, 6, 9) else min(4, len(panels))
     n_rows = -(-len(panels) // n_columns)
-    labels = [f"{one.group.label} ({one.n_seeds} seed{'s' * (one.n_seeds != 1)})" for one in comparison.of_graph(ALL)]
+    labels = [
+        f"{legend_text(one.group.label)} ({one.n_seeds} seed{'s' * (one.n_seeds != 1)})"
+        for one in comparison.of_graph(ALL)
+    ]
     longest = (max(map(len, labels)) + 6) / _LETTERS
     width = max(_COLUMN if len(panels) == 1 else _PAGE, longest)
     n_legend = int(width / longest)  # columns
@@ -59,18 +62,18 @@ def _figure(comparison: Comparison) -> Figure:
     return figure
 
 
-def _panels(comparison: Comparison) -> dict[str, str]:
+def _panels(comparison: Comparison) -> dict[Place, str]:
     graphs, kind = comparison.tasks.graphs, comparison.tasks.kind
     if graphs == (OWN,):
         return {ALL: ""}
-    own = {graph: f"{kind} {graph}" for graph in graphs}
-    both = {ALL: f"all {len(graphs)} {kind}s", **own}
+    own: dict[Place, str] = {graph: f"{kind} {graph}" for graph in graphs}
+    both: dict[Place, str] = {ALL: f"all {len(graphs)} {kind}s", **own}
     return own if len(graphs) == 1 else both if len(graphs) < MAX_PANELS else {ALL: both[ALL]}
 
 
 def _draw(axes: Axes, summary: GroupSummary, comparison: Comparison) -> None:
     colour, dash = line_style(comparison.groups.index(summary.group))
-    scale, label = METRICS[comparison.metric].scale, summary.group.label
+    scale, label = METRICS[comparison.metric].scale, legend_text(summary.group.label)
     steps, curve = summary.steps / step_unit(summary.steps[-1])[0], summary.curve
     axes.plot(steps, scale * curve.values, color=colour, linestyle=DASHES[dash], linewidth=1.2, label=label)
     axes.fill_between(steps, scale * curve.lows, scale * curve.highs, color=colour, alpha=0.2, linewidth=0)

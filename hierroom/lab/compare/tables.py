@@ -8,10 +8,10 @@ from functools import partial
 from rich.markup import escape
 from rich.table import Table
 
-from hierroom.lab.compare.comparison import ALL, SCORES, SUCCESS_LEVELS, Comparison, GroupSummary
+from hierroom.lab.compare.comparison import SCORES, SUCCESS_LEVELS, Comparison, GroupSummary
 from hierroom.lab.compare.curve import METRICS
 from hierroom.lab.compare.estimates import Estimate
-from hierroom.lab.compare.tasks import OWN
+from hierroom.lab.compare.tasks import ALL, OWN
 from hierroom.lab.sweep.summary import steps_text
 from hierroom.support.tables import named_table
 
@@ -25,7 +25,7 @@ def curve_rows(comparison: Comparison) -> list[Row]:
     return [
         {
             **_group(summary),
-            "graph": summary.graph,
+            "graph": str(summary.graph),
             "steps": int(steps),
             "iqm": _rounded(summary.curve.values[n]),
             "low": _rounded(summary.curve.lows[n]),
@@ -42,7 +42,7 @@ def summary_rows(comparison: Comparison) -> list[Row]:
     return [
         {
             **_group(summary),
-            "graph": summary.graph,
+            "graph": str(summary.graph),
             "n_runs": summary.n_runs,
             "n_seeds": summary.n_seeds,
             "n_scores": summary.n_scores,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,14 +14,27 @@ from hierroom.lab.compare.evaluated_run import EvaluatedRun
 from hierroom.lab.compare.grouping import Group
 from hierroom.support.errors import InputError
 
-OWN = "own"  # stands for all graphs on which a run was evaluated
+
+class Together(Enum):
+    """What stands for several goal graphs; unlike a text, it equals the name of none."""
+
+    ALL = "all"  # those that all groups have
+    OWN = "own"  # those on which a run was evaluated
+
+    def __str__(self) -> str:
+        return self.value
+
+
+ALL, OWN = Together
+Place = str | Together
+"""The name of a goal graph, or several together."""
 
 
 @dataclass(frozen=True)
 class Tasks:
     """The names of the goal graphs that all groups have, or `OWN` alone."""
 
-    graphs: tuple[str, ...]
+    graphs: tuple[Place, ...]
     kind: str = "graph"  # graph, layout or task: see `EnvConfig.kind`
 
     @classmethod
@@ -40,25 +54,25 @@ class Tasks:
         """The kind in words."""
         return "goal graph" if self.kind == "graph" else self.kind
 
-    def on(self, run: EvaluatedRun) -> tuple[str, ...]:
+    def on(self, run: EvaluatedRun) -> tuple[Place, ...]:
         """Return the graphs on which a run was evaluated."""
         return tuple(graph for graph in self.graphs if graph == OWN or graph in run.curves)
 
-    def curve(self, run: EvaluatedRun, graph: str, metric: MetricName) -> Curve:
+    def curve(self, run: EvaluatedRun, graph: Place, metric: MetricName) -> Curve:
         """Return the learning curve of a run on a graph; for `OWN`, the mean over its graphs."""
-        if graph == OWN:
+        if isinstance(graph, Together):
             return mean_curve([metrics[metric] for metrics in run.curves.values()])
         return run.curves[graph][metric]
 
-    def curves(self, group: Group, metric: MetricName, graphs: Sequence[str]) -> list[Curve]:
+    def curves(self, group: Group, metric: MetricName, graphs: Sequence[Place]) -> list[Curve]:
         """Return the curves of a group's runs on some graphs."""
         return [self.curve(run, graph, metric) for run in group.runs for graph in self.on(run) if graph in graphs]
 
     def strata(
-        self, group: Group, metric: MetricName, scores: Callable[[Curve], ArrayLike], graphs: Sequence[str]
-    ) -> dict[tuple[str, ...], NDArray[np.float64]]:
+        self, group: Group, metric: MetricName, scores: Callable[[Curve], ArrayLike], graphs: Sequence[Place]
+    ) -> dict[tuple[Place, ...], NDArray[np.float64]]:
         """Return the scores [R, K, Q] of R runs for each set of K graphs; ``scores`` returns a curve's scores [Q]."""
-        strata: dict[tuple[str, ...], list[list[ArrayLike]]] = {}
+        strata: dict[tuple[Place, ...], list[list[ArrayLike]]] = {}
         for run in group.runs:
             if own := tuple(graph for graph in self.on(run) if graph in graphs):
                 strata.setdefault(own, []).append([scores(self.curve(run, graph, metric)) for graph in own])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,11 +13,11 @@ from numpy.typing import NDArray
 
 from hierroom.agents.evaluation import Evaluation
 from hierroom.lab.compare.caveats import caveats
-from hierroom.lab.compare.comparison import ALL, Comparison, GroupSummary, compare
+from hierroom.lab.compare.comparison import Comparison, GroupSummary, compare
 from hierroom.lab.compare.curve import METRICS
 from hierroom.lab.compare.evaluated_run import EvaluatedRun, refuse_without_overlap
 from hierroom.lab.compare.grouping import Group, choose_groups, entries_named
-from hierroom.lab.compare.tasks import Tasks, common_kind, graphs_of
+from hierroom.lab.compare.tasks import ALL, Tasks, common_kind, graphs_of
 from hierroom.lab.report.runs import ReportedRun
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError
@@ -83,7 +84,7 @@ def _parts(groups: Sequence[Group]) -> list[tuple[Sequence[Group], Tasks]]:
 def drawn(curves: Curves) -> list[tuple[int, str, GroupSummary]]:
     """Return each curve to draw, with its group's number and its metric; one over all graphs only if several exist."""
     return [
-        (curves.labels.index(summary.group.label), comparison.metric, summary)
+        (curves.group_of[str(summary.group.runs[0].path)], comparison.metric, summary)
         for comparison in curves.comparisons
         for summary in comparison.summaries
         if summary.graph != ALL or len(comparison.tasks.graphs) > 1
@@ -91,11 +92,11 @@ def drawn(curves: Curves) -> list[tuple[int, str, GroupSummary]]:
 
 
 def curve_rows(curves: Curves) -> list[dict[str, Any]]:
-    """Return the groups' curves for the page: one for each group, graph and metric."""
+    """Return the groups' curves for the page: one for each group, graph (None: all together) and metric."""
     return [
         {
             "group": group,
-            "graph": summary.graph,
+            "graph": None if summary.graph == ALL else summary.graph,
             "metric": metric,
             "n": summary.n_runs,
             "steps": rounded(summary.steps),
@@ -116,14 +117,14 @@ def run_rows(runs: Sequence[ReportedRun], curves: Curves) -> list[dict[str, Any]
     ]
 
 
-def _graph_curves(run: EvaluatedRun) -> dict[str, dict[str, list[float | None]]]:
-    table, found = pd.DataFrame(run.rows), {}
+def _graph_curves(run: EvaluatedRun) -> list[dict[str, Any]]:
+    table, found = pd.DataFrame(run.rows), []
     for graph, metrics in run.curves.items():
         own = table[table["graph"] == graph].reindex(columns=["seconds", "success_low", "success_high"])
         steps = next(iter(metrics.values())).steps
         columns = {"steps": steps, **{name: curve.values for name, curve in metrics.items()}}
         columns |= own.apply(pd.to_numeric, errors="coerce").to_dict("list")
-        found[graph] = {name: rounded(values) for name, values in columns.items()}
+        found.append({"name": graph, **{name: rounded(values) for name, values in columns.items()}})
     return found
 
 
@@ -151,17 +152,17 @@ def goal_row(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def training_goals(folder: RunFolder) -> dict[str, Any] | None:
-    """Return the ``shares`` of training episodes that achieved each goal, in bins of ``steps``; None if too few."""
+    """Return each goal with its ``shares`` of training episodes, in bins of ``steps``; None if too few episodes."""
     rows = folder.episodes.read()
     try:
         steps = np.array([float(row["steps"]) for row in rows])
-        achieved = [set(row["goals"].split(" > ")) for row in rows]
-    except (KeyError, ValueError) as error:
+        achieved = [{goal for goal in json.loads(row["goals"]) if isinstance(goal, str)} for row in rows]
+    except (KeyError, ValueError, TypeError, RecursionError) as error:
         raise InputError(f"{folder.episodes.path} is broken: {error}") from error
     if len(rows) < 2 * LEAST_IN_BIN:
         return None
     bins = np.array_split(np.arange(len(rows)), min(N_BINS, len(rows) // LEAST_IN_BIN))
-    names = sorted(set().union(*achieved) - {""})
-    table = {name: np.array([name in goals for goals in achieved]) for name in names}
-    shares = {name: rounded([reached[part].mean() for part in bins]) for name, reached in table.items()}
+    names = sorted(set().union(*achieved))
+    table = [np.array([name in goals for goals in achieved]) for name in names]
+    shares = [(name, rounded([one[part].mean() for part in bins])) for name, one in zip(names, table, strict=True)]
     return {"steps": rounded([steps[part].mean() for part in bins]), "shares": shares}

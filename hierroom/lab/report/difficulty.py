@@ -7,7 +7,8 @@ from typing import Any
 
 from hierroom.complexity.report import analyze
 from hierroom.goals import Rules
-from hierroom.lab.compare.comparison import ALL, SUCCESS_LEVELS
+from hierroom.lab.compare.comparison import SUCCESS_LEVELS
+from hierroom.lab.compare.tasks import ALL
 from hierroom.lab.report.curves import Curves, drawn, rounded
 from hierroom.lab.report.runs import ReportedRun
 from hierroom.support.errors import InputError
@@ -36,7 +37,7 @@ def complexities(runs: Sequence[ReportedRun], rules: Mapping[str, Rules]) -> tup
             notes.append(f"no complexity of {name if name in rules else f'graph {name}'}: {error}")
             continue
         values = dict(zip(MEASURES, rounded(measures), strict=True))
-        rows.append({"label": graph_label(name, drop_key), "measures": values})
+        rows.append({**_named(name, drop_key), "measures": values})
     return rows, notes
 
 
@@ -50,8 +51,7 @@ def learning_points(curves: Curves) -> list[dict[str, Any]]:
     return [
         {
             "group": group,
-            "graph": summary.graph,
-            "label": graph_label(summary.graph, drop_key),
+            **_named(str(summary.graph), drop_key),
             "n": summary.n_runs,
             "steps_to": {f"{100 * level:.0f}": rounded([summary.steps_to[level]])[0] for level in SUCCESS_LEVELS},
             "last": float(summary.steps[-1]),
@@ -65,6 +65,6 @@ def learning_points(curves: Curves) -> list[dict[str, Any]]:
     ]
 
 
-def graph_label(name: str, drop_key: bool) -> str:
-    """Return the label of a goal graph, which says if keys can be dropped."""
-    return f"{name}, keys can be dropped" if drop_key else name
+def _named(graph: str, drop_key: bool) -> dict[str, Any]:
+    """Return what identifies a goal graph in a report, and its label, which says if keys can be dropped."""
+    return {"graph": graph, "drop_key": drop_key, "label": f"{graph}, keys can be dropped" if drop_key else graph}

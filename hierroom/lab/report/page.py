@@ -20,6 +20,7 @@ from hierroom.meta import LEARNED
 from hierroom.runs.config.config import OF_META
 from hierroom.runs.config.presets import preset_in_world
 from hierroom.runs.logs.learning_curve import LearningCurve
+from hierroom.support.cells import join_names
 from hierroom.support.files import to_json
 from hierroom.worlds.env_config import OF_ESCAPE_ROOMS
 
@@ -66,7 +67,7 @@ def page_texts(
     differing = [name for name in names if len({_text(run.entries.get(name)) for run in runs}) > 1]
     shown = [*(name for name in curves.by if name in differing and name != "graph"), "seed"]
     default = plain_entries(preset_in_world("default", runs[0].config.env))
-    steps_of: dict[tuple[str, int], Any] = {(p["label"], p["group"]): p["steps_to"].get("95") for p in points}
+    steps_of = {(p["graph"], p["drop_key"], p["group"]): p["steps_to"].get("95") for p in points}
     groups = sorted({point["group"] for point in points})
     return {
         "runs": [_run(run, curves, shown, differing) for run in runs],
@@ -82,7 +83,7 @@ def page_texts(
             {
                 "name": row["label"],
                 "cells": [*(_number(row["measures"][name]) for name in measures)]
-                + [_number(steps_of.get((row["label"], group))) for group in groups],
+                + [_number(steps_of.get((row["graph"], row["drop_key"], group))) for group in groups],
             }
             for row in complexity
         ],
@@ -143,4 +144,4 @@ def _number(value: float | None) -> str:
 
 
 def _text(value: Any) -> str:
-    return (", ".join(map(str, value)) or "none") if isinstance(value, (list, tuple)) else str(value)
+    return join_names(map(str, value), ", ") if isinstance(value, (list, tuple)) else str(value)

@@ -16,6 +16,7 @@ from hierroom.runs.config.config import CHANGED_WHEN_RESUMED, TrainConfig
 from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.runs.config.run_name import run_name
 from hierroom.runs.folder.config_file import flat_entries, flat_entry_types, hint_of
+from hierroom.support.cells import join_names
 from hierroom.support.errors import InputError, require_number, shown
 from hierroom.support.files import to_json
 from hierroom.support.reading import read_toml
@@ -66,6 +67,8 @@ class Plan:
             require_number("episodes", self.episodes, 1, 10**7, is_whole=True)
         if self.seeds is not None:
             require_number("seeds", self.seeds, 1, 10**6, is_whole=True)
+        if shared := {"greedy", "excluded"}.intersection(self.metas):
+            raise InputError(f"a sweep's table has columns {shared.pop()}_...; name the meta-controller by its module")
         given = {name for values in (self.values, *(self.variants or {}).values()) for name in values}
         for one, several, is_given in (("seed", "seeds", self.seeds is not None), ("graph", "graphs", self.graphs)):
             if is_given and one in given:
@@ -175,7 +178,11 @@ def _assignment(word: str) -> tuple[str, list[Any]]:
     name, _, text = word.partition("=")
     if not text:
         raise InputError(f"a sweep takes entry=value,value,... such as method=hippo,ppo, not {shown(word)}")
+    if not text.startswith("[") and any(part.startswith(('"', "'")) for part in text.split(",")):
+        text = f"[{text}]"  # names in quotes may have commas
     values = _value(text) if text.startswith("[") else [_value(part) for part in text.split(",")]
+    if values == text:
+        raise InputError(f'values in quotes or brackets are TOML, such as warm_start="a,b","c", not {shown(word)}')
     return name.lstrip("-").replace("-", "_"), values if isinstance(values, list) else [values]
 
 
@@ -210,5 +217,5 @@ def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
 
 def _text(value: Any) -> str:
     if isinstance(value, (tuple, list)):
-        return " ".join(map(_text, value)) or "none"  # an empty cell would count as missing
+        return join_names(map(_text, value), " ")
     return value.name if isinstance(value, GoalGraph) else str(value)

@@ -69,7 +69,9 @@ def summarise(runs: Sequence[PlannedRun], rows: pd.DataFrame, metas: Sequence[st
     if are_tasks and "graph" in names:
         at = names.index("graph")
         names[at] = "task"
-        lines = [(*line[:at], line[at].rpartition(".")[2], *line[at + 1 :]) for line in lines]  # without its package
+        short = {task: task.rpartition(".")[2] if ":" in task.rpartition(".")[2] else task for task in planned["graph"]}
+        if len({*short.values()}) == len(short):  # without their packages
+            lines = [(*line[:at], short[line[at]], *line[at + 1 :]) for line in lines]
     return Summary((*names, "runs", *columns), len(names), tuple(lines), caption)
 
 

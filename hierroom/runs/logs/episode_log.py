@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import deque
 from collections.abc import Mapping
 from typing import Any
@@ -12,15 +13,18 @@ from numpy.typing import NDArray
 
 from hierroom.agents.episode_facts import Achievements, EpisodeFacts
 from hierroom.goals import NO_GOAL
-from hierroom.goals.goal_set import GoalSet
+from hierroom.goals.goal_set import GoalSet, column_name
 from hierroom.support.schema import Array, Items, Real, Table, Whole, as_array
 from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 
 WINDOW = 500
 """Number of episodes over which success, length and return are averaged."""
-MOST_NAMED = 1000
-"""The most milestones of an episode that its row names, as a task's goal can count every step."""
+MOST_NAMED = 250
+"""The most milestones of an episode that its row names, as a task's goal can count every step; and each at least once.
+
+The row lists them as JSON, with the number of the others, if any, as the last entry.
+"""
 
 _COLUMNS = ("steps", "env", "graph", "success", "length", "return", "goals")
 
@@ -67,9 +71,12 @@ class EpisodeLog:
         self.episodes += len(ended)
 
     def _named(self, achieved: Achievements) -> str:
-        names = [self._goals.milestones[milestone] for _, milestone in achieved[:MOST_NAMED]]
-        more = [f"{len(achieved) - MOST_NAMED} more"] if len(achieved) > MOST_NAMED else []
-        return " > ".join(names + more)
+        milestones = [milestone for _, milestone in achieved]
+        named = milestones[:MOST_NAMED]
+        named += [milestone for milestone in dict.fromkeys(milestones[MOST_NAMED:]) if milestone not in named]
+        n_more = len(milestones) - len(named)
+        listed = [self._goals.milestones[milestone] for milestone in named]
+        return json.dumps([*listed, n_more] if n_more else listed, ensure_ascii=False)
 
     @property
     def means(self) -> dict[str, float]:
@@ -83,7 +90,7 @@ class EpisodeLog:
         """The share of options that reached their goal among those ended since `begin_update`, by kind; NaN if none."""
         ended, reached = self._options.tolist()
         shares = zip((*self._goals.kinds, "new"), ended, reached, strict=True)
-        return {f"reached_{kind}": got / n if n else float("nan") for kind, n, got in shares}
+        return {f"reached_{column_name(kind)}": got / n if n else float("nan") for kind, n, got in shares}
 
     def state_dict(self) -> dict[str, Any]:
         """Return the state without the rows, as tensors and plain types."""

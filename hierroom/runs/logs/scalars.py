@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from hierroom.agents.evaluation import Evaluation, Score
+from hierroom.goals.goal_set import column_name
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
 
@@ -57,7 +58,7 @@ def evaluation_scalars(evaluation: Evaluation) -> dict[str, float]:
     """Return an evaluation by tags: over all episodes, for each goal, and for each goal graph if there are several."""
     scalars = _of_score("eval", evaluation)
     for goal, (share, _) in evaluation.steps_to_goals.items():
-        scalars[f"eval/achieved/{goal.replace(' ', '_')}"] = share
+        scalars[f"eval/achieved/{column_name(goal)}"] = share
     if len(evaluation.graphs) > 1:
         for graph, score in evaluation.graphs.items():
             scalars |= _of_score(f"eval/graph/{graph}", score)

@@ -39,8 +39,8 @@
   }
 
   /** Names of goals: key 1, door 1, key 2, ... exit. */
-  const place = (name) => name === "exit" ? 1e9 : 2 * Number(name.split(" ")[1]) + name.startsWith("door");
-  const inOrder = (names) => [...new Set(names)].sort((one, other) => place(one) - place(other));
+  const place = (name) => name === "exit" ? 1e9 : 2 * Number(/^(?:key|door) (\d+)$/.exec(name)?.[1] ?? 1e6) + name.startsWith("door");
+  const inOrder = (items, nameOf = (item) => item) => [...new Set(items)].sort((one, other) => place(nameOf(one)) - place(nameOf(other)));
 
   function listen(ids, act) {
     for (const id of ids) byId(id).addEventListener("change", act);
@@ -50,13 +50,13 @@
 
   if (byId("learning-chart")) {
     fill(byId("metric"), DATA.metrics.map((metric) => [metric.name, metric.label]));
-    const graphs = [...new Set([...DATA.curves.map((curve) => curve.graph), ...DATA.runs.flatMap((run) => Object.keys(run.graphs))])];
-    const shown = graphs.length > 1 && !graphs.includes("all") && !DATA.curves.length ? ["all", ...graphs] : graphs;
-    fill(byId("curve-graph"), shown.map((graph) => [graph, graph === "all" ? "all together" : graph]));
+    const graphs = [...new Set([...DATA.curves.map((curve) => curve.graph), ...DATA.runs.flatMap((run) => run.graphs.map((one) => one.name))])];  // null: all together
+    const shown = graphs.length > 1 && !graphs.includes(null) && !DATA.curves.length ? [null, ...graphs] : graphs;
+    fill(byId("curve-graph"), shown.map((graph) => [graph ?? "", graph ?? "all together"]));
     byId("single").checked = !DATA.curves.length;
     listen(["metric", "curve-graph", "over", "bands", "single"], () => {
       const metric = DATA.metrics.find((one) => one.name === byId("metric").value);
-      const graph = byId("curve-graph").value, over = byId("over").value, hasBands = byId("bands").checked;
+      const graph = byId("curve-graph").value || null, over = byId("over").value, hasBands = byId("bands").checked;
       const scale = metric.is_rate ? 100 : 1, traces = [], single = [];  // single runs lie below
       const scaled = (values) => values.map((value) => value === null ? null : value * scale);
       const band = (x, lows, highs, number, key, into) => {
@@ -71,17 +71,17 @@
         traces.push({ x: curve.steps, y: scaled(curve.values), name: plain(`${label} (${curve.n} run${curve.n === 1 ? "" : "s"})`), legendgroup: key, mode: "lines", line: { color: groupPaint(curve.group), dash, width: 2.5 } });
         n += 1;
       }
-      const namesOf = (run) => graph === "all" ? Object.keys(run.graphs) : [graph].filter((name) => name in run.graphs);
-      const isLonely = DATA.runs.length === 1, isSingle = DATA.runs.every((run) => namesOf(run).length <= 1);
+      const partsOf = (run) => run.graphs.filter((one) => graph === null || one.name === graph);
+      const isLonely = DATA.runs.length === 1, isSingle = DATA.runs.every((run) => partsOf(run).length <= 1);
       const hasWilson = metric.name === "success_rate" && isSingle && (isLonely || !n && DATA.runs.length <= 6);
-      if (byId("single").checked || over === "seconds" || !n || isLonely) for (const run of DATA.runs) {
-        const names = namesOf(run);
-        for (const name of names) {
-          const own = run.graphs[name], x = over === "seconds" ? own.seconds : own.steps, key = `${run.name} ${name}`;
+      if (byId("single").checked || over === "seconds" || !n || isLonely) for (const [number, run] of DATA.runs.entries()) {
+        const parts = partsOf(run);
+        for (const [part, own] of parts.entries()) {
+          const x = over === "seconds" ? own.seconds : own.steps, key = `run${number}.${part}`;
           if (hasWilson) band(x, own.success_low, own.success_high, run.group, key, single);
-          const title = names.length > 1 ? `${run.name}, ${DATA.kind} ${name}` : run.name;
+          const title = parts.length > 1 ? `${run.name}, ${DATA.kind} ${own.name}` : run.name;
           const isFew = DATA.runs.length <= 8;
-          single.push({ x, y: scaled(own[metric.name]), name: plain(title), legendgroup: key, mode: isFew ? "lines+markers" : "lines", marker: { size: 4 }, line: { color: faded(groupPaint(run.group), !n || isLonely && isSingle ? 1 : isFew ? .45 : .25), width: n ? 1 : 2 }, showlegend: n ? isFew && (!isLonely || names.length > 1) : true });
+          single.push({ x, y: scaled(own[metric.name]), name: plain(title), legendgroup: key, mode: isFew ? "lines+markers" : "lines", marker: { size: 4 }, line: { color: faded(groupPaint(run.group), !n || isLonely && isSingle ? 1 : isFew ? .45 : .25), width: n ? 1 : 2 }, showlegend: n ? isFew && (!isLonely || parts.length > 1) : true });
         }
       }
       const xaxis = over === "seconds" ? { title: "seconds of training" } : { title: "training steps", type: over === "log" ? "log" : "linear" };
@@ -99,7 +99,7 @@
       byId("goal-run-label").hidden = !isTraining;
       if (isTraining) {
         const row = DATA.goals[byId("goal-run").value];
-        const shares = row.training ? inOrder(Object.keys(row.training.shares)).map((name) => [name, row.training.shares[name]]) : [];
+        const shares = inOrder(row.training?.shares ?? [], ([name]) => name);
         const paints = ["#0072B2", "#D55E00", "#CC79A7", "#E69F00", "#56B4E9", "#8c6d5a"];
         draw("goal-chart", shares.map(([name, values], at) => {
           const [, kind, number] = /^(key|door) (\d+)$/.exec(name) ?? [], index = kind ? number - 1 : at;
@@ -114,7 +114,7 @@
         type: "bar", name: plain(row.run), x: row.goals.map((goal) => plain(goal.name)), marker: { color: faded(groupPaint(row.group), Math.max(.3, .95 - .14 * DATA.goals.filter((other, at) => at < index && other.group === row.group).length)) },
         y: row.goals.map((goal) => mode === "share" ? 100 * goal.share : goal.mean_step),
         hovertext: row.goals.map((goal) => `${plain(row.run)}<br>${plain(goal.name)}: ${goal.mean_step === null ? "never" : goal.mean_step.toFixed(1) + " steps"}, ${(100 * goal.share).toFixed(1)}% of episodes`), hoverinfo: "text",
-      })), { title: "", categoryorder: "array", categoryarray: inOrder(DATA.goals.flatMap((row) => row.goals.map((goal) => goal.name))).map(plain) }, mode === "share" ? { title: "episodes that achieve it (%)", range: [0, 103] } : { title: "mean step", rangemode: "tozero" });
+      })), { title: "", type: "category", categoryorder: "array", categoryarray: inOrder(DATA.goals.flatMap((row) => row.goals.map((goal) => goal.name))).map(plain) }, mode === "share" ? { title: "episodes that achieve it (%)", range: [0, 103] } : { title: "mean step", rangemode: "tozero" });
       byId("goal-said").textContent = `Played for this report by the newest checkpoints with ${DATA.is_greedy ? "the most probable" : "sampled"} actions, ${DATA.goals[0].episodes} episodes each, on levels that training never sees.`;
     });
   }
@@ -124,18 +124,18 @@
     fill(byId("success-level"), ["95", "90", "50"].map((level) => [level, `${level}% success`]));
     listen(["measure", "success-level", "log-steps"], () => {
       const measure = byId("measure").value, level = byId("success-level").value;
-      const at = Object.fromEntries(DATA.complexity.map((row) => [row.label, row.measures[measure]]));
+      const at = (point) => DATA.complexity.find((row) => row.graph === point.graph && row.drop_key === point.drop_key)?.measures[measure];
       const isLog = byId("log-steps").checked;
       const isOpen = (point) => point.steps_to[level] === null, isFirst = (point) => isLog && point.steps_to[level] === 0;
       const steps = (point) => isOpen(point) ? 1.25 * 1.07 ** point.group * point.last : point.steps_to[level]; // groups apart
       const foot = Math.min(...DATA.points.flatMap((point) => [point.last, steps(point)]).filter((value) => value > 0)) / 2; // a logarithmic axis has no 0
       const traces = DATA.groups.flatMap(({ label }, number) => {
         const colour = groupPaint(number), symbol = SYMBOLS[Math.floor(number / new Set(DATA.groups.map((one) => one.colour)).size) % SYMBOLS.length];
-        const points = DATA.points.filter((point) => point.group === number && at[point.label] !== undefined);
+        const points = DATA.points.filter((point) => point.group === number && at(point) !== undefined);
         if (!points.length) return [];
         const hasRoom = points.map((point) => point.graph).join("").length <= 60; // else names lie over each other
         return [{
-          x: points.map((point) => at[point.label]), y: points.map((point) => isFirst(point) ? foot : steps(point)),
+          x: points.map(at), y: points.map((point) => isFirst(point) ? foot : steps(point)),
           text: points.map((point) => hasRoom ? plain(point.graph) : ""), textposition: "top center", mode: "markers+text", name: plain(label),
           marker: { color: colour, size: 11, symbol: points.map((point) => isOpen(point) ? "triangle-up-open" : isFirst(point) ? "triangle-down-open" : symbol), line: { width: 1.5, color: colour } },
           hovertext: points.map((point) => `${plain(label)}, ${DATA.kind} ${plain(point.label)}, ${point.n} runs<br>${isOpen(point) ? "not reached in " + count(point.last) : count(point.steps_to[level])} steps`), hoverinfo: "text",
