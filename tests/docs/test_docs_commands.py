@@ -71,7 +71,7 @@ def test_command_of_the_docs_succeeds(command, folder, tmp_path, monkeypatch):
     words = [one for word in words for one in (sorted(map(str, Path().glob(word))) if "*" in word else [word])]
     if "--out" in words and name != "compare":  # which the page has made before, or will
         shutil.rmtree(words[words.index("--out") + 1], ignore_errors=True)
-    if name == "watch":
+    if name == "watch" and "--out" not in words:
         words.append("--text")
     code, output = end_of(name, words)
     assert code == 0, output
