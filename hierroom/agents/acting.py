@@ -1,4 +1,4 @@
-"""Act on the observations of any API, in a user's loop."""
+"""Trained agents in a user's loop: actions for the observations of any API, and a meta-controller."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.learners.policy import Policy
 from hierroom.support.errors import InputError, require_number, shown
 from hierroom.turns.records import AGENTS, CONTROLLER, META
+from hierroom.turns.situation import Situation
 
 _WRAP = "wrap the environment by hierroom.add_features(env, agent)"
 
@@ -77,3 +78,42 @@ def _flags(given: ArrayLike, n: int) -> NDArray[np.bool_]:
     if flags.dtype != bool or flags.shape not in ((), (n,)):
         raise InputError(f"begins must be True, False or {n} of them, not {flags.dtype} of shape {flags.shape}")
     return np.broadcast_to(flags, n)
+
+
+class TrainedGoals:
+    """A `MetaController` that chooses goals with a trained policy and does not learn.
+
+    Its ``seed`` and the seeds of the environments determine its random choices.
+    """
+
+    def __init__(self, trained: PPOAgent, num_envs: int, seed: int) -> None:
+        if memories := trained.features.memories:
+            raise InputError(
+                f"this meta-controller reads what only levels of its own run remember ({', '.join(memories)}): "
+                "it plays in the environments of TrainedAgent.turns alone"
+            )
+        self._trained, self._num_envs = trained, num_envs
+        self._policy = trained.learner.policy(num_envs, seed=seed)
+        self._shift = np.random.default_rng(seed).random()
+
+    def choose(
+        self, observations: Mapping[str, NDArray], legal: NDArray[np.bool_], situation: Situation
+    ) -> NDArray[np.integer]:
+        """Sample a goal for each of M environments, as in training.
+
+        It depends on this object's seed and on the environment's seed, episode and turn, not on the batch.
+        """
+        uniforms = (situation.uniforms[:, 0] + self._shift) % 1.0
+        features = self._trained.features.encode(situation)
+        return self._policy.act(situation.envs, features, situation.masks, uniforms)
+
+    def reset(self, envs: NDArray[np.integer]) -> None:
+        """Reset the recurrent states of environments [M]."""
+        if envs.max(initial=0) >= self._num_envs:
+            made_for = f"this meta-controller was made for {self._num_envs} environments"
+            raise InputError(f"{made_for}, not for environment {envs.max()}; use meta_controller(num_envs=...)")
+        self._policy.reset(envs)
+
+    def for_play(self, num_envs: int, *, seed: int) -> TrainedGoals:
+        """Return the same meta-controller for other environments."""
+        return TrainedGoals(self._trained, num_envs, seed)

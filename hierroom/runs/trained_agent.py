@@ -13,12 +13,11 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from hierroom.agents.acting import act
+from hierroom.agents.acting import TrainedGoals, act
 from hierroom.agents.features import offered
 from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
-from hierroom.agents.trained_goals import TrainedGoals
 from hierroom.goals import graph_specs
 from hierroom.learners.networks.actor_critic import OneTurn
 from hierroom.learners.networks.export import export

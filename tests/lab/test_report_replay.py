@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import hierroom
-from hierroom.agents.decision_tape import DecisionTape
 from hierroom.agents.recorder import record
-from hierroom.lab.report.replay import LETTERS, _chosen, replay
+from hierroom.lab.report.replay import LETTERS, DecisionTape, _chosen, replay
 from hierroom.learners.policy import Decision
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.session import begin

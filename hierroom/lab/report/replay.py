@@ -1,26 +1,29 @@
-"""Episodes for the page's replay: each step as numbers, from which the browser draws the level."""
+"""Episodes for the page's replay: each step as numbers, from which the browser draws the level, and the decisions."""
 
 from __future__ import annotations
 
 import base64
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise, zip_longest
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.agents.decision_tape import DecisionTape, EpisodeDecisions
 from hierroom.agents.episode import Episode
 from hierroom.agents.playback import MOST_IN_GIF, pictures
+from hierroom.agents.player import Pair
 from hierroom.agents.recorder import record
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
 from hierroom.goals.drawing import tree_places
 from hierroom.lab.report.curves import rounded
+from hierroom.learners.policy import Decision
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.support.animation import gif
 from hierroom.support.errors import InputError
-from hierroom.turns.records import CONTROLLER, META
+from hierroom.turns.records import CONTROLLER, META, Step
+from hierroom.turns.turns import Turns
 from hierroom.worlds.escape_room.constants import EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, UNSEEN, WALL
 from hierroom.worlds.escape_room.render import view_of
 from hierroom.worlds.escape_room.replayer import ACTION_NAMES
@@ -40,6 +43,56 @@ TILES = {
 }
 """Facts about tiles and actions for the page."""
 N_TRIED = 20  # least number of episodes played, from which those on the page are chosen
+
+
+@dataclass(frozen=True, eq=False)
+class EpisodeDecisions:
+    """The T turns of an agent in one episode.
+
+    Args:
+        steps: [T] int, the primitive step at which each turn began, counted from 0.
+        probabilities: [T, A] float, the probability of each action.
+        values: [T] float, the discounted return that the agent expected.
+    """
+
+    steps: NDArray[np.integer]
+    probabilities: NDArray[np.floating]
+    values: NDArray[np.floating]
+
+
+class DecisionTape:
+    """A player: a pair of agents that plays in N new environments, and a record of all its decisions."""
+
+    def __init__(self, pair: Pair) -> None:
+        self._pair = pair
+        self._taken: dict[str, list[tuple[int, NDArray[np.integer], NDArray, NDArray]]] = {}
+        self._last: dict[str, Decision | None] = {}
+        self._n_steps = 0
+
+    def step(self, turns: Turns) -> Step:
+        """Take the turns that are due, and one primitive step in every environment."""
+        step = self._pair.step(turns)
+        for name, agent in self._pair.agents.items():
+            decision: Decision | None = getattr(agent, "decision", None)  # scripted agents have none
+            if decision is not None and decision is not self._last.get(name):
+                kept = decision.envs.copy(), decision.probabilities, decision.values.copy()
+                self._taken.setdefault(name, []).append((self._n_steps, *kept))
+                self._last[name] = decision
+        self._n_steps += 1
+        return step
+
+    def of_first_episode(self, name: str, env: int, length: int) -> EpisodeDecisions | None:
+        """Return an agent's decisions in an environment's first episode, given its length; None if scripted."""
+        found = [
+            (at, probabilities[row], values[row])
+            for at, envs, probabilities, values in self._taken.get(name, ())
+            if at < length
+            for row in np.flatnonzero(envs == env)
+        ]
+        if not found:
+            return None
+        steps, probabilities, values = zip(*found, strict=True)
+        return EpisodeDecisions(np.array(steps), np.array(probabilities), np.array(values))
 
 
 def replays(agent: TrainedAgent, episodes: int, seed: int) -> list[dict[str, Any]]:
