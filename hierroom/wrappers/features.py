@@ -66,6 +66,10 @@ def add_features(
             agents = AGENTS if wrapper in (_AEC, _Parallel) else (CONTROLLER,)
             if agent not in agents:
                 raise InputError(f"agent must be {' or '.join(agents)} in this environment, not {agent!r}")
+            if trained is not None and agent != CONTROLLER:
+                raise InputError(f"agent goes with names of features; those of a TrainedAgent are for {CONTROLLER}")
+            if seed is not None and (trained is None or len(agents) == 1):
+                raise InputError("seed is for the meta-controller of a TrainedAgent, in an AEC or parallel environment")
             if trained is None:
                 return cast(Env, wrapper(env, cast(Sequence[str], names), agent))
             inner: Any = env.unwrapped

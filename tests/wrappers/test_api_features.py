@@ -175,6 +175,8 @@ def test_each_agent_can_have_its_own_features(make):
         (lambda: add(hierroom.env(), ["smell"]), "features are view, view-ids, .*; not smell"),
         (lambda: add(hierroom.env(), ["view"], "me"), "agent must be meta_0 or controller_0 in this environm"),
         (lambda: add(EscapeRooms(), ["view"], META), "agent must be controller_0 in this"),
+        (lambda: add(hierroom.env("a"), hierroom.load("a"), META), "agent goes with names of features"),
+        (lambda: add(EscapeRooms(1, "a"), hierroom.load("a"), seed=1), "seed is for the meta-controller of"),
         (lambda: add(hierroom.box_view(hierroom.env()), ["view"]), "that are dicts, before other wrappers, not to"),
         (lambda: add(add(hierroom.env(), ["goal"]), ["view"]), "have features already"),
         (lambda: hierroom.box_view(gymnasium.make("CartPole-v1")), "box_view takes a hierroom.env or a hierroom.paral"),
