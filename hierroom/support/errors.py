@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import sysconfig
 import traceback
 import warnings
@@ -91,6 +92,7 @@ def text_of(value: Any) -> str:
         return f"a {type(value).__name__}"
 
 
+_COLOURS = re.compile(r"\x1b\[[\d;]*m")  # of a terminal
 _MAX_CHARACTERS = 1000  # of a line, as a message may quote a whole file
 
 
@@ -146,7 +148,7 @@ def in_one_line(error: BaseException) -> str:
     if isinstance(error, (InputError, DivergenceError)):
         return str(error)
     try:
-        message = " ".join(str(error).split())
+        message = " ".join(_COLOURS.sub("", str(error)).split())
     except Exception:  # a user's own class of errors may have a __str__ that fails
         message = "its message cannot be read"
     text = f"{type(error).__name__}: {message}"

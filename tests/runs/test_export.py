@@ -88,6 +88,15 @@ def test_exported_onnx_model_matches_act(agent, tmp_path):
         agrees_step_by_step(agent, n, lambda features, state: session.run(None, {"features": features, "state": state}))
 
 
+def test_failed_export_is_one_line_without_what_torch_prints(tmp_path, capfd):
+    agent = hierroom.load("c")
+    agent.network.network.step = lambda features, state: (features if features.sum() > 3 else 1, state, state)
+    with pytest.raises(InputError, match=r"^the network cannot be exported to .pt2: Guard[^\n]*depends on the values"):
+        agent.export(tmp_path / "agent.pt2")
+    assert capfd.readouterr() == ("", "")
+    assert not list(tmp_path.iterdir())
+
+
 def test_invalid_export_raises_input_error(tmp_path, monkeypatch):
     agent = hierroom.load("c")
     with pytest.raises(InputError, match=r"^a network is exported to .pt2 or .onnx, not to agent.pt$"):
