@@ -33,7 +33,7 @@ class Curiosity:
             raise InputError(f"curiosity needs features of the level; {', '.join(features.names)} has none")
         self.features = Features(features.world, names)
         if self.features.arrays:
-            raise InputError("the curiosity of ppo-rnd reads categories; the task's observations hold arrays")
+            raise InputError("the curiosity of ppo-rnd reads categories; the task's observations hold arrays: take ppo")
         self._weight = weight
         self._distillation = RandomNetworkDistillation(
             self.features.cardinalities, num_envs, gamma=gamma, seed=seed, device=device

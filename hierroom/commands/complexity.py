@@ -207,14 +207,19 @@ def _show_played_rules(options: ComplexityArguments, player: str, walk: Walk) ->
         raise InputError(f"rules are estimated from play in one goal graph, not in {len(specs)}")
     entries = given(options, "task", "layout", "size", "max_steps") | ({"graph": specs[0]} if specs else {})
     found = play_rules_named(player, entries, options.drop, options.episodes, options.seed, options.trust_run)
-    seen = {"episodes": found.episodes, "seen": dict(found.seen), **found.rules.to_dict()}
-    print(to_json(seen) if options.json else found)
+    if not options.json:
+        print(found)
+    rules = found.rules_to(found.furthest)
+    if rules.target != found.target:
+        warn(f"{found.missed(found.target)}. The rules are those of {rules.target!r}, which was achieved least often")
+    if options.json:
+        print(to_json({"episodes": found.episodes, "seen": dict(found.seen), **rules.to_dict()}))
     if options.out is not None:
         # before the report and the drawing, which may refuse rules that long play has found
-        found.rules.to_toml(options.out)
+        rules.to_toml(options.out)
         print(options.out, file=sys.stderr if options.json else sys.stdout)
     if not options.json or options.draw is not None:
-        report = analyze(found.rules, walk=walk)
+        report = analyze(rules, walk=walk)
         if not options.json:
             print(f"\n{report}")
         if options.draw is not None:

@@ -6,8 +6,10 @@ import importlib
 import os
 import sys
 from collections.abc import Iterable
+from difflib import get_close_matches
 from importlib.metadata import entry_points
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from hierroom.support.errors import LIBRARIES, InputError, user_code
@@ -27,10 +29,23 @@ def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str, kinds:
             if found:
                 return found[0].load()
             module, _, name = spec.partition(":")
-            return getattr(importlib.import_module(module), name)
+            return _attribute(importlib.import_module(module), name)
         except ModuleNotFoundError as error:
             places = f"it is looked for in {', '.join(_user_folders())} and among installed packages"
-            raise InputError(f"there is no module {error.name!r} for the {what} {spec!r}; {places}") from error
+            near = _near(error.name or "", [one.partition(":")[0] for one in shipped])
+            raise InputError(f"there is no module {error.name!r} for the {what} {spec!r}{near}; {places}") from error
+
+
+def _attribute(module: ModuleType, name: str) -> Any:
+    try:
+        return getattr(module, name)
+    except AttributeError as error:
+        raise AttributeError(f"{error}{_near(name, dir(module))}") from None
+
+
+def _near(name: str, known: Iterable[str]) -> str:
+    near = get_close_matches(name, [*known], n=1)
+    return f" (is it {near[0]}?)" if near else ""
 
 
 def _user_folders() -> list[str]:

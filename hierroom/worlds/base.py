@@ -130,9 +130,11 @@ class BaseWorld(ABC):
         return (np.random.SeedSequence(entropy).generate_state(n, np.uint64) >> np.uint64(11)) * 2.0**-53
 
     def remember(self, memories: Iterable[str]) -> None:
-        """Refuse all memories; only features and rewards of EscapeRooms ask for any."""
+        """Refuse all memories; only features and rewards of EscapeRooms and workshops ask for any."""
         if names := ", ".join(memories):
-            raise InputError(f"{self.variants[0]} does not remember what a feature or a reward asks for: {names}")
+            why = f"does not remember what a feature or a reward asks for: {names}"
+            how = "; ppo-rnd rewards novelty without it" if names == "visited" else ""
+            raise InputError(f"{self.variants[0]} {why}{how}")
 
     def reset(self, seed: Seeds = None, envs: Any = slice(None)) -> None:
         """Begin the first episode of a seed (0 to 2**63 - 1), or without a seed each environment's next one."""

@@ -122,8 +122,10 @@ def test_invalid_watch_arguments_raise_input_error(run, tmp_path, monkeypatch):
         watch.main([str(run), "--most", "5"])
     with pytest.raises(InputError, match="--text prints the episodes, and --out writes them"):
         watch.main([str(run), "--text", "--out", str(tmp_path / "a.gif")])
-    with pytest.raises(InputError, match="is not a run folder"):
+    with pytest.raises(InputError, match=r"is not a run folder: it has no config.json"):
         watch.main([str(tmp_path)])
+    with pytest.raises(InputError, match=f"is not a run folder, but contains some, such as {run}"):
+        watch.main([str(run.parent)])
 
 
 def test_pictures_name_step_action_and_subgoal(run):

@@ -61,14 +61,25 @@ class PlayedRules:
         """The goals that were never achieved, so that nothing is known about them."""
         return tuple(goal for goal, n in self.seen.items() if not n)
 
+    @property
+    def furthest(self) -> str:
+        """The target; if it was never achieved, the goal that was achieved least often, or the target if none was."""
+        return (
+            self.target if self.target in self.ways else min(self.ways, key=self.seen.__getitem__, default=self.target)
+        )
+
     @cached_property
     def rules(self) -> Rules:
-        """The rules of the goals that were achieved. Each gives a fact of its own name, and nothing is used up."""
-        if self.target not in self.ways:
-            raise InputError(
-                f"the target {self.target!r} was never achieved in {self.episodes:,} episodes of play, so no rules "
-                "lead to it; play more episodes, or let a trained run play"
-            )
+        """The rules of the goals that were achieved, which lead to the target: see `rules_to`."""
+        return self.rules_to(self.target)
+
+    def rules_to(self, goal: str) -> Rules:
+        """Return the rules of the goals that were achieved, with one of them as the target.
+
+        Each gives a fact of its own name, and nothing is used up.
+        """
+        if goal not in self.ways:
+            raise InputError(self.missed(goal))
         capacity: dict[str, int] = {}
         for way in (way for alternatives in self.ways.values() for way in alternatives):
             capacity |= {goal: max(n, capacity.get(goal, 1)) for goal, n in way.items()}
@@ -76,7 +87,13 @@ class PlayedRules:
             goal: [{**({"needs": way} if way else {}), "gives": goal} for way in alternatives]
             for goal, alternatives in self.ways.items()
         }
-        return Rules(rules, self.target, capacity, label="from play")
+        return Rules(rules, goal, capacity, label="from play")
+
+    def missed(self, goal: str) -> str:
+        """Return a line that says that a goal was never achieved, and what to do."""
+        episodes = f"{self.episodes:,} episodes of play"
+        how = "play more episodes, or let a trained run play"
+        return f"the target {goal!r} was never achieved in {episodes}, so no rules lead to it; {how}"
 
     def __str__(self) -> str:
         rows = [("goal", "seen", "before it, always (an upper bound of what is needed)")]

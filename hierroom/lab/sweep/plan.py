@@ -18,7 +18,7 @@ from hierroom.runs.config.run_name import run_name
 from hierroom.runs.folder.config_file import flat_entries, flat_entry_types, hint_of
 from hierroom.support.cells import join_names
 from hierroom.support.errors import InputError, require_number, shown
-from hierroom.support.files import to_json
+from hierroom.support.files import to_json, usable_path
 from hierroom.support.reading import read_toml
 from hierroom.support.typed_value import typed_value
 from hierroom.worlds.make import find_task, ships
@@ -143,6 +143,8 @@ def read_plan(path: Path | None, words: Sequence[str] = ()) -> Plan:
     The file has entries of a run's config by flat names, with lists of values to try. It may also have ``graphs``,
     ``seeds``, ``episodes``, ``metas``, and tables ``[[variants]]``, each with a ``name`` and more entries.
     """
+    if path is not None and usable_path(path).is_dir():
+        raise InputError(f"{path} is a folder; a sweep takes entries or a TOML file of them, and its folder as --out")
     table = {} if path is None else read_toml(path, "sweep", or_any=True)
     where = "" if path is None else f"{path}: "
     variants = {}

@@ -88,7 +88,10 @@ class RunFolder:
         """Open the folder of an existing run."""
         run = cls(path)
         if not (run.path / "config.json").is_file():
-            raise InputError(f"{run.path} is not a run folder: it has no config.json")
+            inside = next((one.parent for at in ("*", "runs/*") for one in run.path.glob(f"{at}/config.json")), None)
+            hint = ": it has no config.json" if run.path.exists() else ": there is no such folder"
+            hint = f", but contains some, such as {inside}" if inside else hint
+            raise InputError(f"{run.path} is not a run folder{hint}")
         return run
 
     def save_config(self, config: TrainConfig) -> None:

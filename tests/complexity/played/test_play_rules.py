@@ -144,6 +144,25 @@ def test_never_achieved_target_raises_input_error():
         found.rules  # noqa: B018
 
 
+def test_command_keeps_the_counts_and_rules_of_what_was_achieved(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    found = PlayedRules.of([["key", "coin"], ["key"], []], ("key", "coin", "door"), "door")
+    monkeypatch.setattr("hierroom.lab.measure.play_rules_named", lambda *_: found)
+    words = ["--task", "chest_task:free", "--from-play", "random"]
+    assert complexity([*words, "--out", "found.toml"]) == 0
+    said = capsys.readouterr()
+    assert "  door     0  never achieved" in said.out
+    assert "from play: 2 rules, target coin" in said.out
+    assert "'door' was never achieved in 3 episodes of play" in said.err
+    assert Rules.from_toml("found.toml") == found.rules_to("coin")
+    assert complexity([*words, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["seen"] == {"key": 2, "coin": 1, "door": 0}
+    found = PlayedRules.of([[]], ("door",), "door")
+    with pytest.raises(InputError, match="'door' was never achieved in 1 episodes of play"):
+        complexity(words)
+    assert "  door     0  never achieved" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("letter", "abcdefg")
 def test_rules_of_levels_are_found_from_a_trained_agent(letter):
     agent = hierroom.load(letter, meta="random")
