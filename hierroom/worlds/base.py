@@ -57,8 +57,7 @@ class BaseWorld(ABC):
     notes: Sequence[str] = ()
     stage = 0
     can_split = False
-    default_max_steps = DEFAULT_MAX_STEPS
-    label: str | None = None  # its name in titles and tables, if the user gave one
+    default_max_steps, label = DEFAULT_MAX_STEPS, None  # the name in titles and tables, if the user gave one
     outcomes, seeds, indices, numbers = Shown(), Shown(), Shown(), Shown()
     counts, markings, lengths, has_ended = Shown(), Shown(), Shown(), Shown()
 
@@ -132,9 +131,8 @@ class BaseWorld(ABC):
     def remember(self, memories: Iterable[str]) -> None:
         """Refuse all memories; only features and rewards of EscapeRooms and workshops ask for any."""
         if names := ", ".join(memories):
-            why = f"does not remember what a feature or a reward asks for: {names}"
-            how = "; ppo-rnd rewards novelty without it" if names == "visited" else ""
-            raise InputError(f"{self.variants[0]} {why}{how}")
+            names += "; ppo-rnd rewards novelty without it" * (names == "visited")
+            raise InputError(f"{self.variants[0]} does not remember what a feature or a reward asks for: {names}")
 
     def reset(self, seed: Seeds = None, envs: Any = slice(None)) -> None:
         """Begin the first episode of a seed (0 to 2**63 - 1), or without a seed each environment's next one."""
