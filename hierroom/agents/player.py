@@ -120,7 +120,7 @@ SHARE_KEPT = 0.5
 
 
 class Play:
-    """Lets a player play the first episodes of each of N new environments; `quotas` gives their numbers.
+    """Lets a player play the first episodes of each of N new environments (see `quotas`), then closes these.
 
     Counting whichever episodes end first would count short ones too often. Environments that have played their quota
     are left out later, if the player allows it. The others play the same, except for rounding where torch computes the
@@ -143,6 +143,12 @@ class Play:
         self.envs, self.counted = np.arange(len(turns)), np.flatnonzero(self._quota)
 
     def __iter__(self) -> Iterator[Step]:
+        try:
+            yield from self._steps()
+        finally:
+            self.turns.world.close()
+
+    def _steps(self) -> Iterator[Step]:
         while len(self.counted):
             self._leave_out()
             step = self._player.step(self.turns)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, chdir, contextmanager
+from contextlib import ExitStack, chdir, closing, contextmanager
 from pathlib import Path
 
 from rich.console import Console
@@ -22,7 +22,6 @@ from hierroom.runs.folder.provenance import record_session
 from hierroom.runs.folder.run_folder import RunFolder, claim_folder
 from hierroom.runs.folder.trust import named_code, trust_option
 from hierroom.runs.folder.weights import digest
-from hierroom.runs.interrupt import Interrupt
 from hierroom.runs.logs.learning_curve import LearningCurve, evaluation_points, evaluation_rows
 from hierroom.runs.logs.logs import DEFAULT, NONE, Logs
 from hierroom.runs.logs.scalars import evaluation_scalars, metric_scalars
@@ -30,8 +29,9 @@ from hierroom.runs.results import write_results
 from hierroom.runs.time_spent import TimeSpent
 from hierroom.runs.trainer import Trainer
 from hierroom.support.cli import shell_words
-from hierroom.support.errors import DivergenceError, InputError
+from hierroom.support.errors import DivergenceError, InputError, RunError
 from hierroom.support.files import to_json
+from hierroom.support.interrupt import Interrupt, awaited
 from hierroom.support.output import is_quiet, lasting_output, warn
 from hierroom.turns.records import META
 
@@ -119,7 +119,8 @@ def run_session(
     """
     spent = TimeSpent() if spent is None else spent
     spent.end_of_imports()
-    with one_torch_thread(), folder.lock, lasting_output():  # more threads do not help such small networks
+    # More threads do not help such small networks.
+    with one_torch_thread(), folder.lock, lasting_output(), closing(trainer.turns.world):
         console = Console(quiet=is_quiet())
 
         def say(line: str) -> None:
@@ -137,13 +138,21 @@ def run_session(
                 f"warning: the meta-controller {name} has {unsaved}, but not both state_dict and load_state_dict: what "
                 "it remembers is not saved, so resuming, evaluating and watching begin without it"
             )
-        with Interrupt() as interrupt, _progress_bar(trainer, console) as report:
-            is_stopped = train(trainer, folder, interrupt, report, spent, log, callback)
-        if not trainer.is_done:
-            say(f"stopped {'by the callback ' * is_stopped}and saved; go on with:")
+
+        def say_how_to_go_on(how: str) -> None:
             logged = () if tuple(log) == DEFAULT else ("--log", ",".join(log) or NONE)
             again = "--resume", folder.path, *trust_option(trainer.config), *logged
+            say(f"{how}; go on with:")
             say(shell_words("python", "-m", "hierroom", "train", *again))
+
+        try:
+            with Interrupt(say=say) as interrupt, _progress_bar(trainer, console) as report:
+                is_stopped = train(trainer, folder, interrupt, report, spent, log, callback)
+        except (KeyboardInterrupt, InputError, RunError):
+            say_how_to_go_on(f"stopped; the checkpoint after {folder.saved_steps:,} steps is kept")
+            raise
+        if not trainer.is_done:
+            say_how_to_go_on(f"stopped {'by the callback ' * is_stopped}and saved")
             return 0 if is_stopped else 130
         write_results(trainer, folder, console, spent)
         return 0
@@ -169,7 +178,7 @@ def train(
     points = evaluation_points(total, trainer.config.evaluations)
 
     def evaluate() -> str:
-        with spent.on("evaluating"):
+        with spent.on("evaluating"), awaited("this evaluation"):
             evaluation = trainer.evaluation = trainer.evaluate()
         folder.evaluations.append(evaluation_rows(trainer.steps, trainer.seconds, evaluation))
         logs.add(evaluation_scalars(evaluation), trainer.steps)
@@ -185,7 +194,7 @@ def train(
         while not is_last:
             before = trainer.steps
             try:
-                with spent.on("training"):
+                with spent.on("training"), awaited("this update"):
                     trainer.advance()
             except DivergenceError as error:
                 raise DivergenceError(f"{error}. {_restart_advice(folder)}") from error
@@ -251,7 +260,9 @@ def _restart_advice(folder: RunFolder) -> str:
 def _try_out(trainer: Trainer) -> None:
     """Take a step in new environments, then save and load the state: user code should fail before a folder is made."""
     seed = evaluation_seed(trainer.config.seed)
-    trainer.freeze(1, seed=seed).step(trainer.fresh_turns(1, seed))
+    turns = trainer.fresh_turns(1, seed)
+    trainer.freeze(1, seed=seed).step(turns)
+    turns.world.close()
     try:
         trainer.load_state_dict(checkpoint.from_bytes(checkpoint.to_bytes(trainer.state_dict())))
     except InputError as error:

@@ -1,10 +1,12 @@
 """Sweeps: the runs that they train, failures and refusals."""
 
 import json
+import multiprocessing
 import shlex
 import sys
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import pandas as pd
 import pytest
@@ -12,7 +14,7 @@ from tiny_sweep import plan, tiny_words
 
 from hierroom.commands import sweep as sweep_command
 from hierroom.commands.sweep import main
-from hierroom.lab.sweep import job
+from hierroom.lab.sweep import job, pool
 from hierroom.lab.sweep.display import Display
 from hierroom.lab.sweep.job import Event, Job
 from hierroom.lab.sweep.plan import Plan, read_plan
@@ -272,3 +274,12 @@ def test_list_refuses_what_the_sweep_refuses(words, tmp_path):
         said.append(str(refused.value))
     assert said[0] == said[1]
     assert not (tmp_path / "out").exists()
+
+
+def test_run_that_does_not_stop_is_unsaved(monkeypatch):
+    monkeypatch.setattr(pool, "_SAVING_SECONDS", 0.05)
+    process, connections, hanging = Mock(), multiprocessing.Pipe(), Mock()
+    hanging.run.name = "a run"
+    events = pool._stopped([pool._Worker(process, connections[0], hanging)])
+    assert [*events] == [Event("unsaved", hanging)]
+    process.terminate.assert_called_once_with()

@@ -57,6 +57,16 @@ def test_interrupted_train_saves_and_raises_keyboard_interrupt(tmp_path, monkeyp
     assert 0 < hierroom.load(tmp_path / "run").steps < 100_000
 
 
+def test_second_ctrl_c_says_how_to_go_on(tmp_path, monkeypatch, capsys):
+    stop_at_update(monkeypatch, signal.SIGINT, 1)
+    stop_at_update(monkeypatch, signal.SIGINT, 1)
+    with pytest.raises(KeyboardInterrupt):
+        hierroom.train(out=tmp_path / "run", **SMALL | {"steps": 100_000})
+    said = "stopped; the checkpoint after 0 steps is kept; go on with:\npython -m hierroom train --resume "
+    assert said in capsys.readouterr().out
+    assert hierroom.load(tmp_path / "run").steps == 0
+
+
 def test_train_works_outside_the_main_thread(tmp_path):
     trained = []
     thread = threading.Thread(target=lambda: trained.append(hierroom.train(out=tmp_path / "run", **SMALL)))

@@ -15,7 +15,7 @@ import hierroom
 from hierroom.goals.goal_set import GoalSet
 from hierroom.goals.rules import Rules
 from hierroom.meta import make_meta, take_turn
-from hierroom.support.errors import InputError, RunError
+from hierroom.support.errors import InputError
 from hierroom.turns.turns import Turns
 from hierroom.worlds.dependencies import Dependencies
 from hierroom.worlds.env_config import EnvConfig
@@ -310,10 +310,3 @@ def test_environments_in_several_processes_play_the_same_episodes():
     state = elsewhere.get_state()
     elsewhere.set_state(state)
     assert elsewhere.world.notes == here.world.notes
-    first, second = elsewhere.world._envs._blocks.processes
-    first.kill()
-    first.join()
-    for use in (lambda: play(elsewhere, [USE]), lambda: elsewhere.world._envs.render(0)):
-        with pytest.raises(RunError, match="a process of the task's environments has ended"):
-            use()
-    second.kill()

@@ -187,7 +187,6 @@ def goal_that(value):
     return lambda env, info: env.steps > 40 and value
 
 
-@pytest.mark.filterwarnings("ignore:.*ERROR.*:UserWarning")  # Gymnasium shows the error of a process, too
 @pytest.mark.parametrize("processes", [0, 2])
 @pytest.mark.parametrize(
     ("later", "goal", "said"),

@@ -11,8 +11,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from hierroom.lab.sweep.job import MAX_TRIES, Event, Job
-from hierroom.runs.interrupt import Interrupt
 from hierroom.support.errors import InputError, in_one_line
+from hierroom.support.interrupt import Interrupt
 
 
 def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> Generator[Event, None, None]:

@@ -45,6 +45,10 @@ class Display:
             self._bars.remove_task(task)
         self._bars.stop()
 
+    def say(self, line: str) -> None:
+        """Show a line above the bars."""
+        self._bars.console.print(line, markup=False, highlight=False, soft_wrap=True)
+
     def show(self, event: Event) -> None:
         """Show an event."""
         run = event.job.run
@@ -62,8 +66,7 @@ class Display:
             if event.kind in ("finished", "failed", "done elsewhere"):
                 self._n_ended += 1
                 self._remaining[run.digest] = 0
-            line = _line(event, f"{self._n_ended}/{self._n_jobs}")
-            self._bars.console.print(line, markup=False, highlight=False, soft_wrap=True)
+            self.say(_line(event, f"{self._n_ended}/{self._n_jobs}"))
         self._bars.update(
             self._all,
             description=f"{self._n_ended} of {self._n_jobs} runs",
@@ -91,4 +94,6 @@ def _line(event: Event, count: str) -> str:
             return f"{count} {name}: another process has done it"
         case "retried":
             return f"{name}: its process was killed or stopped; it goes on from its last checkpoint"
+        case "unsaved":
+            return f"{name}: killed, as it did not stop; it will go on from its last checkpoint"
     return f"{name}: stopped and saved"

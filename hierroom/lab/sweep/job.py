@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -18,13 +19,13 @@ from hierroom.runs.folder.provenance import changed_modules, version_of_code
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.run_lock import RunLock, RunLockedError
 from hierroom.runs.folder.user_modules import find_module_files, user_code_digest
-from hierroom.runs.interrupt import Interrupt
 from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
 from hierroom.runs.results import write_results
 from hierroom.runs.session import begin, resume, train
 from hierroom.runs.time_spent import TimeSpent
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import CheckpointError, InputError
+from hierroom.support.interrupt import Interrupt
 from hierroom.support.output import lasting_output
 
 MAX_TRIES = 3  # tries of a run, if its process is killed or stopped
@@ -75,7 +76,7 @@ class Job:
                     raise RunLockedError(str(error)) from error
                 raise
         spent = TimeSpent()
-        with folder.lock, lasting_output(), Interrupt(hears_ctrl_c=False) as interrupt:
+        with folder.lock, lasting_output(), closing(trainer.turns.world), Interrupt(hears_ctrl_c=False) as interrupt:
             train(trainer, folder, interrupt, lambda words: report(trainer.steps, words), spent=spent)
             if not trainer.is_done:
                 return None
@@ -125,9 +126,10 @@ class Job:
 class Event(NamedTuple):
     """An event of a job: it is retried from a checkpoint if only its process was stopped, interrupted if the sweep was.
 
-    It is busy if another sweep does it at this time, and done elsewhere if another sweep has added its row.
+    It is unsaved if its process did not stop in time, busy if another sweep does it at this time, and done elsewhere if
+    another sweep has added its row.
     """
 
-    kind: Literal["progressed", "finished", "failed", "retried", "interrupted", "busy", "done elsewhere"]
+    kind: Literal["progressed", "finished", "failed", "retried", "interrupted", "unsaved", "busy", "done elsewhere"]
     job: Job
     content: Any = None  # steps so far and a status, the results for the row, or the reason of a failure

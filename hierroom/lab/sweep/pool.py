@@ -5,9 +5,10 @@ from __future__ import annotations
 import gc
 import signal
 import sys
+import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
@@ -16,8 +17,8 @@ from multiprocessing.process import BaseProcess
 from hierroom.lab.sweep.job import MAX_TRIES, Event, Job
 from hierroom.runs.folder.provenance import version_of_code
 from hierroom.runs.folder.run_lock import RunLockedError
-from hierroom.runs.interrupt import Interrupt
 from hierroom.support.errors import in_one_line
+from hierroom.support.interrupt import Interrupt, awaited, blocked
 
 _SPAWN = get_context("spawn")  # a forked process would share torch's threads and the kernels' cache locks
 _SAVING_SECONDS, _ENDING_SECONDS = 60.0, 10.0  # time for processes to save their runs when the sweep stops, and to end
@@ -33,7 +34,9 @@ class _Worker:
     def start(cls) -> _Worker:
         ours, theirs = _SPAWN.Pipe()
         process = _SPAWN.Process(target=_work, args=(theirs, sys.orig_argv))  # no daemon, as tasks have processes
-        with _without_ctrl_c():
+        if hasattr(signal, "pthread_sigmask"):
+            resource_tracker.ensure_running()  # else the first process would start it, and it unblocks Ctrl-C
+        with blocked([signal.SIGINT]):  # else Ctrl-C would end the process while it imports modules
             process.start()
         theirs.close()  # so that our end closes when the process ends
         return cls(process, ours)
@@ -86,11 +89,18 @@ def _stopped(workers: list[_Worker]) -> Iterator[Event]:
     for worker in workers:
         if worker.job is not None:
             worker.process.terminate()
+    last = time.monotonic() + _SAVING_SECONDS
+    while names := [worker.job.run.name for worker in workers if worker.job is not None]:
+        with awaited(f"{', '.join(names)} to be saved"):
+            if (seconds := last - time.monotonic()) <= 0:
+                break
+            events = [*_heard(workers, seconds)]
+        for event in events:
+            # Before and after training there is nothing to save, and SIGTERM simply ends the process.
+            yield Event("interrupted", event.job) if event.kind == "retried" else event
     for worker in workers:
-        while worker.job is not None and wait([worker.connection], _SAVING_SECONDS):
-            for event in _heard([worker], 0):
-                # Before and after training there is nothing to save, and SIGTERM simply ends the process.
-                yield Event("interrupted", event.job) if event.kind == "retried" else event
+        if worker.job is not None:
+            yield Event("unsaved", worker.job)
 
 
 def _heard(workers: list[_Worker], timeout: float) -> Iterator[Event]:
@@ -107,20 +117,6 @@ def _heard(workers: list[_Worker], timeout: float) -> Iterator[Event]:
         if kind != "progressed":
             worker.job = None
         yield Event(kind, job, content)
-
-
-@contextmanager
-def _without_ctrl_c() -> Iterator[None]:
-    """Block Ctrl-C in processes started in this context, so that it does not end them while they import modules."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    resource_tracker.ensure_running()  # else the first process would start it, and it unblocks Ctrl-C
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _work(connection: Connection, command: list[str]) -> None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from hierroom.lab.sweep.job import Job
-    from hierroom.runs.interrupt import Interrupt
+    from hierroom.support.interrupt import Interrupt
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class Sweep:
         from hierroom.lab.sweep.job import Job
         from hierroom.lab.sweep.pool import work_here
         from hierroom.runs.folder.run_folder import RunFolder
-        from hierroom.runs.interrupt import Interrupt
+        from hierroom.support.interrupt import Interrupt
 
         folder = self.out / "runs"
         try:
@@ -106,7 +106,7 @@ class Sweep:
         failures: list[tuple[PlannedRun, str]] = []
         replaced: list[PlannedRun] = []
         n_cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        with Interrupt() as interrupt, Display(jobs) as display:
+        with Display(jobs) as display, Interrupt(say=display.say) as interrupt:
             while jobs:
                 here = work_here(jobs, processes or n_cores, interrupt, self._is_done)
                 busy = []
@@ -154,7 +154,7 @@ class Sweep:
         alike = {replace(run.config, seed=0, device="cpu"): run for run in runs}
         for config, run in alike.items():
             try:
-                Trainer(config)
+                Trainer(config).turns.world.close()
             except InputError as error:
                 raise InputError(f"{run.name} cannot be trained: {error}") from error
 

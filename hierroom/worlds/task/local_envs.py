@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.support.env_results import reset_results, step_results
-from hierroom.support.errors import user_code
+from hierroom.support.errors import InputError, user_code
 from hierroom.worlds.task.goal_values import as_totals, goal_values
 from hierroom.worlds.task.parts import TaskParts
 from hierroom.worlds.task.picture import as_picture
@@ -57,8 +57,13 @@ class LocalEnvs:
         with user_code("the environment", "cannot be drawn"), without_window():
             return as_picture(self.envs[env].render())
 
-    def close(self) -> None:
-        """Close all environments."""
-        with user_code(f"close of {self._name}"):
-            for env in self.envs:
-                env.close()
+    def close(self) -> InputError | None:
+        """Close all environments, and return the last error."""
+        failure = None
+        for env in self.envs:
+            try:
+                with user_code(f"close of {self._name}"):
+                    env.close()
+            except InputError as error:
+                failure = error
+        return failure

@@ -11,6 +11,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from hierroom.support.errors import warn_once
 from hierroom.support.schema import Array, Table
 from hierroom.worlds.base import BaseWorld
 from hierroom.worlds.env_config import EnvConfig
@@ -64,7 +65,7 @@ class TaskWorld(BaseWorld):
         """Return a screen; for pictures, first make the environments anew with render mode ``rgb_array``."""
         if render_mode not in ("rgb_array", "human"):
             return super().screen(render_mode)
-        self._envs.close()
+        self.close()
         self._envs = self._make_envs(len(self), "rgb_array")
         return StateScreen(self._drawn_state, self.replayer, render_mode)
 
@@ -72,8 +73,9 @@ class TaskWorld(BaseWorld):
         return replace(self.get_state(env), frame=self._envs.render(env))
 
     def close(self) -> None:
-        """Close the task's environments, and end their processes."""
-        self._envs.close()
+        """Close the task's environments, and end their processes; an error of theirs is only a warning."""
+        if error := self._envs.close():
+            warn_once(str(error))
 
     @property
     def replayer(self) -> TaskReplayer:  # pyright: ignore[reportIncompatibleVariableOverride] - copies have none
