@@ -52,7 +52,7 @@ class AskingMeta:
 
     def question(self, level: Any, legal: list[str]) -> str:
         """Return what is asked: what was achieved in the episode so far, and what may be chosen."""
-        achieved = [goal.name for goal in level.goals if goal.was_achieved]
+        achieved = [goal.name for goal in level.goals if goal.achieved]
         return "\n".join(
             [
                 self._introduction,

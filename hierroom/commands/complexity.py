@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -143,10 +143,11 @@ def show(options: ComplexityArguments) -> None:
 
 
 def _rules_of(task: str) -> Rules | GoalGraph:
-    rules = getattr(find_task(task), "rules", None)
+    found: Any = find_task(task)
+    rules = getattr(found, "rules", None)
     if rules is None:
         raise InputError(f"the task {task!r} declares no rules, from which its complexity would follow")
-    return rules
+    return replace(rules, label=rules.label or found.name)
 
 
 def _show_reports(options: ComplexityArguments, reports: Sequence[WalkReport], is_list: bool) -> None:

@@ -31,11 +31,6 @@ class GoalInWords:
     is_legal: bool
     achieved: int
 
-    @property
-    def was_achieved(self) -> bool:
-        """Return whether it was achieved in this episode."""
-        return self.achieved > 0
-
     def __str__(self) -> str:
         return self.name
 

@@ -163,7 +163,7 @@ def test_library_views_take_or_refuse_a_task():
     assert not any(info.get("is_success") for info in ended[3])
     featured = hierroom.add_features(EscapeRoom(chest_task.chest), ["goal-status", "previous-action"])
     assert featured.reset(seed=0)[0]["features"].shape == (4,)
-    with pytest.raises(InputError, match="minigrid_view shows levels of EscapeRooms; task has none"):
+    with pytest.raises(InputError, match="minigrid_view shows levels of EscapeRooms; chest_task:chest has none"):
         hierroom.minigrid_view(EscapeRoom(chest_task.chest))
 
 

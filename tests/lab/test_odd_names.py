@@ -121,6 +121,7 @@ def test_sweep_tables_give_back_variants_and_lists(tmp_path_factory, first, seco
     for n, run in enumerate(runs):
         table.add(run, {"success_rate": n / len(runs), "length": 1.0, "steps": 9})
     found = SweepTable(folder).of(runs)
+    assert {*found["size"]} == {""}  # it means nothing for a task
     assert [*found["variant"]] == [name for name in variants for _ in range(2)]
     assert len({*zip(found["variant"], found["features"], strict=True)}) == len(runs)
     rates = [float(rate) for rate in found["success_rate"]]

@@ -2,8 +2,10 @@
 
 import json
 import os
+import pickle
 import re
 import signal
+from dataclasses import replace
 from pathlib import Path
 
 import chest_task
@@ -27,7 +29,7 @@ from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
 from hierroom.train import parse
-from hierroom.worlds.make import world_spec
+from hierroom.worlds.make import find_task, world_spec
 
 TESTS = Path(__file__).parents[1]
 SMALL = ["--num-envs", "4", "--sequence-length", "8", "--minibatches", "2", "--epochs", "1", "--hidden-size", "8"]
@@ -144,12 +146,13 @@ def test_task_agent_plays_from_python_if_trusted(runs):
 
 
 @pytest.mark.parametrize(
-    ("player", "said"), [("random", None), ("oracle", "task has no oracle: its shortest solutions are unknown")]
+    ("player", "said"),
+    [("random", None), ("oracle", "chest_task:chest has no oracle: its shortest solutions are unknown")],
 )
 def test_random_plays_a_task_and_oracle_raises_input_error(player, said):
     played = hierroom.rollout(player, hierroom.env(chest_task.chest), 5)
     if said is None:
-        assert {episode.variant for episode in played} == {"task"}
+        assert {episode.variant for episode in played} == {"chest_task:chest"}
         return
     with pytest.raises(InputError, match=said):
         list(played)
@@ -244,3 +247,11 @@ def test_training_and_evaluation_episodes_differ():
     noise = trainer.turns.world.shown(np.arange(4))["observation_goal"]
     others = trainer.fresh_turns(4, config.seed).world.shown(np.arange(4))["observation_goal"]
     assert not (noise == others).any()
+
+
+def test_task_has_one_name_in_titles_and_messages():
+    named = chest_task.chest, pickle.loads(pickle.dumps(chest_task.chest)), find_task("chest_task:chest")
+    labelled, nowhere = replace(chest_task.chest, label="a chest"), replace(chest_task.chest)
+    for expected, tasks in (("chest_task:chest", named), ("a chest", [labelled]), ("task", [nowhere])):
+        assert {task.name for task in tasks} == {expected}
+        assert {hierroom.env(task=task).unwrapped.complexity.name for task in tasks} == {expected}

@@ -91,7 +91,7 @@ def test_goals_are_legal_if_their_rule_changes_something():
     assert level.facts == {"coin": 2, "key": 1, "chest": 0}
     assert np.flatnonzero(turns.world.legal_goals("existing", np.array([True]))[0]).tolist() == [0, 2]
     assert turns.world.legal_goals("none", np.array([True]))[0].tolist() == [True] * 3 + [False]
-    with pytest.raises(InputError, match="goal_mask of task is one of reachable, existing, none, not seen"):
+    with pytest.raises(InputError, match="goal_mask of chest_task:chest is one of reachable, existing, none, not seen"):
         turns.world.legal_goals("seen", np.array([True]))
 
 
@@ -186,7 +186,7 @@ def test_recorded_episode_is_replayed_and_drawn():
     assert pictures[0].shape[1] > 60
     assert (pictures[0][:40, :60] % 40 == 0).all()
     assert episode.replayer.text(states[0], KEY_GOAL).splitlines()[1] == "> [ ] key"
-    assert episode.title.startswith("task task, seed 4, environment 0, episode 0: ")
+    assert episode.title.startswith("task chest_task:chest, seed 4, environment 0, episode 0: ")
 
 
 @pytest.mark.parametrize(

@@ -220,10 +220,10 @@ def test_wrong_results_are_refused_at_any_step_and_in_other_processes(later, goa
 @pytest.mark.parametrize(
     ("entries", "said"),
     [
-        ({"size": 13}, "size is for EscapeRooms; task has no such entry"),
+        ({"size": 13}, "size is for EscapeRooms; chest_task:chest has no such entry"),
         ({"graph": "d"}, "graph is for EscapeRooms"),
         ({"task": 3}, "a task is a name, like package.module:name, or a hierroom.Task, not 3"),
-        ({"max_steps": 0}, "max_steps must be a whole number of at least 1, not 0"),
+        ({"max_steps": 0}, "max_steps must be a whole number from 1 to 2**62 - 1 or None, not 0"),
     ],
 )
 def test_task_refuses_entries_of_escape_rooms(entries, said):
@@ -233,5 +233,7 @@ def test_task_refuses_entries_of_escape_rooms(entries, said):
 
 
 def test_task_refuses_memories_of_escape_rooms():
-    with pytest.raises(InputError, match="task does not remember what a feature or a reward asks for: visited"):
+    with pytest.raises(
+        InputError, match="chest_task:chest does not remember what a feature or a reward asks for"
+    ):
         make(reward="novelty")

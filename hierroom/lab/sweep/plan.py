@@ -21,6 +21,7 @@ from hierroom.support.errors import InputError, require_number, shown
 from hierroom.support.files import to_json, usable_path
 from hierroom.support.reading import read_toml
 from hierroom.support.typed_value import typed_value
+from hierroom.worlds.env_config import OF_ESCAPE_ROOMS
 from hierroom.worlds.make import find_task, ships
 
 RESULTS_VERSION = 1
@@ -123,6 +124,8 @@ class Plan:
         }
         own[_PLANNED_STEPS] = own.pop("steps")
         texts = {name: _text(value) for name, value in own.items()}
+        if config.env.task is not None:
+            texts |= dict.fromkeys({*OF_ESCAPE_ROOMS} - {"graph"}, "")  # graph is the task
         identity = {name: texts[name] for name in (*_IDENTITY, *varied)}
         return PlannedRun(config, identity, texts, self._digest(config))
 

@@ -33,7 +33,7 @@ class Goal:
         was_seen: whether it has been in view in this episode.
         is_reachable: whether it can be achieved now, before any other goal.
         is_legal: whether the meta-controller may choose it.
-        was_achieved: whether the key is held or the door is open; False for the exit.
+        achieved: 1 if the key is held or the door is open, else 0; for the exit 0.
     """
 
     id: int
@@ -46,7 +46,7 @@ class Goal:
     was_seen: bool
     is_reachable: bool
     is_legal: bool
-    was_achieved: bool
+    achieved: int
 
     @property
     def name(self) -> str:
@@ -97,21 +97,21 @@ class Level:
         here = int(record.row) - MARGIN, int(record.col) - MARGIN
         n_branches, branches, seen = int(record.n_rooms) - 1, record.branches.tolist(), int(record.seen)
         cells = {"key": record.keys_at.tolist(), "door": record.doors_at.tolist()}
-        achieved = {"key": int(record.keys), "door": int(record.doors)}
+        done = {"key": int(record.keys), "door": int(record.doors)}
         is_legal, is_reachable = legal.tolist(), reachable.tolist()
         goals = []
         for goal in range(N_GOALS):
             if goal == EXIT_GOAL:
-                kind, colour, room, exists, was_achieved = "exit", "green", int(record.exit_room), True, False
+                kind, colour, room, exists, achieved = "exit", "green", int(record.exit_room), True, 0
                 row, col = record.exit_at.tolist()
             else:
                 kind, branch = "key" if goal < FIRST_DOOR_GOAL else "door", branches[goal % N_COLOURS]
                 colour, exists = COLOURS[goal % N_COLOURS], branch < n_branches
-                room, was_achieved = branch + 1 if exists else 0, bool(achieved[kind] >> branch & 1)
+                room, achieved = branch + 1 if exists else 0, done[kind] >> branch & 1
                 row, col = cells[kind][branch]
             position = (row - MARGIN, col - MARGIN) if exists else None
             distance = math.inf if position is None else abs(position[0] - here[0]) + abs(position[1] - here[1])
-            flags = (exists, bool(seen >> goal & 1), is_reachable[goal], is_legal[goal], was_achieved)
+            flags = (exists, bool(seen >> goal & 1), is_reachable[goal], is_legal[goal], achieved)
             goals.append(Goal(goal, kind, colour, room, position, distance, *flags))
         agent = LevelAgent(here, DIRECTIONS[record.direction], int(record.steps))
         return cls(tuple(goals), agent, graph_of(record))

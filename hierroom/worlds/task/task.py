@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -61,7 +62,7 @@ class Task:
         vectors: for each goal the numbers that an agent's observation shows for it; None: one-hot.
         capacity: largest counts of facts of the rules; 1 by default.
         processes: number of processes for the environments; 0: this process.
-        label: the name in titles and tables; None: ``package.module:name``, if the task is given so.
+        label: the name in titles, tables and messages; None: ``package.module:name``, if the task is given so.
 
     Examples:
         >>> goals = {"far shore": lambda env, info: env.unwrapped.s == 15}
@@ -108,12 +109,15 @@ class Task:
 
     def __getstate__(self) -> dict[str, Any]:
         """Pickle and copy only the entries, because features contain functions without a name."""
-        return {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        entries = {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        return entries if self.name == "task" else {**entries, "label": self.name}  # a copy has the same name
 
     @property
     def name(self) -> str:
-        """The label, or ``task``."""
-        return self.label or "task"
+        """The label, or ``package.module:name`` if the module of one of its functions holds it, else ``task``."""
+        modules = {home: vars(sys.modules[home]) for home in sorted(self.homes & {*sys.modules})}
+        found = (f"{home}:{name}" for home, held in modules.items() for name, one in [*held.items()] if one is self)
+        return self.label or next(found, "task")
 
     @property
     def homes(self) -> set[str]:
@@ -140,7 +144,7 @@ class Task:
                 raise InputError(f"the target {self.target!r} does not give the target of its rules, {rules.target!r}")
         else:
             given = {name: _giving_itself(name, rule) for name, rule in self.rules.items()}
-            rules = Rules(given, self.target, self.capacity or {}, label=self.name)
+            rules = Rules(given, self.target, self.capacity or {}, label=self.label)
         there = {fact for ways in rules.rules.values() for way in ways for fact in way.gives}
         there |= {fact for fact, n in rules.start.items() if n}
         for name, ways in rules.rules.items():

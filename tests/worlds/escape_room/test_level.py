@@ -65,7 +65,7 @@ def check(level, turns, n, lay, seen):
         assert goal.was_seen == (goal.id in seen)
         assert goal.is_reachable == (goal.id in reachable)
         assert goal.is_legal == mask[goal.id]
-        assert goal.was_achieved == (goal.id in held or goal.id - FIRST_DOOR_GOAL in opened)
+        assert goal.achieved == (goal.id in held or goal.id - FIRST_DOOR_GOAL in opened)
         if goal.id == EXIT_GOAL:
             top, left, bottom, right = record.rectangles[goal.room] - MARGIN
             assert goal.room == level.graph.exit_room
