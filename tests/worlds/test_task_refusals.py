@@ -233,7 +233,5 @@ def test_task_refuses_entries_of_escape_rooms(entries, said):
 
 
 def test_task_refuses_memories_of_escape_rooms():
-    with pytest.raises(
-        InputError, match="chest_task:chest does not remember what a feature or a reward asks for"
-    ):
+    with pytest.raises(InputError, match="chest_task:chest does not remember what a feature or a reward asks for"):
         make(reward="novelty")
