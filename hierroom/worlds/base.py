@@ -18,7 +18,7 @@ from hierroom.support.read_only import Shown, freeze
 from hierroom.support.schema import Array, Table, Whole, record_type
 from hierroom.worlds.base_view import BaseView
 from hierroom.worlds.dependencies import Dependencies
-from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, SPLITS, EnvConfig
+from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 from hierroom.worlds.observation_writer import ObservationWriter
 from hierroom.worlds.outcome_kernel import write_outcomes
 from hierroom.worlds.seeds import chosen_envs, write_seeds
@@ -123,11 +123,6 @@ class BaseWorld(ABC):
 
         return analyze(self.rules)
 
-    def random(self, episode: Sequence[int], purpose: int, turn: int, n: int) -> NDArray[np.floating]:
-        """Return n numbers in [0, 1) determined by episode (seed, environment, number), purpose and turn."""
-        entropy = [*episode, SPLITS[self.config.levels], purpose, turn]
-        return (np.random.SeedSequence(entropy).generate_state(n, np.uint64) >> np.uint64(11)) * 2.0**-53
-
     def remember(self, memories: Iterable[str]) -> None:
         """Refuse all memories; only features and rewards of EscapeRooms and workshops ask for any."""
         if names := ", ".join(memories):
@@ -182,7 +177,10 @@ class BaseWorld(ABC):
     def observe(self, envs: NDArray[np.integer]) -> Any:
         """Return the view of environments [M]."""
         episodes = np.array([self._seeds[envs], self._indices[envs], self._numbers[envs]]).T
-        return BaseView(self, self.shown(envs), self._counts[envs], self._markings[envs], self._lengths[envs], episodes)
+        facts = self.goals, self.dependencies, self.is_repeatable, self.config.levels
+        return BaseView(
+            *facts, self.shown(envs), self._counts[envs], self._markings[envs], self._lengths[envs], episodes
+        )
 
     def exact_view(self, envs: NDArray[np.integer]) -> Any:
         """Return a copied view of environments [M], with all facts for meta-controllers."""

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hierroom.goals.goal_set import GoalSet
 from hierroom.support.read_only import freeze
 from hierroom.worlds.dependencies import Dependencies
+from hierroom.worlds.env_config import SPLITS
 from hierroom.worlds.world import Feature
 
 
@@ -59,7 +61,10 @@ class BaseView:
     """The view of M environments, in read-only arrays of its own.
 
     Args:
-        world: their `BaseWorld`.
+        goals: the goals of their world.
+        dependencies: the rules of the goals, or None.
+        is_repeatable: which goals may be chosen again: see `BaseWorld.is_repeatable`.
+        levels: the set of levels that they draw from.
         entries: their observation entries by name, [M, ...] each.
         counts: [M, G] how often each goal was achieved in the episode.
         markings: [M, F] the count of each fact of the rules.
@@ -67,7 +72,10 @@ class BaseView:
         episodes: [M, 3] seed, number of the environment and number of the episode.
     """
 
-    world: Any
+    goals: GoalSet
+    dependencies: Dependencies | None
+    is_repeatable: Any
+    levels: str | None
     entries: Mapping[str, NDArray]
     counts: NDArray[np.integer]
     markings: NDArray[np.integer]
@@ -95,32 +103,33 @@ class BaseView:
 
         entries = {name: mixed(array, other.entries[name]) for name, array in self.entries.items()}
         names = ("counts", "markings", "steps", "episodes")
-        return BaseView(self.world, entries, *(mixed(getattr(self, name), getattr(other, name)) for name in names))
+        rest = {name: mixed(getattr(self, name), getattr(other, name)) for name in names}
+        return replace(self, entries=entries, **rest)
 
     def uniforms(self, turns: NDArray[np.integer], n: int) -> NDArray[np.float64]:
         """Return [M, n] random numbers in [0, 1), determined by seed, environment, episode and turn [M]."""
         drawn = np.empty((len(self), n))
         for row, episode, turn in zip(drawn, self.episodes.tolist(), turns.tolist(), strict=True):
-            row[:] = self.world.random(episode, 1, turn, n)
+            row[:] = random_numbers(episode, self.levels, 1, turn, n)
         return drawn
 
     def level(self, m: int, legal: NDArray[np.bool_]) -> Situated:
         """Return the m-th environment as objects that a user's function reads."""
-        names, counts = self.world.goals.names, self.counts[m].tolist()
+        names, counts = self.goals.names, self.counts[m].tolist()
         goals = [GoalInWords(g, name, bool(legal[g]), counts[g]) for g, name in enumerate(names)]
-        rules = self.world.dependencies
+        rules = self.dependencies
         facts = {} if rules is None else rules.in_words(self.markings[m].tolist())
         return Situated(tuple(goals), int(self.steps[m]), facts)
 
     @cached_property
     def existing(self) -> NDArray[np.bool_]:
         """Goals left to achieve, [M, G]: not achieved in this episode, or repeatable."""
-        return (self.counts == 0) | self.world.is_repeatable
+        return (self.counts == 0) | self.is_repeatable
 
     @cached_property
     def reachable(self) -> NDArray[np.bool_]:
         """Goals with a rule that applies and changes something, [M, G]; without rules, the goals left to achieve."""
-        rules = self.world.dependencies
+        rules = self.dependencies
         return self.existing if rules is None else rules.reachable(self.markings)
 
     @property
@@ -132,14 +141,20 @@ class BaseView:
     def depth_first_ranks(self) -> NDArray[np.integer]:
         """1 for the next goal on a random depth-first path to the target, else 0: [M, G]."""
         ranks = np.zeros(self.counts.shape, np.int64)
-        rules: Dependencies | None = self.world.dependencies
+        rules = self.dependencies
         if rules is None:
             return ranks
         for m, episode in enumerate(self.episodes.tolist()):
-            goal = rules.next_goal(self.markings[m], self.world.random(episode, 2, 0, rules.n_random))
+            goal = rules.next_goal(self.markings[m], random_numbers(episode, self.levels, 2, 0, rules.n_random))
             if goal is not None:
                 ranks[m, goal] = 1
         return ranks
+
+
+def random_numbers(episode: Sequence[int], levels: str | None, purpose: int, turn: int, n: int) -> NDArray[np.floating]:
+    """Return n numbers in [0, 1) determined by episode (seed, environment, number), levels, purpose and turn."""
+    entropy = [*episode, SPLITS[levels], purpose, turn]
+    return (np.random.SeedSequence(entropy).generate_state(n, np.uint64) >> np.uint64(11)) * 2.0**-53
 
 
 def goal_status(n_goals: int) -> Feature:

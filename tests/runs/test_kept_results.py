@@ -128,6 +128,15 @@ def first_state(**entries):
     return Turns(EnvConfig(**entries), seed=1).world.get_state(0)
 
 
+def first_situation(**entries):
+    return Turns(EnvConfig(**entries), 2, seed=0).situation(np.arange(2))
+
+
+def facts_of(situation):
+    view = situation.view
+    return plain((situation.as_dict(), situation.level(0), situation.reachable, view.depth_first_ranks))
+
+
 def score(**entries):
     return evaluate(make_player("random", 0), Turns(EnvConfig(**entries, max_steps=20), 2, seed=0), 3)
 
@@ -160,13 +169,16 @@ PLAIN = {
     **{f"score in {world}": lambda _, entries=entries: score(**entries) for world, entries in EVERY_WORLD.items()},
     "config": lambda _: EnvConfig(layout=MAZE, reward=passing),
     "config of a task": lambda _: hierroom.TrainConfig().changed(task="workshop:4"),
-    "situation": lambda _: Turns(EnvConfig("b"), 2, seed=0).situation(np.arange(2)),
     "goal graph": lambda _: hierroom.GoalGraph.named("c"),
     "rules": lambda _: RULES,
     "played rules": lambda _: measured(play_rules, task=chest_task.lake),
     "comparison": comparison,
 }
 DOES = {
+    **{
+        f"situation in {world}": (lambda entries=entries: first_situation(**entries), facts_of)
+        for world, entries in EVERY_WORLD.items()
+    },
     "report": (lambda: hierroom.complexity.analyze("c"), lambda report: report.to_dict()),
     "report of rules": (lambda: hierroom.complexity.analyze(RULES), lambda report: report.to_dict()),
     "measured report": (lambda: measured(measure, graph="a", size=11), lambda report: report.to_dict()),

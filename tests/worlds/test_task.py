@@ -271,13 +271,22 @@ class Modeless(Chest):
         super().__init__()
 
 
+class Fixed(Modeless):
+    render_mode = property(lambda env: "rgb_array")
+
+    def __init__(self):
+        self.is_random = False
+
+
 gymnasium.register("Modeless-v0", Modeless)
 gymnasium.register("Passing-v0", lambda **entries: Modeless(**entries))
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("make", ["Modeless-v0", "Passing-v0", Modeless, lambda: Modeless()])
-def test_environment_without_a_render_mode_is_made_without_it(make):
+@pytest.mark.parametrize(
+    "make", ["Modeless-v0", "Passing-v0", Modeless, lambda: Modeless(), Fixed, lambda render_mode: Chest(render_mode)]
+)
+def test_render_mode_is_passed_on_where_it_is_taken(make):
     task = hierroom.Task(make=make, goals=GOALS, target="chest")
     play(Turns(EnvConfig(task=task), 1, seed=0), [RIGHT])
     assert task.new_env("rgb_array").unwrapped.render_mode == (None if isinstance(make, str) else "rgb_array")

@@ -133,6 +133,14 @@ def stops(env, info):
             {"make": lambda: Seen([300])},
             "shows a observation outside its observation space: 300 in Box(",
         ),
+        *[
+            ({"make": lambda shown=shown: Seen([shown], 1, dtype=bool)}, f"observation space: {text} in Box(")
+            for shown, text in ((2, "2"), (0.5, "0.5"), (math.nan, "nan"))
+        ],
+        (
+            {"make": lambda: Seen([2.0**64], dtype=np.uint64)},
+            "outside its observation space: 1.8446744073709552e+19 in",
+        ),
         (
             {"make": lambda: Seen(0.5, 1, (3,), np.float32)},
             "an array of float64 and shape () in Box(",

@@ -125,15 +125,15 @@ def feature_of(name: str, space: spaces.Space) -> Feature:
 
 
 def _first_outside(space: spaces.Space, values: NDArray) -> Any:
-    """Return the first of values [M, ...] that is outside a space of whole numbers or its dtype, or None."""
+    """Return the first of values [M, ...] that is outside a space of whole numbers or flags or its dtype, or None."""
     if isinstance(space, spaces.Box):
-        if space.dtype.kind not in "iu" or values.dtype == space.dtype:
+        if values.dtype == space.dtype:
             return None
-        low, high = np.iinfo(space.dtype).min, np.iinfo(space.dtype).max
+        low, end = (0, 2) if space.dtype == bool else (np.iinfo(space.dtype).min, np.iinfo(space.dtype).max + 1)
     else:
         low, sizes = _categories(space)
-        high = low + sizes - 1
-    is_outside = (values < low) | (values > high)
+        end = low + sizes
+    is_outside = (values < low) | (values >= end)  # `end` is exact as a float where the largest number is not
     if values.dtype.kind == "f":
         is_outside |= values != np.floor(values)  # NaN, too
     return values[is_outside][0] if is_outside.any() else None

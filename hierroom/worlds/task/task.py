@@ -6,6 +6,7 @@ import math
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from typing import Any, cast
@@ -182,19 +183,15 @@ class Task:
         return env
 
     def _make(self, render_mode: str | None) -> Any:
-        make = partial(gymnasium.make, self.make) if isinstance(self.make, str) else self.make
+        make: Callable[..., Any] = partial(gymnasium.make, self.make) if isinstance(self.make, str) else self.make
         if render_mode is None:
-            return make()
-        try:
-            with warnings.catch_warnings():
-                warnings.filterwarnings("ignore", ".*possible render_modes")  # drawing it says so, in one line
-                return make(render_mode=render_mode)
-        except TypeError as error:
-            if "'render_mode'" not in str(error):
-                raise
-        env = make()
-        if isinstance(env, gymnasium.Env) and not isinstance(self.make, str):
-            env.unwrapped.render_mode = render_mode  # most environments read it where they draw
+            return _made(make, {}, {"render_mode": None})[0]
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", ".*possible render_modes")  # drawing it says so, in one line
+            env, entries = _made(make, {"render_mode": render_mode}, {})
+        if isinstance(env, gymnasium.Env) and not (entries or isinstance(self.make, str)):
+            with suppress(AttributeError):  # of some it is fixed
+                env.unwrapped.render_mode = render_mode  # most environments read it where they draw
         return env
 
     @cached_property
@@ -231,6 +228,16 @@ class Task:
     def make_world(self, config: EnvConfig, num_envs: int, **settings: Any) -> Any:
         """Return N environments of the task; ``settings`` as for `worlds.make.make_world`."""
         return TaskWorld(cast(TaskParts, self), config, num_envs, **settings)
+
+
+def _made(make: Callable[..., Any], *ways: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
+    """Make an environment with the first entries that it takes, and return both: some need a mode, some take none."""
+    try:
+        return make(**ways[0]), ways[0]
+    except TypeError as error:
+        if "'render_mode'" not in str(error):
+            raise
+    return make(**ways[1]), ways[1]
 
 
 def _giving_itself(name: str, rule: Any) -> Any:
