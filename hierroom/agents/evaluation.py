@@ -10,7 +10,7 @@ import numpy as np
 
 from hierroom.agents.episode_facts import EndedEpisodes, EpisodeFacts
 from hierroom.agents.player import Play, Player
-from hierroom.complexity.played.observed import wilson_interval
+from hierroom.complexity.observed import wilson_interval
 from hierroom.goals.goal_set import column_name
 from hierroom.turns.turns import Turns
 from hierroom.worlds.world import World

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
-from hierroom.complexity.played.played_chain import PlayedChain
+from hierroom.complexity.played_chain import PlayedChain
 from hierroom.complexity.report import ComplexityReport
 from hierroom.complexity.walk_report import WalkReport, short
 from hierroom.support.errors import InputError, shown

@@ -3,7 +3,6 @@
 import numpy as np
 import pandas
 import pytest
-from counted_walks import count_transitions
 from matplotlib.figure import Figure
 from pictures import pixels
 
@@ -11,7 +10,7 @@ from hierroom.commands.complexity import ComplexityArguments, show
 from hierroom.complexity import Chain, analyze, measure_trajectories, to_frame
 from hierroom.complexity.drawing.draw import save_figure
 from hierroom.complexity.drawing.draw_reach import draw_played_reach, draw_reach, save_reach
-from hierroom.complexity.played.measured import MeasuredReport
+from hierroom.complexity.played_chain import PlayedChain
 from hierroom.complexity.tables import COLUMNS, list_text, rows_of
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
@@ -61,7 +60,7 @@ def test_to_frame_of_played_chains():
     assert [*frame.columns] == [f"{kind}{end}" for kind in ("observed", "chain") for end in ("", "_low", "_high")]
     assert tuple(frame.loc["std"]) == (*played.observed["std"], *played.intervals["std"])
     assert np.isnan(frame.loc["hitting_time", "observed"])
-    report = MeasuredReport(analyze("a"), count_transitions([[0, 1, 2, 3]] * 5, 5, 0, 4))
+    report = PlayedChain.against(analyze("a"), EpisodeCounts.of([[0, 1, 2, 3]] * 5, 5, 0, 4))
     assert [*to_frame(report).index] == [*report.intervals]
     for other in ([analyze("a"), played], 5):
         with pytest.raises(InputError, match="reports of one kind"):
@@ -92,7 +91,7 @@ def test_from_play_takes_size_max_steps_and_draw(tmp_path, capsys):
 
 def measured():
     episodes = [[0, 0, 1, 3, 4], [0, 1, 3, 2, 2, 3], [0, 1, 1, 3, 4]]
-    return MeasuredReport(analyze("a"), count_transitions(episodes, 5, 0, 4), n_resamples=5)
+    return PlayedChain.against(analyze("a"), EpisodeCounts.of(episodes, 5, 0, 4), n_resamples=5)
 
 
 def test_drawn_reach_equals_chain_and_episodes(tmp_path):
@@ -133,7 +132,7 @@ def test_reach_names_every_chain_and_level_exactly(tmp_path):
     assert [text.get_text().strip() for text in legend] == names
     assert not any(text.get_parse_math() for text in (axes.yaxis.label, *legend))
     save_figure(figure, tmp_path / "reach.png")
-    played = MeasuredReport(analyze("a"), measured().counts, n_resamples=5, level=0.999)
+    played = PlayedChain.against(analyze("a"), measured().counts, n_resamples=5, level=0.999)
     assert played.columns[3] == "99.9% interval"
     draw_played_reach(axes, played, 20)
     assert "3 episodes, 99.9% interval" in [line.get_label() for line in axes.lines]

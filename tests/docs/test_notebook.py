@@ -3,13 +3,12 @@
 from xml.etree import ElementTree
 
 import pytest
-from counted_walks import count_transitions
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hierroom import GoalGraph
 from hierroom.complexity import analyze, measure_trajectories
-from hierroom.complexity.played.measured import MeasuredReport
+from hierroom.complexity.played_chain import PlayedChain
 from hierroom.support.tables import html_table
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -52,7 +51,7 @@ def test_drawing_has_every_room_apart_within_borders(graph):
 
 
 def measured_report():
-    return MeasuredReport(analyze("a"), count_transitions([[0, 0, 1], [0, 0, 0]], 5, 0, 4), n_resamples=5)
+    return PlayedChain.against(analyze("a"), EpisodeCounts.of([[0, 0, 1], [0, 0, 0]], 5, 0, 4), n_resamples=5)
 
 
 def played_chain():

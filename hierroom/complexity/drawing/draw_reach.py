@@ -12,9 +12,8 @@ from matplotlib.figure import Figure
 
 from hierroom.complexity.chains.chain import EXIT, Chain
 from hierroom.complexity.drawing.draw import save_figure
-from hierroom.complexity.played.measured import MeasuredReport
-from hierroom.complexity.played.observed import wilson_interval
-from hierroom.complexity.played.played_chain import PlayedChain
+from hierroom.complexity.observed import wilson_interval
+from hierroom.complexity.played_chain import PlayedChain
 from hierroom.support.drawing import legend_text
 
 POINTS = 200
@@ -52,7 +51,7 @@ def draw_played_reach(
     draw_reach(axes, {"their chain": played.chain, **others}, last)
 
 
-def save_reach(report: MeasuredReport, path: str | Path) -> None:
+def save_reach(report: PlayedChain, path: str | Path) -> None:
     """Write a picture of the curves of `draw_played_reach` and that of the assumed walk to a file."""
     figure = Figure(figsize=(6, 4), layout="constrained")
     axes = figure.subplots()

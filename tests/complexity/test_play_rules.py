@@ -11,7 +11,7 @@ import hierroom
 from hierroom.agents.player import make_player
 from hierroom.commands.complexity import main as complexity
 from hierroom.complexity import analyze
-from hierroom.complexity.played.play_rules import PlayedRules
+from hierroom.complexity.play_rules import PlayedRules
 from hierroom.goals import GoalGraph
 from hierroom.goals.rules import Rules
 from hierroom.lab.measure import graph_of, play_rules

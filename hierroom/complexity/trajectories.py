@@ -8,12 +8,11 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from numpy.typing import NDArray
 
 from hierroom.complexity.chains.chain import EXIT
 from hierroom.complexity.chains.weights import first_names, node_labels
-from hierroom.complexity.played.observed import counts_of
-from hierroom.complexity.played.played_chain import PlayedChain
+from hierroom.complexity.observed import EpisodeCounts
+from hierroom.complexity.played_chain import PlayedChain
 from hierroom.support.env_results import reset_results, unpaid_step
 from hierroom.support.errors import InputError, require_number, shown, user_code
 
@@ -47,7 +46,7 @@ def measure_trajectories(
         3.0
     """
     numbers: dict[Hashable, int] = {}
-    walks: list[NDArray[np.int64]] = []
+    walks: list[list[int]] = []
     reached: list[bool] = []
     for trajectory in trajectories:
         nodes = as_walk(trajectory, target)
@@ -56,25 +55,19 @@ def measure_trajectories(
         if len(nodes) + reached[-1] < 2 or not nodes:
             raise InputError(NO_STEP)
         check_start(nodes[0], next(iter(numbers), nodes[0]), target)
-        walks.append(np.array([numbers.setdefault(node, len(numbers)) for node in nodes]))
+        walks.append([numbers.setdefault(node, len(numbers)) for node in nodes])
     if not walks:
         raise InputError("a chain is measured from at least one trajectory, but there is none")
     if not (may_miss or any(reached)):
         raise InputError(f"{missed(target, list(numbers))}; pass may_miss=True to allow that")
     if failed is not None and np.shape(failed) != (len(walks),):
         raise InputError(f"failed must have a value for each of {len(walks)} episodes, not {shown(failed)}")
-    labels, escaped = node_labels([*numbers, target]), np.array(reached)
-    n, end = len(labels), len(labels) - 1
-    keys, triples = [], []
-    for episode, (walk, has_escaped) in enumerate(zip(walks, reached, strict=True)):
-        nodes = np.append(walk, end if has_escaped else 0)  # an episode that missed the target returns to the start
-        keys.append((episode * n + nodes[:-1]) * n + nodes[1:])
-        seen = nodes if has_escaped else walk
-        triples.append((seen[:-2] * n + seen[1:-1]) * n + seen[2:])
-    lengths = np.array([len(walk) for walk in walks]) - ~escaped
-    ends = None if failed is None else np.array(failed, bool) & ~escaped
-    counts = counts_of(np.concatenate(keys), n, lengths, escaped, np.concatenate(triples), ends)
-    median = max(1, int(np.median(lengths[escaped] if escaped.any() else lengths)))
+    labels = node_labels([*numbers, target])
+    end = len(numbers)
+    walks = [[*walk, end] if has_escaped else walk for walk, has_escaped in zip(walks, reached, strict=True)]
+    counts = EpisodeCounts.of(walks, end + 1, 0, end, failed)
+    lengths = counts.lengths[counts.escaped] if any(reached) else counts.lengths
+    median = max(1, int(np.median(lengths)))
     return PlayedChain(counts, labels, 0, {EXIT: (end,)}, times=(median, 2 * median, 4 * median), seed=seed)
 
 

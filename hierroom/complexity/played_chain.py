@@ -1,11 +1,16 @@
-"""A chain measured from play in any environment, and its numbers next to those of the episodes, with intervals."""
+"""A chain measured from play in any environment, and its numbers next to those of the episodes, with intervals.
+
+In levels of a goal graph, W comes from counted moves between nodes of its augmented graph, next to the assumed walk.
+There, two kinds of edges come from the assumed walk. A truncated episode leads back to the start, like the walk's
+restart ("the agent is not able to reach the exit within the time limit"). The only edge of the exit is its restart.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -14,8 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 from hierroom.complexity.chains.chain import EXIT, Chain
 from hierroom.complexity.chains.walk import PAPER_WALK
 from hierroom.complexity.chains.weights import row_sums
-from hierroom.complexity.played.markov_order import MarkovTest, markov_test
-from hierroom.complexity.played.observed import (
+from hierroom.complexity.markov_order import MarkovTest, markov_test
+from hierroom.complexity.observed import (
     EpisodeCounts,
     Interval,
     observed,
@@ -23,9 +28,20 @@ from hierroom.complexity.played.observed import (
     wilson_interval,
     within,
 )
+from hierroom.complexity.report import ComplexityReport
 from hierroom.complexity.walk_report import REPORT_TIMES, by_time
 from hierroom.support.errors import InputError, require_number, shown
 from hierroom.support.tables import html_table, text_table
+
+
+class MoveDifference(NamedTuple):
+    """One edge in the assumed walk and in the measured chain."""
+
+    source: str
+    target: str
+    assumed: float  # probability per step
+    measured: float  # probability per step
+    count: int  # number of times in play
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -55,6 +71,7 @@ class PlayedChain:
     level: float = 0.95  # confidence level of the intervals, above 0 and below 1
     n_resamples: int = 200  # number of bootstrap resamples of whole episodes, at least 2
     seed: int = 0  # seed of the resamples
+    assumed: ComplexityReport | None = None  # the walk whose predictions stand next to what was played
 
     def __post_init__(self) -> None:
         n = self.counts.n_nodes
@@ -64,6 +81,16 @@ class PlayedChain:
             raise InputError(f"intervals need a level between 0 and 1, not {shown(self.level)}")
         require_number("the number of resamples", self.n_resamples, 2, is_whole=True)
         require_number("seed", self.seed, 0, 2**63 - 1, is_whole=True)
+
+    @classmethod
+    def against(cls, assumed: ComplexityReport, counts: EpisodeCounts, **options: Any) -> PlayedChain:
+        """Return the chain of counts between the nodes of ``assumed.augmented``; ``options`` are other fields."""
+        if counts.n_nodes != assumed.nodes:
+            raise InputError(
+                f"the counts are over {counts.n_nodes} nodes, but goal graph {assumed.graph.name} has {assumed.nodes}"
+            )
+        chain, restart = assumed.chain, assumed.walk.restart
+        return cls(counts, chain.labels, chain.source, chain.goals, restart, assumed=assumed, **options)
 
     @cached_property
     def chain(self) -> Chain:
@@ -91,7 +118,7 @@ class PlayedChain:
 
     @cached_property
     def observed(self) -> dict[str, Interval]:
-        """Mean, deviation and reach of the episodes, with intervals; see `played.observed`."""
+        """Mean, deviation and reach of the episodes, with intervals; see `observed`."""
         rng = np.random.default_rng([self.seed, 1])
         return observed(self.counts, self.times, self.level, 5 * self.n_resamples, rng)
 
@@ -122,9 +149,30 @@ class PlayedChain:
                 intervals[name] = wilson_interval(value, self.episodes, self.level)
         return intervals
 
+    @cached_property
+    def predictions(self) -> dict[str, float]:
+        """The assumed walk's prediction of each quantity in `intervals`; none without one."""
+        return summary(self.assumed.chain, self.times) if self.assumed else {}
+
+    def moves(self) -> list[MoveDifference]:
+        """Return every edge from a visited node, in the assumed walk or in play, the largest difference first."""
+        if self.assumed is None:
+            return []
+        assumed, measured, counts = self.assumed.chain.weights, self.chain.weights, self.counts.total()
+        labels, visited = self.labels, row_sums(counts) > 0
+        edges = (assumed + measured).tocoo()
+        found = [
+            MoveDifference(labels[i], labels[j], float(assumed[i, j]), float(measured[i, j]), int(counts[i, j]))
+            for i, j in zip(edges.row.tolist(), edges.col.tolist(), strict=True)
+            if i != j and visited[i]
+        ]
+        return sorted(found, key=lambda move: -abs(move.assumed - move.measured))
+
     def to_dict(self) -> dict[str, Any]:
         """Return the episodes and their chain as plain numbers, strings, lists and dicts."""
+        assumed = {"assumed": self.predictions, "moves": [move._asdict() for move in self.moves()]}
         return {
+            **(self.assumed.described() if self.assumed else {}),
             "episodes": self.episodes,
             "nodes": len(self.labels),
             "success_rate": self.success_rate,
@@ -136,16 +184,17 @@ class PlayedChain:
             "empirical_reach": by_time(self.empirical_reach, self.times),
             "expected_states": by_time(self.chain.expected_states, self.times),
             "goal_sensitivity": self.chain.goal_sensitivity(),
+            **(assumed if self.assumed else {}),
         }
 
     @property
     def columns(self) -> tuple[str, ...]:
         """The headings of `rows`."""
         interval = f"{100 * self.level:g}% interval"
-        return "", "observed", interval, "their chain", interval
+        return "", *(["assumed walk"] if self.assumed else []), "observed", interval, "their chain", interval
 
     def rows(self) -> list[tuple[str, ...]]:
-        """Return a row for each quantity: its name, the observed and the chain's value, each with its interval."""
+        """Return a row for each quantity: its name, any prediction, the observed and the chain's value, as `columns`."""
         rows = []
         for name, measured in self.intervals.items():
             seen = self.observed.get(name)
@@ -155,12 +204,17 @@ class PlayedChain:
                 cells = "-", ""
             else:
                 cells = f"{seen.value:.4g}", str(seen)
-            rows.append((name, *cells, f"{measured.value:.4g}", str(measured)))
+            predicted = [f"{self.predictions[name]:.4g}"] if self.assumed else []
+            rows.append((name, *predicted, *cells, f"{measured.value:.4g}", str(measured)))
         return rows
 
     def notes(self) -> list[str]:
         """Return lines that explain `rows`, with at most one sentence each."""
         notes = self._test_notes()
+        if self.assumed:
+            unforeseen = sum(move.count for move in self.moves() if move.assumed == 0)
+            steps = self.counts.counts.sum()
+            notes.insert(0, f"{unforeseen} of {steps} steps took an edge that the assumed walk lacks")
         if not self.counts.escaped.any():
             notes.append("nobody escaped, so the times to the exit are infinite")
         missing = {name for name, interval in self.observed.items() if np.isnan(interval.value)}
@@ -191,9 +245,11 @@ class PlayedChain:
 
     @property
     def _head(self) -> str:
+        played = f"{self.episodes} episode{'s' * (self.episodes > 1)} played"
+        if self.assumed:
+            return f"goal graph {self.assumed.graph.name}, {played}, {self.success_rate:.1%} escaped"
         exit_label = self.labels[self.goals[EXIT][0]]
-        played = f"{self.episodes} episode{'s' * (self.episodes > 1)} played over {len(self.labels)} nodes"
-        return f"{played}, {self.success_rate:.1%} reached the exit, {exit_label!r}"
+        return f"{played} over {len(self.labels)} nodes, {self.success_rate:.1%} reached the exit, {exit_label!r}"
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__}: {self._head}>"

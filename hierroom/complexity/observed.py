@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -35,6 +36,32 @@ class EpisodeCounts:
     escaped: NDArray[np.bool_]  # [E], whether the episode reached the exit
     triples: NDArray[np.int64]  # [T, 4], three nodes in a row and their count
     failed: NDArray[np.bool_] | None = None  # [E], whether the episode terminated without the exit; None: never
+
+    @classmethod
+    def of(
+        cls, walks: Sequence[ArrayLike], n_nodes: int, start: int, end: int, failed: ArrayLike | None = None
+    ) -> EpisodeCounts:
+        """Count the steps of whole episodes, each given as its nodes [length + 1], all from ``start`` on.
+
+        An episode escaped if its last node is ``end``, the exit. Any other returns to the start, in one more step.
+        """
+        keys, triples, several = [], [], [np.asarray(walk, np.int64) for walk in walks]
+        escaped = np.array([nodes[-1] == end for nodes in several])
+        for episode, nodes in enumerate(several):
+            closed = nodes if escaped[episode] else np.append(nodes, start)
+            keys.append((episode * n_nodes + closed[:-1]) * n_nodes + closed[1:])
+            triples.append((nodes[:-2] * n_nodes + nodes[1:-1]) * n_nodes + nodes[2:])
+        unique, counts = np.unique(np.concatenate(keys), return_counts=True)
+        in_a_row, times = np.unique(np.concatenate(triples), return_counts=True)
+        return cls(
+            n_nodes,
+            *_digits(unique, n_nodes),
+            counts,
+            np.array([len(nodes) - 1 for nodes in several]),
+            escaped,
+            np.stack([*_digits(in_a_row, n_nodes), times], axis=1),
+            None if failed is None else np.asarray(failed, bool) & ~escaped,
+        )
 
     def total(self, multiplicity: ArrayLike | None = None) -> sp.csr_array:
         """Return the sum [n, n] of the transitions; each episode counts ``multiplicity`` [E] times, by default once."""
@@ -74,22 +101,6 @@ class EpisodeCounts:
         mean = int(times @ steps) / n_escaped
         squares = float(times @ (steps - mean * self.escaped) ** 2)
         return mean, float(np.sqrt(squares / (n_escaped - 1))) if n_escaped > 1 else float("inf")
-
-
-def counts_of(
-    keys: NDArray[np.int64],
-    n_nodes: int,
-    lengths: NDArray[np.int64],
-    escaped: NDArray[np.bool_],
-    triple_keys: NDArray[np.int64],
-    failed: NDArray[np.bool_] | None = None,
-) -> EpisodeCounts:
-    """Count keys ``(episode * n + source) * n + target``, and triple keys ``(first * n + second) * n + third``."""
-    unique, counts = np.unique(keys, return_counts=True)
-    episodes, sources, targets = _digits(unique, n_nodes)
-    unique, times = np.unique(triple_keys, return_counts=True)
-    triples = np.stack([*_digits(unique, n_nodes), times], axis=1)
-    return EpisodeCounts(n_nodes, episodes, sources, targets, counts, lengths, escaped, triples, failed)
 
 
 def _digits(keys: NDArray[np.int64], base: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:

@@ -4,12 +4,11 @@ from itertools import groupby, permutations
 
 import numpy as np
 import pytest
-from counted_walks import count_transitions
 
 from hierroom.complexity import analyze
-from hierroom.complexity.played.markov_order import markov_test
-from hierroom.complexity.played.measured import MeasuredReport
-from hierroom.complexity.played.observed import EpisodeCounts, observed, wilson_interval
+from hierroom.complexity.markov_order import markov_test
+from hierroom.complexity.observed import EpisodeCounts, observed, wilson_interval
+from hierroom.complexity.played_chain import PlayedChain
 from hierroom.support.errors import InputError
 
 
@@ -30,11 +29,11 @@ def walk_episodes(report, n_episodes, max_steps, rng):
 def measured():
     report = analyze("b")
     episodes = walk_episodes(report, 400, 10_000, np.random.default_rng(0))
-    return MeasuredReport(report, count_transitions(episodes, report.nodes, 0, report.augmented.exit)), episodes
+    return PlayedChain.against(report, EpisodeCounts.of(episodes, report.nodes, 0, report.augmented.exit)), episodes
 
 
 def test_count_transitions_by_hand():
-    counts = count_transitions([[0, 0, 1, 2], [0, 1, 1, 1]], n_nodes=3, start=0, exit_node=2)
+    counts = EpisodeCounts.of([[0, 0, 1, 2], [0, 1, 1, 1]], n_nodes=3, start=0, end=2)
     assert counts.lengths.tolist() == [3, 3]
     assert counts.escaped.tolist() == [True, False]
     # the second episode was truncated at node 1: one transition back to the start
@@ -56,8 +55,8 @@ def test_intervals_cover_the_true_value_at_their_level():
     assumed, rng = analyze("a"), np.random.default_rng(2)
     held = 0
     for _ in range(20):
-        counts = count_transitions(walk_episodes(assumed, 60, 10_000, rng), assumed.nodes, 0, 4)
-        _, low, high = MeasuredReport(assumed, counts, level=0.9, n_resamples=40).intervals["expected_steps"]
+        counts = EpisodeCounts.of(walk_episodes(assumed, 60, 10_000, rng), assumed.nodes, 0, 4)
+        _, low, high = PlayedChain.against(assumed, counts, level=0.9, n_resamples=40).intervals["expected_steps"]
         held += low <= assumed.expected_steps <= high
     assert held >= 13  # 18 expected; fewer than 13 has a chance of one in four hundred, and the seed is fixed
 
@@ -65,7 +64,7 @@ def test_intervals_cover_the_true_value_at_their_level():
 def test_the_same_seed_gives_the_same_intervals(measured):
     report, _ = measured
     once, again, other = (
-        MeasuredReport(report.assumed, report.counts, n_resamples=20, seed=seed).intervals for seed in (0, 0, 1)
+        PlayedChain.against(report.assumed, report.counts, n_resamples=20, seed=seed).intervals for seed in (0, 0, 1)
     )
     assert once == again
     assert once != other
@@ -73,7 +72,7 @@ def test_the_same_seed_gives_the_same_intervals(measured):
 
 def test_report_without_escapes_is_infinite():
     assumed = analyze("a")
-    report = MeasuredReport(assumed, count_transitions([[0, 0, 1], [0, 0, 0]], 5, 0, 4), n_resamples=5)
+    report = PlayedChain.against(assumed, EpisodeCounts.of([[0, 0, 1], [0, 0, 0]], 5, 0, 4), n_resamples=5)
     assert report.empirical_steps == np.inf
     for name in ("expected_steps", "hitting_time"):
         assert report.intervals[name].value == np.inf
@@ -92,13 +91,13 @@ def test_measured_report_has_measured_and_assumed_numbers(measured):
     assert table["expected_states"]["100"] == report.chain.expected_states(100)
     assert min(table["goal_sensitivity"]) == min(report.assumed.goal_sensitivity())
     # a node without visits is isolated, and raises no error
-    partly = MeasuredReport(analyze("b"), count_transitions([[0, 1, 3, 12]], 13, 0, 12))
+    partly = PlayedChain.against(analyze("b"), EpisodeCounts.of([[0, 1, 3, 12]], 13, 0, 12))
     assert sum(edge.elasticity for edge in partly.chain.edge_sensitivity()) == pytest.approx(-1, rel=1e-9)
 
 
 def test_moves_list_edges_missing_from_the_assumed_walk():
     assumed = analyze("a")
-    report = MeasuredReport(assumed, count_transitions([[0, 1, 2, 3, 4]] * 3, 5, 0, 4), n_resamples=5)
+    report = PlayedChain.against(assumed, EpisodeCounts.of([[0, 1, 2, 3, 4]] * 3, 5, 0, 4), n_resamples=5)
     moves = {(move.source, move.target): move for move in report.moves()}
     odd = moves["key 1, all closed", "start, open 1"]
     assert (odd.assumed, odd.measured, odd.count) == (0, 1, 3)
@@ -106,18 +105,18 @@ def test_moves_list_edges_missing_from_the_assumed_walk():
 
 
 def test_counts_of_another_graph_raise_input_error():
-    counts = count_transitions([[0, 1, 2]], 3, 0, 2)
+    counts = EpisodeCounts.of([[0, 1, 2]], 3, 0, 2)
     with pytest.raises(InputError, match="over 3 nodes, but goal graph c has 9"):
-        MeasuredReport(analyze("c"), counts)
+        PlayedChain.against(analyze("c"), counts)
     with pytest.raises(InputError, match="resamples must be at least 2, not 1"):
-        MeasuredReport(analyze("a"), count_transitions([[0, 4]], 5, 0, 4), n_resamples=1)
+        PlayedChain.against(analyze("a"), EpisodeCounts.of([[0, 4]], 5, 0, 4), n_resamples=1)
 
 
 def test_nothing_is_observed_past_the_step_limit():
     assumed = analyze("c")
     episodes = walk_episodes(assumed, 100, 60, np.random.default_rng(3))
-    report = MeasuredReport(
-        assumed, count_transitions(episodes, assumed.nodes, 0, assumed.augmented.exit), n_resamples=5
+    report = PlayedChain.against(
+        assumed, EpisodeCounts.of(episodes, assumed.nodes, 0, assumed.augmented.exit), n_resamples=5
     )
     assert report.counts.step_limit == 60
     reach = report.empirical_reach([10, 60, 61, 1000])
@@ -132,7 +131,7 @@ def test_passages_go_on_through_truncated_episodes():
     """A geometric number of misses (three or four steps, with the restart) before an escape of two or one steps."""
     walks = [[0, 1, 2], [0, 1, 1, 1], [0, 2], [0, 1, 1], [0, 0, 2]]
     for order in permutations(walks):
-        mean, std = count_transitions(order, n_nodes=3, start=0, exit_node=2).passage()
+        mean, std = EpisodeCounts.of(order, n_nodes=3, start=0, end=2).passage()
         misses, escapes, chance = np.array([4, 3]), np.array([2, 1, 2]), 3 / 5
         n_misses, its_variance = (1 - chance) / chance, (1 - chance) / chance**2
         assert mean == pytest.approx(n_misses * misses.mean() + escapes.mean())
@@ -142,8 +141,8 @@ def test_passages_go_on_through_truncated_episodes():
 
 def test_few_or_equal_episodes_have_no_interval():
     assumed = analyze("a")
-    alike = MeasuredReport(assumed, count_transitions([[0, 1, 3, 4]] * 12, 5, 0, 4))
-    one = MeasuredReport(assumed, count_transitions([[0, 0, 0, 1, 3, 4]], 5, 0, 4))
+    alike = PlayedChain.against(assumed, EpisodeCounts.of([[0, 1, 3, 4]] * 12, 5, 0, 4))
+    one = PlayedChain.against(assumed, EpisodeCounts.of([[0, 0, 0, 1, 3, 4]], 5, 0, 4))
     for report in (alike, one):
         for name, interval in (*report.intervals.items(), *report.observed.items()):
             if name.startswith("exit within"):
@@ -196,8 +195,8 @@ def test_markov_test_accepts_the_assumed_walk():
     assumed, rng = analyze("a"), np.random.default_rng(5)
     tests = []
     for _ in range(100):
-        counts = count_transitions(walk_episodes(assumed, 40, 10_000, rng), assumed.nodes, 0, 4)
-        tests.append(MeasuredReport(assumed, counts).markov)
+        counts = EpisodeCounts.of(walk_episodes(assumed, 40, 10_000, rng), assumed.nodes, 0, 4)
+        tests.append(PlayedChain.against(assumed, counts).markov)
     chances = np.array([test.p_value for test in tests if test is not None])
     assert len(chances) == 100
     assert 0.4 < chances.mean() < 0.6  # uniform: 0.5, its standard error 0.03
@@ -212,7 +211,7 @@ def test_markov_test_rejects_a_walk_with_memory():
         [node for node, _ in groupby(nodes[:-1]) for _ in range(3)] + nodes[-1:]
         for nodes in walk_episodes(assumed, 60, 10_000, rng)
     ]
-    report = MeasuredReport(assumed, count_transitions(episodes, assumed.nodes, 0, 4), n_resamples=5)
+    report = PlayedChain.against(assumed, EpisodeCounts.of(episodes, assumed.nodes, 0, 4), n_resamples=5)
     lengths = [len(nodes) - 1 for nodes in episodes]
     assert report.markov.is_rejected
     assert report.chain.std > 1.1 * report.observed["std"].value
@@ -230,7 +229,7 @@ def test_markov_test_on_a_table_by_hand():
     assert (statistic, degrees) == (pytest.approx(20), 1)
     assert p_value == pytest.approx(7.744e-6, rel=1e-3)
     assert markov_test(triples[4:]) is None
-    assert "too few steps to test" in str(MeasuredReport(analyze("a"), count_transitions([[0, 1, 3, 4]], 5, 0, 4)))
+    assert "too few steps to test" in str(PlayedChain.against(analyze("a"), EpisodeCounts.of([[0, 1, 3, 4]], 5, 0, 4)))
 
 
 def test_markov_test_accepts_rare_branches():

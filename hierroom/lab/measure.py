@@ -5,7 +5,8 @@ Play has other edges than the paper's graph: after opening a door, the agent is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -14,9 +15,9 @@ from hierroom.agents.episode_facts import EpisodeFacts
 from hierroom.agents.player import Play, Player, make_player, quotas
 from hierroom.complexity.augmented import AugmentedGraph
 from hierroom.complexity.chains.walk import PAPER_WALK, TABLE_READING, Reading, Walk
-from hierroom.complexity.played.measured import MeasuredReport
-from hierroom.complexity.played.observed import EpisodeCounts, counts_of
-from hierroom.complexity.played.play_rules import PlayedRules
+from hierroom.complexity.observed import EpisodeCounts
+from hierroom.complexity.play_rules import PlayedRules
+from hierroom.complexity.played_chain import PlayedChain
 from hierroom.complexity.report import analyze
 from hierroom.goals import GoalGraph
 from hierroom.runs.trained_agent import load
@@ -33,29 +34,18 @@ def count_transitions(
 ) -> EpisodeCounts:
     """Let a player play the first episodes of each environment, and count its moves between nodes; see `measure`."""
     augmented = AugmentedGraph(graph_of(turns))
-    node_of, n_nodes, n = turns.world.node_map(augmented), len(augmented.nodes), len(turns)
-    quota = quotas(episodes, n)
-    first = np.cumsum(quota) - quota
-    lengths, escaped = np.zeros(episodes, np.int64), np.zeros(episodes, bool)
-    nowhere = np.zeros(n, bool)
-    nodes, keys, triples = turns.world.nodes(node_of, terminated=nowhere, ended=nowhere), [], []
-    before = np.full(n, -1)  # the node before the current one, in the same episode
-    facts, play = EpisodeFacts(n), Play(turns, player, episodes, progress)
+    node_of, quota = turns.world.node_map(augmented), quotas(episodes, len(turns))
+    first, play = np.cumsum(quota) - quota, Play(turns, player, episodes, progress)
+    moved = []  # for each step, the episodes that count [C] and their nodes after it [C]
     for step in play:
-        envs, world, counted = play.envs, play.turns.world, play.counted
-        last, at = before[envs], nodes[envs]
-        after = world.nodes(node_of, terminated=step.terminated, ended=step.episode_ended)
-        episode = first[envs] + play.played[envs]
-        keys.append((episode[counted] * n_nodes + at[counted]) * n_nodes + after[counted])
-        remembered = counted[last[counted] >= 0]
-        triples.append((last[remembered] * n_nodes + at[remembered]) * n_nodes + after[remembered])
-        ended = facts.add(step, play.turns, envs, counted)
-        truncated = ended.rows[~ended.successes]
-        keys.append((episode[truncated] * n_nodes + after[truncated]) * n_nodes + augmented.start)
-        lengths[episode[ended.rows]], escaped[episode[ended.rows]] = ended.lengths, ended.successes
-        before[envs] = np.where(step.episode_ended, -1, at)
-        nodes[envs] = np.where(step.episode_ended, augmented.start, after)
-    return counts_of(np.concatenate(keys), n_nodes, lengths, escaped, np.concatenate(triples))
+        after = play.turns.world.nodes(node_of, terminated=step.terminated, ended=step.episode_ended)
+        envs = play.envs[play.counted]
+        moved.append(np.stack([first[envs] + play.played[envs], after[play.counted]]))
+    numbers, nodes = np.concatenate(moved, axis=1)
+    in_order, lengths = np.argsort(numbers, kind="stable"), np.bincount(numbers)
+    walks = np.split(nodes[in_order], np.cumsum(lengths)[:-1])
+    start = augmented.start
+    return EpisodeCounts.of([np.append(start, walk) for walk in walks], len(augmented.nodes), start, augmented.exit)
 
 
 def measure(
@@ -66,7 +56,7 @@ def measure(
     seed: int = 0,
     walk: Walk = PAPER_WALK,
     reading: Reading = TABLE_READING,
-) -> MeasuredReport:
+) -> PlayedChain:
     """Play in real levels and report the measured chain next to the assumed walk.
 
     Args:
@@ -76,7 +66,7 @@ def measure(
     """
     counts = count_transitions(turns, player, episodes, progress)
     assumed = analyze(graph_of(turns), turns.config.drop_key, walk, reading)
-    return MeasuredReport(assumed, counts, seed=seed)
+    return PlayedChain.against(assumed, counts, seed=seed)
 
 
 def play_rules(
@@ -104,7 +94,7 @@ def measure_named(
     walk: Walk = PAPER_WALK,
     reading: Reading = TABLE_READING,
     trust: bool = False,
-) -> MeasuredReport:
+) -> PlayedChain:
     """Measure the player that the command line names, with a progress bar.
 
     Args:
@@ -115,9 +105,8 @@ def measure_named(
         trust: whether to run the code that the run's config names, as for `load`.
     """
     turns, player = named_play(name, entries, drop_key, episodes, seed, trust)
-    with progress_bar() as bar:
-        task = bar.add_task("playing", total=episodes)
-        return measure(turns, player, episodes, lambda done: bar.update(task, completed=done), seed, walk, reading)
+    with _bar(episodes) as progress:
+        return measure(turns, player, episodes, progress, seed, walk, reading)
 
 
 def play_rules_named(
@@ -125,9 +114,15 @@ def play_rules_named(
 ) -> PlayedRules:
     """Estimate rules from the play of the player that the command line names; arguments as for `measure_named`."""
     turns, player = named_play(name, entries, drop_key, episodes, seed, trust)
+    with _bar(episodes) as progress:
+        return play_rules(turns, player, episodes, progress)
+
+
+@contextmanager
+def _bar(episodes: int) -> Iterator[Callable[[int], None]]:
     with progress_bar() as bar:
         task = bar.add_task("playing", total=episodes)
-        return play_rules(turns, player, episodes, lambda done: bar.update(task, completed=done))
+        yield lambda done: bar.update(task, completed=done)
 
 
 def named_play(

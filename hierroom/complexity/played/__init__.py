@@ -1,1 +1,0 @@
-"""Chains measured from play."""
