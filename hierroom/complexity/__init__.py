@@ -18,7 +18,7 @@ target node t, b = e_s - e_t.
 | sensitivity d(b' pinv(D - W) b) / dW_ij | `laplacian_sensitivity` | Golub and Pereyra, 4.3 |
 
 Systems for m, v and h are solved without subtraction (`chains.elimination`; Grassmann, Taksar and Heyman, 1985).
-`markov_order` tests whether play is Markov on its nodes (Anderson and Goodman, 1957).
+`markov_order.markov_test` tests whether play is Markov on its nodes (Anderson and Goodman, 1957).
 
 `AugmentedGraph` is the paper's augmented graph with its weights W (appendix A); `MarkingGraph` is its counterpart for
 rules. Numbers after a source are its theorems: Norris, Markov Chains, 1997; Kemeny and Snell, Finite Markov Chains,

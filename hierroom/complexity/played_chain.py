@@ -194,7 +194,7 @@ class PlayedChain:
         return "", *(["assumed walk"] if self.assumed else []), "observed", interval, "their chain", interval
 
     def rows(self) -> list[tuple[str, ...]]:
-        """Return a row for each quantity: its name, any prediction, the observed and the chain's value, as `columns`."""
+        """Return a row for each quantity: its name, any prediction, the observed and the chain's value."""
         rows = []
         for name, measured in self.intervals.items():
             seen = self.observed.get(name)

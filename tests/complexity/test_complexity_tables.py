@@ -10,6 +10,7 @@ from hierroom.commands.complexity import ComplexityArguments, show
 from hierroom.complexity import Chain, analyze, measure_trajectories, to_frame
 from hierroom.complexity.drawing.draw import save_figure
 from hierroom.complexity.drawing.draw_reach import draw_played_reach, draw_reach, save_reach
+from hierroom.complexity.observed import EpisodeCounts
 from hierroom.complexity.played_chain import PlayedChain
 from hierroom.complexity.tables import COLUMNS, list_text, rows_of
 from hierroom.goals import GoalGraph

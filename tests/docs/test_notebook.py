@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from hierroom import GoalGraph
 from hierroom.complexity import analyze, measure_trajectories
+from hierroom.complexity.observed import EpisodeCounts
 from hierroom.complexity.played_chain import PlayedChain
 from hierroom.support.tables import html_table
 

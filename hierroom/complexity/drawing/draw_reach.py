@@ -55,8 +55,9 @@ def save_reach(report: PlayedChain, path: str | Path) -> None:
     """Write a picture of the curves of `draw_played_reach` and that of the assumed walk to a file."""
     figure = Figure(figsize=(6, 4), layout="constrained")
     axes = figure.subplots()
-    draw_played_reach(axes, report, others={"assumed walk": report.assumed.chain})
-    axes.set_title(f"goal graph {report.assumed.graph.name}", parse_math=False)
+    assumed = report.assumed
+    draw_played_reach(axes, report, others={"assumed walk": assumed.chain} if assumed else {})
+    axes.set_title(f"goal graph {assumed.graph.name}" if assumed else "", parse_math=False)
     save_figure(figure, path)
 
 
