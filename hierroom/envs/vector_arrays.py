@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from functools import cache
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 
 from hierroom.controller import Observation
 from hierroom.support.array_pool import ArrayPool
-from hierroom.support.compile.kernel import compiled
+from hierroom.support.compile.kernel import Compiled
 from hierroom.turns.kernels import write_results
 from hierroom.turns.records import CONTROLLER, LEDGER, STEP, Step
 from hierroom.turns.turns import Turns
@@ -64,7 +63,7 @@ class VectorArrays:
             a dict of arrays, or one array [N, K] if flat, and the other results of Gymnasium's step.
         """
         _, (arrays, parts, results, terminated, truncated, infos) = self._pool.take()
-        _compiled_results()(steps, self._turns.ledger.records, begins_anew, *results)
+        _RESULTS.run(steps, self._turns.ledger.records, begins_anew, *results)
         return self._observe(arrays, parts), results[0], terminated, truncated, infos.copy()
 
     def at_reset(self, where: NDArray[np.bool_]) -> tuple[Any, dict[str, Any]]:
@@ -110,8 +109,5 @@ def _by_name(infos: Iterable[NDArray], has_infos: Iterable[NDArray[np.bool_]]) -
     return named
 
 
-@cache
-def _compiled_results() -> Callable[..., None]:
-    """Compile `kernels.write_results` for the types of a batch's arrays."""
-    flags, numbers = np.zeros((1, 1), _BOOL), np.zeros((1, 1), _INT64)
-    return compiled(write_results, np.zeros(1, STEP), np.zeros(1, LEDGER), True, np.zeros(1), flags, numbers)
+_FLAGS, _NUMBERS = np.zeros((1, 1), _BOOL), np.zeros((1, 1), _INT64)
+_RESULTS = Compiled(write_results, np.zeros(1, STEP), np.zeros(1, LEDGER), True, np.zeros(1), _FLAGS, _NUMBERS)

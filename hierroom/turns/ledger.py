@@ -6,14 +6,14 @@ ended. ``controller_0`` acts at all other times; its turn is one primitive step.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.compile.kernel import compiled
+from hierroom.support.compile.kernel import Compiled
 from hierroom.support.read_only import read_only
 from hierroom.turns.kernels import record_turns, take_goals
 from hierroom.turns.records import LEDGER, RULES, STEP, ledger_at_reset
@@ -83,24 +83,22 @@ class Ledger:
 
     def record(self, outcomes: np.ndarray, actions: NDArray[np.int64], steps: np.ndarray, rules: np.ndarray) -> int:
         """Take the controller's turn; return how many episodes it ended: see `kernels.record_turns`."""
-        record = compiled_record(outcomes.dtype)
-        n_ended, self._n_turns = record(outcomes, actions, self._written, steps, self._start, rules)
+        n_ended, self._n_turns = _record(outcomes.dtype).run(
+            outcomes, actions, self._written, steps, self._start, rules
+        )
         return n_ended
 
     def take_goals(self, masks: NDArray[np.bool_], actions: NDArray[np.int64]) -> None:
         """Take the meta-controller's turn wherever it has one: see `kernels.take_goals`."""
-        compiled_take()(masks, self._written, actions)
+        _TAKE.run(masks, self._written, actions)
         self._n_turns = 0
 
 
+_TAKE = Compiled(take_goals, np.zeros((1, 1), bool), np.zeros(1, LEDGER), np.zeros(1, np.int64))
+
+
 @cache
-def compiled_record(outcome: np.dtype) -> Callable[..., tuple[int, int]]:
-    """Compile `kernels.record_turns` for the outcomes of a world."""
+def _record(outcome: np.dtype) -> Compiled:
+    """Return `kernels.record_turns` for the outcomes of a world."""
     ledger, rules = np.zeros(1, LEDGER), np.zeros(1, RULES)
-    return compiled(record_turns, np.zeros(1, outcome), np.zeros(1, np.int64), ledger, np.zeros(1, STEP), ledger, rules)
-
-
-@cache
-def compiled_take() -> Callable[..., None]:
-    """Compile `kernels.take_goals` for the types of a batch's arrays."""
-    return compiled(take_goals, np.zeros((1, 1), bool), np.zeros(1, LEDGER), np.zeros(1, np.int64))
+    return Compiled(record_turns, np.zeros(1, outcome), np.zeros(1, np.int64), ledger, np.zeros(1, STEP), ledger, rules)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cache
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.goals.goal_set import GoalSet
-from hierroom.support.compile.kernel import compiled
+from hierroom.support.compile.kernel import Compiled
 from hierroom.support.errors import InputError
 from hierroom.support.read_only import Shown, freeze
 from hierroom.support.schema import Array, Table, Whole, record_type
@@ -165,7 +164,7 @@ class BaseWorld(ABC):
         for array, values in zip(given, (times, rewards, terminated, truncated), strict=True):
             array[...] = values
         kept = self._counts, self._lengths, self._has_ended, outcomes
-        n_achieved, n_ended = _compiled_outcomes()(*given, *kept, self.max_steps, self.goals.target, self.autoreset)
+        n_achieved, n_ended = _OUTCOMES.run(*given, *kept, self.max_steps, self.goals.target, self.autoreset)
         if n_achieved and self.dependencies is not None:
             self.dependencies.apply(self._markings, given[0])
         if n_ended and self.autoreset:
@@ -291,8 +290,6 @@ class BaseWorld(ABC):
         return arrays[0][0]
 
 
-@cache
-def _compiled_outcomes() -> Callable[..., tuple[int, int]]:
-    flag, numbers = np.zeros(1, bool), np.zeros((1, 1), np.int64)
-    given = numbers, np.zeros(1), flag, flag
-    return compiled(write_outcomes, *given, numbers, numbers[0], flag, np.zeros(1, OUTCOME), 1, 0, True)
+_FLAG, _NUMBERS = np.zeros(1, bool), np.zeros((1, 1), np.int64)
+_GIVEN, _KEPT = (_NUMBERS, np.zeros(1), _FLAG, _FLAG), (_NUMBERS, _NUMBERS[0], _FLAG, np.zeros(1, OUTCOME))
+_OUTCOMES = Compiled(write_outcomes, *_GIVEN, *_KEPT, 1, 0, True)

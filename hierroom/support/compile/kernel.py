@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from functools import cached_property
 from typing import Any
 
 import numba
@@ -83,12 +84,20 @@ def _with_plain_integers(kernel: Any) -> Any:
     return kernel
 
 
-def compiled(kernel: Any, *arrays: Any) -> Any:
-    """Compile a kernel for arguments of the same types as ``arrays``; the caller must only pass such arguments.
+class Compiled:
+    """A kernel for arguments of the same types as ``samples``; the caller must only pass such arguments to `run`.
 
-    Without this, Numba looks up the types in each call, which takes several times as long as one environment's step.
+    Otherwise Numba looks up the types in each call, which takes several times as long as one environment's step.
     """
-    return kernel.compile(tuple(numba.typeof(array) for array in arrays)) if hasattr(kernel, "compile") else kernel
+
+    def __init__(self, kernel: Any, *samples: Any) -> None:
+        self._kernel, self._samples = kernel, samples
+
+    @cached_property
+    def run(self) -> Callable[..., Any]:
+        """The compiled code of the kernel."""
+        has_types = hasattr(self._kernel, "compile")  # it is no plain function
+        return self._kernel.compile(tuple(map(numba.typeof, self._samples))) if has_types else self._kernel
 
 
 @njit(cache=True)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from functools import cache, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.goals import GoalGraph
-from hierroom.support.compile.kernel import compiled
+from hierroom.support.compile.kernel import Compiled
 from hierroom.support.errors import InputError
 from hierroom.support.read_only import read_only
 from hierroom.support.schema import Whole
@@ -113,7 +113,7 @@ class Engine:
         write_seeds(levels, seed, chosen)
         self._clear_outcomes(chosen, 0)
         self.has_begun = True
-        begin = _compiled_begin_of_maps() if self._has_maps else _compiled_begin()
+        begin = _BEGIN_OF_MAPS.run if self._has_maps else _BEGIN.run
         begin(levels, self._state.grids, *self._sources, self._outcomes, chosen)
 
     def remember(self, memories: Iterable[str]) -> None:
@@ -151,7 +151,7 @@ class Engine:
     def _bind(self) -> Callable[[NDArray[np.int64]], None]:
         """Bind the arguments of a step's kernel except the actions, because finding them takes time at every step."""
         levels, grids, outcomes, finals = self._state.levels, self._state.grids, self._outcomes, self._finals
-        step, sources = _compiled_step_of_maps() if self._has_maps else _compiled_step(), self._sources
+        step, sources = _STEP_OF_MAPS.run if self._has_maps else _STEP.run, self._sources
         if self._shares.is_one:
             return partial(step, levels, grids, *sources, outcomes, finals)
 
@@ -162,7 +162,7 @@ class Engine:
 
     def advance_within_episode(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Do what `step_within_episode` does, with checked actions."""
-        _compiled_step_within()(self._state.levels, self._state.grids, actions, self._outcomes)
+        _STEP_WITHIN.run(self._state.levels, self._state.grids, actions, self._outcomes)
         return self._outcomes
 
     def state_after(self, before: State, actions: NDArray[np.int64]) -> State:
@@ -216,35 +216,11 @@ class Engine:
         self._outcomes.put(envs, outcomes)  # an assignment would copy field by field
 
 
-@cache
-def _compiled_begin() -> Callable[..., None]:
-    state, outcomes = empty_state(1, MIN_SIZE), np.zeros(1, OUTCOME)
-    arrays = state.levels, state.grids, np.zeros(1, GRAPH), outcomes, np.zeros(1, np.int64)
-    return compiled(batch_kernels.reset_levels, *arrays)
-
-
-@cache
-def _compiled_begin_of_maps() -> Callable[..., None]:
-    state, outcomes = empty_state(1, MIN_SIZE), np.zeros(1, OUTCOME)
-    arrays = state.levels, state.grids, NO_MAPS.levels, NO_MAPS.grids, outcomes, np.zeros(1, np.int64)
-    return compiled(batch_kernels.reset_levels_of_maps, *arrays)
-
-
-@cache
-def _compiled_step() -> Callable[..., None]:
-    state = empty_state(1, MIN_SIZE)
-    arrays = state.levels, state.grids, np.zeros(1, GRAPH), np.zeros(1, OUTCOME), state.levels, np.zeros(1, np.int64)
-    return compiled(batch_kernels.step_and_reset_levels, *arrays)
-
-
-@cache
-def _compiled_step_of_maps() -> Callable[..., None]:
-    state, maps = empty_state(1, MIN_SIZE), (NO_MAPS.levels, NO_MAPS.grids)
-    arrays = state.levels, state.grids, *maps, np.zeros(1, OUTCOME), state.levels, np.zeros(1, np.int64)
-    return compiled(batch_kernels.step_and_reset_levels_of_maps, *arrays)
-
-
-@cache
-def _compiled_step_within() -> Callable[..., None]:
-    state = empty_state(1, MIN_SIZE)
-    return compiled(batch_kernels.step_levels, state.levels, state.grids, np.zeros(1, np.int64), np.zeros(1, OUTCOME))
+_STATE, _OUTCOMES, _NUMBERS = empty_state(1, MIN_SIZE), np.zeros(1, OUTCOME), np.zeros(1, np.int64)
+_ARRAYS, _GRAPHS, _MAPS = (_STATE.levels, _STATE.grids), (np.zeros(1, GRAPH),), (NO_MAPS.levels, NO_MAPS.grids)
+_BEGIN = Compiled(batch_kernels.reset_levels, *_ARRAYS, *_GRAPHS, _OUTCOMES, _NUMBERS)
+_BEGIN_OF_MAPS = Compiled(batch_kernels.reset_levels_of_maps, *_ARRAYS, *_MAPS, _OUTCOMES, _NUMBERS)
+_CHANGED = _OUTCOMES, _STATE.levels, _NUMBERS
+_STEP = Compiled(batch_kernels.step_and_reset_levels, *_ARRAYS, *_GRAPHS, *_CHANGED)
+_STEP_OF_MAPS = Compiled(batch_kernels.step_and_reset_levels_of_maps, *_ARRAYS, *_MAPS, *_CHANGED)
+_STEP_WITHIN = Compiled(batch_kernels.step_levels, *_ARRAYS, _NUMBERS, _OUTCOMES)

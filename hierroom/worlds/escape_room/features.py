@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import cache
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, GOAL_VECTORS, N_COLOURS, N_GOALS, NO_GOAL
-from hierroom.support.compile.kernel import compiled, njit
+from hierroom.support.compile.kernel import Compiled, njit
 from hierroom.worlds.escape_room.constants import COL_STEP, EXIT, KEY, LOCKED_DOOR, N_TILES, ROW_STEP, VIEW
 from hierroom.worlds.escape_room.frontier import nearest_frontiers
 from hierroom.worlds.escape_room.layout import LEVEL
@@ -52,19 +51,17 @@ def _object_places(observation: Any) -> NDArray:
 
 def _doorway_places(observation: Any) -> NDArray:
     """Return the `_places` [M, 4] of the two doors opened or crossed last, the later one first."""
-    return _compiled_places()(observation.view.levels, observation.view.levels["doorways"].astype(np.int64))
+    return _PLACES.run(observation.view.levels, observation.view.levels["doorways"].astype(np.int64))
 
 
 def _frontier_places(observation: Any) -> NDArray:
     """Return the `_places` [M, 4] of `nearest_frontiers`."""
-    return _compiled_places()(
-        observation.view.levels, nearest_frontiers(observation.view.levels, observation.view.maps)
-    )
+    return _PLACES.run(observation.view.levels, nearest_frontiers(observation.view.levels, observation.view.maps))
 
 
 def _places_of_goals(levels: np.ndarray, goals: NDArray[np.integer]) -> NDArray:
     """Return the `_places` [M, 2 G] of goals [M, G] that were seen."""
-    return _compiled_places()(levels, _compiled_seen()(levels, goals))
+    return _PLACES.run(levels, _SEEN.run(levels, goals))
 
 
 @njit(cache=True)
@@ -108,14 +105,8 @@ def _class_of(distance):
     return len(CLASS_STARTS) + (classes if distance > 0 else -classes)
 
 
-@cache
-def _compiled_seen() -> Callable[..., NDArray]:
-    return compiled(_seen_at, np.zeros(1, LEVEL), np.zeros((2, 4), np.int64)[:, ::2])
-
-
-@cache
-def _compiled_places() -> Callable[..., NDArray]:
-    return compiled(_places, np.zeros(1, LEVEL), np.zeros((1, 1, 2), np.int64))
+_SEEN = Compiled(_seen_at, np.zeros(1, LEVEL), np.zeros((2, 4), np.int64)[:, ::2])
+_PLACES = Compiled(_places, np.zeros(1, LEVEL), np.zeros((1, 1, 2), np.int64))
 
 
 def _by_colour(observation: Any, what: str) -> NDArray:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache
-
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.compile.kernel import compiled, njit
+from hierroom.support.compile.kernel import Compiled, njit
 from hierroom.worlds.escape_room.constants import MARGIN, MAX_SIZE, ONE
 from hierroom.worlds.escape_room.layout import LEVEL, NO_MAPS, Maps
 from hierroom.worlds.escape_room.rooms import room_at
@@ -23,12 +20,7 @@ def nearest_frontiers(levels: np.ndarray, maps: Maps) -> NDArray[np.int64]:
         [M, 2, 2] (row, col) of the nearest cell in the agent's room, and of the nearest anywhere else; zeros if there
         is none. An agent in a doorway is in no room.
     """
-    return _compiled_search()(np.ascontiguousarray(levels), maps.rooms)
-
-
-@cache
-def _compiled_search() -> Callable[..., NDArray[np.int64]]:
-    return compiled(find_frontiers, np.zeros(1, LEVEL), NO_MAPS.rooms)
+    return _SEARCH.run(np.ascontiguousarray(levels), maps.rooms)
 
 
 @njit(cache=True)
@@ -72,3 +64,6 @@ def _keep_nearer(level, row, col, nearest):
 @njit(cache=True)
 def _rank(level, row, col):
     return ((abs(row - level.row) + abs(col - level.col)) * 2 * MAX_SIZE + row) * 2 * MAX_SIZE + col
+
+
+_SEARCH = Compiled(find_frontiers, np.zeros(1, LEVEL), NO_MAPS.rooms)

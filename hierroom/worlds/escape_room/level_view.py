@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, GoalGraph
-from hierroom.support.compile.kernel import compiled
+from hierroom.support.compile.kernel import Compiled
 from hierroom.worlds.escape_room import batch_kernels
 from hierroom.worlds.escape_room.constants import VIEW
 from hierroom.worlds.escape_room.goal_kernels import GOAL_MASKS, write_masks
@@ -66,7 +65,7 @@ class LevelView:
     def uniforms(self, turns: NDArray[np.integer], n: int) -> NDArray[np.float64]:
         """Return [M, n] random numbers in [0, 1), determined by seed, environment, episode and turn [M]."""
         uniforms = np.empty((len(self), n))
-        _compiled_uniforms()(np.ascontiguousarray(self.levels), np.ascontiguousarray(turns, np.int64), uniforms)
+        _UNIFORMS.run(np.ascontiguousarray(self.levels), np.ascontiguousarray(turns, np.int64), uniforms)
         return uniforms
 
     @property
@@ -149,18 +148,12 @@ class LevelView:
 def legal_goals(levels: np.ndarray, mask: str, are_turns: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return the meta-controllers' legal choices [M, 14] under a mask of `GOAL_MASKS`; only 'no goal' off turn."""
     masks = np.empty((len(levels), N_GOALS + 1), bool)
-    _compiled_masks()(np.ascontiguousarray(levels), np.ascontiguousarray(are_turns), GOAL_MASKS[mask], masks)
+    _MASKS.run(np.ascontiguousarray(levels), np.ascontiguousarray(are_turns), GOAL_MASKS[mask], masks)
     return masks
 
 
-@cache
-def _compiled_masks() -> Callable[..., None]:
-    return compiled(write_masks, np.zeros(1, LEVEL), np.zeros(1, bool), 1, np.zeros((1, 1), bool))
-
-
-@cache
-def _compiled_uniforms() -> Callable[..., None]:
-    return compiled(turn_uniforms, np.zeros(1, LEVEL), np.zeros(1, np.int64), np.zeros((1, 1)))
+_MASKS = Compiled(write_masks, np.zeros(1, LEVEL), np.zeros(1, bool), 1, np.zeros((1, 1), bool))
+_UNIFORMS = Compiled(turn_uniforms, np.zeros(1, LEVEL), np.zeros(1, np.int64), np.zeros((1, 1)))
 
 
 def _first_goal(state: State) -> int:

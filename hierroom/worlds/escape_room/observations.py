@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
-from hierroom.support.compile.kernel import compiled, njit
+from hierroom.support.compile.kernel import Compiled, njit
 from hierroom.worlds.escape_room.constants import VIEW
 from hierroom.worlds.escape_room.layout import LEVEL, OUTCOME
 from hierroom.worlds.escape_room.tiles import TRIPLES
@@ -96,7 +94,7 @@ def write_one(outcomes: np.ndarray, levels: np.ndarray, goal: int) -> dict[str, 
     """Return the observation of a batch of one, with the vector of a goal (-1: none), in new arrays."""
     image, vector = np.empty(IMAGE, _UINT8), np.empty(GOAL_SIZE, _FLOAT32)
     keys, doors = np.empty(N_COLOURS, _INT8), np.empty(N_COLOURS, _INT8)
-    direction = _compiled_level()(outcomes, levels, goal, TRIPLES, GOAL_VECTORS, image, vector, keys, doors)
+    direction = _LEVEL.run(outcomes, levels, goal, TRIPLES, GOAL_VECTORS, image, vector, keys, doors)
     return {
         "observation": image,
         "goal": vector,
@@ -117,27 +115,14 @@ class LevelWriter(ObservationWriter):
 
     def write(self, goals: NDArray[np.integer], arrays: tuple[NDArray, ...]) -> None:
         """Write the current observations, with goals [N], into arrays from `empty`."""
-        write = _compiled_flat() if self._flat else _compiled_batch()
+        write = _FLAT.run if self._flat else _BATCH.run
         write(self._world.outcomes, self._world.state.levels, goals, TRIPLES, GOAL_VECTORS, *arrays)
 
 
-@cache
-def _compiled_level() -> Callable[..., int]:
-    arrays = np.empty(IMAGE, _UINT8), np.empty(1, _FLOAT32), np.empty(1, _INT8), np.empty(1, _INT8)
-    return compiled(write_level, np.zeros(1, OUTCOME), np.zeros(1, LEVEL), 1, TRIPLES, GOAL_VECTORS, *arrays)
-
-
-def _read() -> tuple:
-    goals = np.zeros(4, np.int64)[::2]  # strided like a field of records; an array of one number would be contiguous
-    return np.zeros(1, OUTCOME), np.zeros(1, LEVEL), goals, TRIPLES, GOAL_VECTORS
-
-
-@cache
-def _compiled_batch() -> Callable[..., None]:
-    images, vectors, bits = np.zeros((1, *IMAGE), _UINT8), np.zeros((1, 1), _FLOAT32), np.zeros((1, 1), _INT8)
-    return compiled(write_batch, *_read(), images, np.zeros(1, _INT64), bits, bits, vectors, bits)
-
-
-@cache
-def _compiled_flat() -> Callable[..., None]:
-    return compiled(write_flat, *_read(), np.zeros((1, 1), _UINT8))
+_READ = np.zeros(1, OUTCOME), np.zeros(1, LEVEL)
+_GOALS = np.zeros(4, np.int64)[::2]  # strided like a field of records; an array of one number would be contiguous
+_IMAGE, _VECTOR, _BITS = np.zeros((1, *IMAGE), _UINT8), np.zeros((1, 1), _FLOAT32), np.zeros((1, 1), _INT8)
+_TABLES = TRIPLES, GOAL_VECTORS
+_LEVEL = Compiled(write_level, *_READ, 1, *_TABLES, _IMAGE[0], _VECTOR[0], _BITS[0], _BITS[0])
+_BATCH = Compiled(write_batch, *_READ, _GOALS, *_TABLES, _IMAGE, np.zeros(1, _INT64), _BITS, _BITS, _VECTOR, _BITS)
+_FLAT = Compiled(write_flat, *_READ, _GOALS, *_TABLES, np.zeros((1, 1), _UINT8))

@@ -19,14 +19,11 @@ States must be valid for `Engine.set_state`, because the search reads the record
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.goals import EXIT_GOAL, N_COLOURS, N_GOALS
-from hierroom.support.compile.kernel import compiled, njit
+from hierroom.support.compile.kernel import Compiled, njit
 from hierroom.support.errors import InputError
 from hierroom.support.schema import Whole
 from hierroom.worlds.escape_room import constants
@@ -216,11 +213,7 @@ def solve_levels(levels, rooms, side, envs, goals, lengths):
         _, lengths[m] = solve(levels[envs[m]], rooms, side, goals[m] // N_COLOURS, goals[m] % N_COLOURS)
 
 
-@cache
-def compiled_solver() -> Callable[..., None]:
-    """Compile `solve_levels`."""
-    numbers = np.zeros(1, np.int64)
-    return compiled(solve_levels, np.zeros(1, LEVEL), NO_MAPS.rooms, 1, numbers, numbers, numbers)
+_SOLVE = Compiled(solve_levels, np.zeros(1, LEVEL), NO_MAPS.rooms, 1, *np.zeros((3, 1), np.int64))
 
 
 def shortest_lengths(
@@ -243,7 +236,7 @@ def shortest_lengths(
     envs = np.arange(len(state)) if envs is None else envs
     given, lengths = np.full(len(envs), given, np.int64), np.empty(len(envs), np.int64)
     levels, rooms = np.ascontiguousarray(state.levels), state.maps.rooms
-    compiled_solver()(levels, rooms, state.grids.shape[1], envs, given, lengths)
+    _SOLVE.run(levels, rooms, state.grids.shape[1], envs, given, lengths)
     return lengths
 
 

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache
-
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.compile.kernel import compiled, njit
+from hierroom.support.compile.kernel import Compiled, njit
 from hierroom.worlds.escape_room.layout import LEVEL, NO_MAPS, Maps
 
 
@@ -35,9 +32,7 @@ def find_rooms(levels, rooms):
 
 def rooms_of(levels: np.ndarray, maps: Maps) -> NDArray[np.int64]:
     """Return the room [M] that each agent stands in, or -1 in a doorway."""
-    return _compiled_find()(np.ascontiguousarray(levels), maps.rooms)
+    return _FIND.run(np.ascontiguousarray(levels), maps.rooms)
 
 
-@cache
-def _compiled_find() -> Callable[..., NDArray[np.int64]]:
-    return compiled(find_rooms, np.zeros(1, LEVEL), NO_MAPS.rooms)
+_FIND = Compiled(find_rooms, np.zeros(1, LEVEL), NO_MAPS.rooms)

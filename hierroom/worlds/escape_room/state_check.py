@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import cache
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from hierroom.goals import MAX_GRID_ROOMS, N_COLOURS, N_GOALS
-from hierroom.support.compile.kernel import compiled, njit
+from hierroom.support.compile.kernel import Compiled, njit
 from hierroom.support.errors import InputError
 from hierroom.support.schema import Array, of_records
 from hierroom.worlds.env_config import SPLITS
@@ -95,7 +94,7 @@ def check_state(state: State) -> None:
     of_records(LEVEL, len(levels), bounds).check({name: levels[name] for name in LEVEL.names or ()}, "levels")
     if len(state.maps):
         _check_maps(state)
-    env, rule = _compiled_check()(np.ascontiguousarray(levels), np.ascontiguousarray(grids))
+    env, rule = _CHECK.run(np.ascontiguousarray(levels), np.ascontiguousarray(grids))
     if rule >= 0:
         raise InputError(f"invalid state in environment {env}, which breaks the rule: {RULES[rule]}")
 
@@ -116,11 +115,6 @@ _OF_MAP = frozenset(
     ("n_rooms", "exit_room", "key_rooms", "door_rooms", "colours", "branches", "rectangles", "divider")
 ) | {"doors_at", "keys_at", "exit_at"}
 """Fields of a level that its map determines."""
-
-
-@cache
-def _compiled_check() -> Callable[..., tuple[int, int]]:
-    return compiled(_first_broken_rule, np.zeros(1, LEVEL), np.zeros((1, 1, 1), np.uint8))
 
 
 @njit(cache=True)
@@ -218,3 +212,6 @@ def _broken_rule(level, grid):
     if level.has_ended != (at_exit or level.steps >= level.max_steps):
         return 13
     return 14 if not level.map and level.door_rooms.any() else -1
+
+
+_CHECK = Compiled(_first_broken_rule, np.zeros(1, LEVEL), np.zeros((1, 1, 1), np.uint8))

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache
-
 import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import COLOURS
-from hierroom.support.compile.kernel import compiled
+from hierroom.support.compile.kernel import Compiled
 from hierroom.worlds.escape_room.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, N_TILES, OPEN_DOOR, VIEW, WALL
 from hierroom.worlds.escape_room.layout import OUTCOME
 from hierroom.worlds.escape_room.view_kernels import write_images
@@ -43,11 +40,9 @@ TRIPLES = _triples()
 def encode(tiles: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Convert views of tile codes [N, 7, 7] to a new array of `TRIPLES` [N, 7, 7, 3], the agent's observations."""
     observations = np.empty((len(tiles), VIEW, VIEW, 3), _UINT8)
-    _compiled_encode()(tiles, TRIPLES, observations)
+    _ENCODE.run(tiles, TRIPLES, observations)
     return observations
 
 
-@cache
-def _compiled_encode() -> Callable[..., None]:
-    strided = np.zeros(2, OUTCOME)["tiles"]  # a field of a single record would count as contiguous
-    return compiled(write_images, strided, TRIPLES, np.empty((2, VIEW, VIEW, 3), np.uint8))
+_STRIDED = np.zeros(2, OUTCOME)["tiles"]  # a field of a single record would count as contiguous
+_ENCODE = Compiled(write_images, _STRIDED, TRIPLES, np.empty((2, VIEW, VIEW, 3), np.uint8))

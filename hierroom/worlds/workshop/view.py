@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.compile.kernel import compiled
+from hierroom.support.compile.kernel import Compiled
 from hierroom.worlds.base_view import GoalInWords, Situated
 from hierroom.worlds.random_kernels import turn_uniforms
 from hierroom.worlds.workshop.goal_kernels import GOAL_MASKS, write_masks, write_ranks
@@ -40,20 +39,20 @@ class WorkshopView:
             its count on the bench.
         """
         observations = np.empty((len(self), len(self.book.recipes.standing), 3), np.uint8)
-        _compiled_observations()(self.things, observations)
+        _OBSERVATIONS.run(self.things, observations)
         return {"observation": observations}
 
     def uniforms(self, turns: NDArray[np.integer], n: int) -> NDArray[np.float64]:
         """Return [M, n] random numbers in [0, 1), determined by seed, environment, episode and turn [M]."""
         uniforms = np.empty((len(self), n))
-        _compiled_uniforms()(self.shops, np.ascontiguousarray(turns, np.int64), uniforms)
+        _UNIFORMS.run(self.shops, np.ascontiguousarray(turns, np.int64), uniforms)
         return uniforms
 
     def legal_goals(self, mask: str, are_turns: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return the legal choices [M, G + 1] under one of `GOAL_MASKS`; only 'no goal' off turn."""
         masks, recipes = np.empty((len(self), self.book.recipes.n_goals + 1), bool), self.book.recipes
         are_turns = np.ascontiguousarray(are_turns)
-        _compiled_masks()(self.shops, self.things, recipes, are_turns, GOAL_MASKS[mask], masks)
+        _MASKS.run(self.shops, self.things, recipes, are_turns, GOAL_MASKS[mask], masks)
         return masks
 
     @cached_property
@@ -70,7 +69,7 @@ class WorkshopView:
     def depth_first_ranks(self) -> NDArray[np.int64]:
         """Depths [M, G] of the goals that the way to the target lacks; 0 for other goals."""
         ranks = np.empty((len(self), self.book.recipes.n_goals), np.int64)
-        _compiled_ranks()(self.things, self.book.recipes, ranks)
+        _RANKS.run(self.things, self.book.recipes, ranks)
         return ranks
 
     @property
@@ -88,26 +87,9 @@ class WorkshopView:
         return Situated(tuple(goals), int(self.shops["steps"][m]), facts)
 
 
-_SHOPS, _THINGS = np.zeros(1, SHOP), np.zeros((1, 3, 1), np.uint8)
-"""Examples of the types to compile kernels for; read-only arrays have other types."""
-
-
-@cache
-def _compiled_observations() -> Callable[..., None]:
-    return compiled(write_observations, _THINGS, _THINGS)
-
-
-@cache
-def _compiled_uniforms() -> Callable[..., None]:
-    return compiled(turn_uniforms, _SHOPS, np.zeros(1, np.int64), np.zeros((1, 1)))
-
-
-@cache
-def _compiled_masks() -> Callable[..., None]:
-    recipes = book_of(tech_tree(2)).recipes
-    return compiled(write_masks, _SHOPS, _THINGS, recipes, np.zeros(1, bool), 1, np.zeros((1, 1), bool))
-
-
-@cache
-def _compiled_ranks() -> Callable[..., None]:
-    return compiled(write_ranks, _THINGS, book_of(tech_tree(2)).recipes, np.zeros((1, 1), np.int64))
+# Examples of the types to compile kernels for; read-only arrays have other types.
+_SHOPS, _THINGS, _RECIPES = np.zeros(1, SHOP), np.zeros((1, 3, 1), np.uint8), book_of(tech_tree(2)).recipes
+_OBSERVATIONS = Compiled(write_observations, _THINGS, _THINGS)
+_UNIFORMS = Compiled(turn_uniforms, _SHOPS, np.zeros(1, np.int64), np.zeros((1, 1)))
+_MASKS = Compiled(write_masks, _SHOPS, _THINGS, _RECIPES, np.zeros(1, bool), 1, np.zeros((1, 1), bool))
+_RANKS = Compiled(write_ranks, _THINGS, _RECIPES, np.zeros((1, 1), np.int64))

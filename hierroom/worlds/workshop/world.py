@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.support.compile.kernel import compiled
+from hierroom.support.compile.kernel import Compiled
 from hierroom.support.errors import InputError
 from hierroom.support.read_only import freeze, read_only
 from hierroom.support.schema import Whole
@@ -131,7 +130,7 @@ class WorkshopWorld(BaseWorld):
     def step(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Take actions [N] and return the outcomes; an action that does not exist only costs the step."""
         state, last = self._state, (self._last_shops, self._last_things)
-        recipes, arrays, step = self.book.recipes, (state.shops, state.things, state.visited), _compiled_step()
+        recipes, arrays, step = self.book.recipes, (state.shops, state.things, state.visited), _STEP.run
         if self._shares.is_one:
             step(*arrays, recipes, actions, self._outcomes, *last, self.autoreset)
         else:
@@ -231,8 +230,6 @@ class WorkshopWorld(BaseWorld):
         ours.shops[envs], ours.things[envs], ours.visited[envs] = state.shops, state.things, state.visited
 
 
-@cache
-def _compiled_step() -> Callable[..., None]:
-    shops, things, visited = np.zeros(1, SHOP), np.zeros((1, 3, 1), np.uint8), np.zeros((1, 1), np.uint64)
-    given = book_of(tech_tree(2)).recipes, np.zeros(1, np.int64), np.zeros(1, OUTCOME)
-    return compiled(kernels.step_shops, shops, things, visited, *given, shops, things, True)
+_ARRAYS = np.zeros(1, SHOP), np.zeros((1, 3, 1), np.uint8), np.zeros((1, 1), np.uint64)
+_GIVEN = book_of(tech_tree(2)).recipes, np.zeros(1, np.int64), np.zeros(1, OUTCOME)
+_STEP = Compiled(kernels.step_shops, *_ARRAYS, *_GIVEN, *_ARRAYS[:2], True)

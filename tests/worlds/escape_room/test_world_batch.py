@@ -49,13 +49,13 @@ def test_environment_is_the_same_alone_and_in_a_batch():
 def test_two_threads_equal_one_thread(monkeypatch):
     num_envs = 2 * MIN_ENVS_PER_THREAD + 1
     one, two = (Engine(GRAPHS, num_envs, size=11, seed=4, max_steps=30, threads=threads) for threads in (1, 2))
-    used, step = [], engine._compiled_step()
+    used, step = [], engine._STEP.run
 
     def noted_step(*arrays):
         used.append((threading.get_ident(), len(arrays[0])))
         step(*arrays)
 
-    monkeypatch.setattr(engine, "_compiled_step", lambda: noted_step)
+    monkeypatch.setattr(engine._STEP, "run", noted_step)
     for actions in actions_of(70, num_envs):
         assert_same(one.step(actions), two.step(actions))
     assert same_state(one.state, two.state)

@@ -44,13 +44,13 @@ def test_environment_is_the_same_alone_and_in_a_batch():
 
 
 def test_two_threads_equal_one_thread(monkeypatch):
-    n, used, step = 2 * MIN_ENVS_PER_THREAD + 1, [], module._compiled_step()
+    n, used, step = 2 * MIN_ENVS_PER_THREAD + 1, [], module._STEP.run
 
     def noted_step(*arrays):
         used.append((threading.get_ident(), len(arrays[0])))
         step(*arrays)
 
-    monkeypatch.setattr(module, "_compiled_step", lambda: noted_step)
+    monkeypatch.setattr(module._STEP, "run", noted_step)
     config = EnvConfig(task=TASK, max_steps=40)
     one, two = (TASK.make_world(config, n, seed=3, memories=("visited",), threads=threads) for threads in (1, 2))
     for actions in np.random.default_rng(1).integers(0, TASK.n_actions, (60, n)):
