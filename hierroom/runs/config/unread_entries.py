@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 from hierroom.meta import LEARNED, META_CONTROLLERS
 from hierroom.runs.config.config import ENTRIES, OF_META, TrainConfig
-from hierroom.runs.config.presets import find_preset
+from hierroom.runs.config.presets import preset_in_world
 from hierroom.turns.rewards import REWARDS
 
 
@@ -47,7 +47,7 @@ def warn_of_unread(config: TrainConfig, given: Iterable[str]) -> None:
 
 def unread_note(config: TrainConfig) -> str | None:
     """Return a line on the entries without effect that differ from the config's preset; None if there are none."""
-    own, usual = config.entries, find_preset(config.preset).entries
+    own, usual = config.entries, preset_in_world(config.preset, config.env).entries
     names: dict[str, list[str]] = {}
     for name, why in {**entries_without_effect(config), "levels": "on training, which sets it"}.items():
         if own[name] not in (usual[name], None):
