@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import GoalGraph
+from hierroom.support.errors import warn_once
 from hierroom.turns.kernels import NO_OUTCOME, OTHER, REACHED, TIMED_OUT
 from hierroom.worlds.world import Replayer
 
@@ -169,9 +170,20 @@ class Episode:
         """Replay the episode: yield the L + 1 states before, between and after its steps.
 
         ``drawn`` has the numbers of the states that a replayer's ``picture`` will draw, as drawing a `Task` may be
-        slow; None: all.
+        slow; None: all. A warning says if a `Task` achieves other goals in its replay, because its seed does not
+        determine it, or because drawing changes it.
         """
-        return self.replayer.replay(self.start, self.actions, drawn)
+        state_of, before, is_same = getattr(self.replayer, "rules_state", None), None, True
+        for step, state in enumerate(self.replayer.replay(self.start, self.actions, drawn)):
+            if state_of is not None:
+                now, goal = state_of(state)[0], self.achieved[step - 1] if step else -1
+                is_same &= bool(now[goal] if goal >= 0 else before is None or (now == before).all())
+                before = now
+            yield state
+        if not is_same:
+            warn_once(
+                f"a replay of {self.variant} achieves other goals than the episode: its seed does not determine it"
+            )
 
     def to_dict(self) -> dict[str, Any]:
         """Return the episode as plain types by name, for JSON."""

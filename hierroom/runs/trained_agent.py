@@ -21,6 +21,7 @@ from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.goals import graph_specs
 from hierroom.learners.networks.actor_critic import OneTurn
 from hierroom.learners.networks.export import export
+from hierroom.learners.networks.initial_weights import plain_torch
 from hierroom.learners.policy import Policy
 from hierroom.meta import MetaController, make_meta
 from hierroom.runs.assembly import freeze, make_agents, meta_seed
@@ -87,7 +88,7 @@ class TrainedAgent:
         observations: numbers from 0 to ``controller.features.cardinalities[k] - 1``. The agent does not use the copy,
         so you can move it, change it or train it.
         """
-        with user_code("the network", "cannot be copied"):
+        with user_code("the network", "cannot be copied"), plain_torch():
             return OneTurn(deepcopy(self.controller.learner.network)).eval()
 
     def export(self, path: str | Path) -> None:

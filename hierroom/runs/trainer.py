@@ -13,6 +13,7 @@ from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.goals import GraphSpecs
+from hierroom.learners.networks.initial_weights import plain_torch
 from hierroom.meta import MetaSpec, make_meta
 from hierroom.runs.assembly import evaluation_seed, freeze, make_agents
 from hierroom.runs.config.config import MOST_EVALUATION_EPISODES, TrainConfig
@@ -112,7 +113,8 @@ class Trainer:
     def _learn(self, name: str) -> None:
         observation = self.turns.observe(name, self.turns.due(name))
         try:
-            self.agents[name].update(observation, min(self.steps / self.config.steps, 1.0))
+            with plain_torch():  # a user's environment may have changed torch's modes since the run began
+                self.agents[name].update(observation, min(self.steps / self.config.steps, 1.0))
         except DivergenceError as error:
             raise DivergenceError(f"training diverged after {self.steps:,} steps in {name}'s {error}") from error
 

@@ -1,9 +1,11 @@
 """Results do not depend on the user's defaults of torch: device, type of numbers, and gradients."""
 
 from contextlib import contextmanager
+from dataclasses import replace
 
 import pytest
 import torch
+from chest_task import Chest, chest
 from same_state import equal
 from torch import nn
 
@@ -44,6 +46,17 @@ class Forgetful(nn.Module):
         return logits, logits.mean(-1) * torch.ones(1, dtype=torch.float32)
 
 
+class Impolite(Chest):
+    """A chest that leaves torch without gradients after each step."""
+
+    def step(self, action):
+        torch.set_grad_enabled(False)
+        return super().step(action)
+
+
+impolite = replace(chest, make=Impolite)
+
+
 @contextmanager
 def other_defaults():
     torch.set_default_device("meta")
@@ -78,6 +91,22 @@ def test_training_and_play_do_not_depend_on_torch_defaults(run, tmp_path):
     with other_defaults():
         found = results(tmp_path / "other.safetensors", **RUNS[run])
     assert equal(found, expected)
+
+
+@pytest.mark.usefixtures("one_thread")
+def test_training_does_not_depend_on_gradient_mode_that_an_environment_leaves(tmp_path):
+    expected, _ = results(tmp_path / "plain.safetensors", **RUNS["torch"])
+    with torch.enable_grad():
+        found, _ = results(tmp_path / "other.safetensors", task="test_torch_defaults:impolite")
+    assert equal(found, expected)
+
+
+def test_network_copied_in_inference_mode_can_be_trained():
+    agent = hierroom.load("a")
+    with torch.inference_mode():
+        network = agent.network
+    features = torch.zeros(1, agent.controller.learner.space.n_features, dtype=torch.uint8)
+    network(features, network.initial_state(1))[1].sum().backward()
 
 
 @pytest.mark.parametrize("suffix", [".pt2", ".onnx"])

@@ -173,6 +173,20 @@ def test_nondeterministic_episode_is_truncated_with_a_note():
     assert (step.lengths == 4).all()
 
 
+@pytest.mark.parametrize("is_late", [True, False])
+def test_replay_that_achieves_other_goals_warns(is_late):
+    later = []
+    goals = {"moved": lambda env, info: bool(info) and bool(later) == is_late}
+    task = hierroom.Task(Chest, goals, target="moved", max_steps=9, label=f"chest {is_late}")
+    episode = next(hierroom.rollout("random", EnvConfig(task=task), 1))
+    assert episode.success != is_late
+    later.append(True)
+    with pytest.warns(
+        UserWarning, match=r"^a replay of chest \w+ achieves other goals than the episode: its seed does"
+    ):
+        list(episode.states(drawn=()))
+
+
 def test_recorded_episode_is_replayed_and_drawn():
     (episode,) = hierroom.rollout("random", EnvConfig(task=chest), 1, seed=4)
     states = list(episode.states())
