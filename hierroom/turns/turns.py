@@ -246,7 +246,6 @@ class Turns:
         world = {name: array for name, array in state.items() if name not in names}
         if len(ledger) < len(names) or world.keys() != self.world.get_arrays(self._everywhere).keys():
             raise InputError(f"the state of turns does not hold what get_state gives, but {', '.join(map(str, state))}")
-        self.world.check_arrays(world)
         ledger_schema(len(self), len(self.world.goals), self.world.n_actions).check(ledger, "turns")
         self.world.set_arrays(world)
         self.ledger.write_fields(ledger)

@@ -258,17 +258,14 @@ class BaseWorld(ABC):
         """Return everything that changes in environments [M], as fresh arrays; a subclass adds its own."""
         return {name: getattr(self, f"_{name}")[envs] for name in _ARRAYS}
 
-    def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Refuse arrays that `get_arrays` of as many environments cannot return; a subclass checks its own."""
+    def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Check and restore arrays that `get_arrays` returned; a subclass does so with its own."""
         n, limits = len(self), None if self.dependencies is None else self.dependencies.rules.limits
         schema = {name: Array(np.int64, (n,), 0, _MOST) for name in ("indices", "numbers")}
         schema |= {"seeds": Array(np.int64, (n,), 0), "lengths": Array(np.int64, (n,), 0, self.max_steps)}
         schema |= {"has_ended": Array(np.bool_, (n,)), "counts": Array(np.int64, self._counts.shape, 0, _MOST)}
         schema["markings"] = Array(np.int64, self._markings.shape, 0, limits)
         Table(schema, is_open=True).check(arrays, "world")
-
-    def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore arrays that `get_arrays` returned and `check_arrays` has checked."""
         for name in _ARRAYS:
             getattr(self, f"_{name}")[:] = arrays[name]
         self._outcomes[:] = 0

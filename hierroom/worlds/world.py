@@ -228,11 +228,8 @@ class World(Protocol):
     def get_arrays(self, envs: NDArray[np.integer]) -> dict[str, np.ndarray]:
         """Return everything that changes in environments [M], as fresh arrays."""
 
-    def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Refuse arrays that `get_arrays` of as many such environments cannot return."""
-
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore arrays that `get_arrays` returned and `check_arrays` has checked."""
+        """Check and restore arrays of `get_arrays` from as many such environments; set nothing if they are invalid."""
 
     # Optional: exact states, for recorded episodes and for rewards that ask for states.
     def get_state(self, envs: Any = slice(None)) -> Any:

@@ -7,6 +7,7 @@ from hierroom.complexity import Curriculum, GraphSet
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room.graph_sampler import EPISODES_PER_STAGE, GraphSampler
+from hierroom.worlds.escape_room.layout import LEVEL
 
 EASY = GraphSet("rooms:3")
 N_ENVS = 8
@@ -52,7 +53,7 @@ def test_episodes_begun_in_another_stage_do_not_count():
     for _ in range(quota):
         assert not end(sampler, False, [0, 1])
     again = GraphSampler("hitting_time:8..50", (), False, N_ENVS, n_stages=3)
-    again.set_state(sampler.get_state())
+    again.set_state(sampler.get_state(), np.zeros(0, LEVEL))
     for each in (sampler, again):
         assert not end(each, True, range(2, N_ENVS))
         for _ in range(quota - 1):

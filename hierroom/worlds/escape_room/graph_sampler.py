@@ -109,8 +109,8 @@ class GraphSampler:
         """Return the state of the curriculum as new arrays, of some environments or of all."""
         return {"curriculum": self._counts.copy(), "n_ended": self._n_ended[envs].copy()}
 
-    def check_state(self, state: Mapping[str, NDArray], levels: np.ndarray) -> None:
-        """Check a state from `get_state`, and the levels of the environments, before `set_state`."""
+    def set_state(self, state: Mapping[str, NDArray], levels: np.ndarray) -> None:
+        """Restore a state from `get_state`, after a check of it and of the levels of the environments."""
         Array(np.int64, (2,)).check(state["curriculum"], "curriculum")
         Array(np.int64, self._n_ended.shape).check(state["n_ended"], "n_ended")
         (stage, n_successes), n_ended = state["curriculum"].tolist(), state["n_ended"]
@@ -124,7 +124,4 @@ class GraphSampler:
             self.graphs_of(levels)
         except KeyError as error:
             raise InputError(f"a level is of another goal graph than is sampled here: {error}") from None
-
-    def set_state(self, state: Mapping[str, NDArray]) -> None:
-        """Restore what `get_state` returned, after `check_state`."""
         self._counts[:], self._n_ended[:] = state["curriculum"], state["n_ended"]

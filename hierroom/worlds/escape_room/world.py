@@ -203,13 +203,10 @@ class EscapeRoomWorld(Engine):
         state = self.get_state(envs)
         return {**self.sampler.get_state(envs), "grids": state.grids, "levels": state.levels}
 
-    def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Refuse arrays that `get_arrays` of as many environments of the same size cannot return."""
-        self.check_state(State(arrays["grids"], arrays["levels"], self._state.maps))
-        self.sampler.check_state(arrays, arrays["levels"])
-
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore arrays that `get_arrays` returned and `check_arrays` has checked."""
-        self._put(State(arrays["grids"], arrays["levels"], self._state.maps), np.arange(len(self)))
-        self.sampler.set_state(arrays)
+        """Check and restore arrays that `get_arrays` of as many environments of the same size returned."""
+        state = State(arrays["grids"], arrays["levels"], self._state.maps)
+        self.check_state(state)
+        self.sampler.set_state(arrays, state.levels)
+        self._put(state, np.arange(len(self)))
         self.set_graphs(self.sampler.graphs)

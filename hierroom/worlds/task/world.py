@@ -152,17 +152,13 @@ class TaskWorld(BaseWorld):
         parts = (*(array[env] for array in self._shown.values()), self._totals[env])
         return zlib.crc32(b"".join(np.ascontiguousarray(part).tobytes() for part in parts))
 
-    def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Refuse arrays that `get_arrays` of as many environments cannot return."""
-        super().check_arrays(arrays)
+    def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Check and restore arrays that `get_arrays` returned, by replaying the actions."""
         n = len(self)
         schema = {"cut": Array(np.bool_, (n,)), "taken": Array(np.int64, (n,), 0, self.max_steps)}
         schema["actions_taken"] = Array(np.int32, self._actions.shape, _NONE, self.n_actions - 1)
         schema["prints"] = Array(np.int64, (n,), 0, 2**32 - 1)
         Table(schema, is_open=True).check(arrays, "world")
-
-    def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore arrays that `get_arrays` returned and `check_arrays` has checked, by replaying the actions."""
         super().set_arrays(arrays)
         cut = arrays["cut"].copy()
         for env in range(len(self)):

@@ -207,16 +207,13 @@ class WorkshopWorld(BaseWorld):
         """Return everything that changes in environments [M], as fresh arrays."""
         return vars(self.get_state(envs))
 
-    def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Refuse arrays that `get_arrays` of as many environments cannot return."""
-        check_state(WorkshopState(**arrays), self.book.recipes, len(self), self._state.visited.shape[1])
-
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Restore arrays that `get_arrays` returned and `check_arrays` has checked."""
+        """Check and restore arrays that `get_arrays` of as many environments returned."""
         self.set_state(WorkshopState(**arrays))
 
     def set_state(self, state: WorkshopState) -> None:
-        """Set all environments to a checked state of as many; seeds and indices are part of it."""
+        """Set all environments to a state of as many, which is checked; seeds and indices are part of it."""
+        check_state(state, self.book.recipes, len(self), self._state.visited.shape[1])
         self._write(state, self.everywhere)
         shops, outcomes = state.shops, np.zeros(len(self), OUTCOME)
         outcomes["length"] = shops["steps"]

@@ -45,7 +45,7 @@ def compare_with_twins(rules, levels, n_steps):
     twins = [Twin(rules, 7, 2 + n, levels, 60) for n in range(4)]
     rng, turns, n_goals = np.random.default_rng(1), np.ones(4, bool), 0
     for _ in range(n_steps):
-        world.check_arrays(world.get_arrays(world.everywhere))
+        world.set_arrays(world.get_arrays(world.everywhere))
         shown = world.observe(world.everywhere).as_dict()["observation"].tolist()
         assert shown == [twin.observation() for twin in twins]
         legal = world.legal_goals("reachable", turns)[:, :-1]
