@@ -8,7 +8,7 @@ import hierroom
 from hierroom.gym_env import EscapeRoom
 from hierroom.vector_env import EscapeRooms
 
-SETTINGS = {"graph": "d", "size": 11, "max_steps": 25, "drop_key": True, "subgoal_horizon": 6}
+SETTINGS = {"graph": "d", "size": 11, "max_steps": 25, "drop_key": True}
 SHOP = {"task": "workshop:3", "max_steps": 25, "subgoal_horizon": 6}
 
 
@@ -28,7 +28,7 @@ def trace() -> str:
 
     rng = np.random.default_rng(0)
     for mask in ("reachable", "existing", "seen", "none"):
-        for settings in (SETTINGS, SHOP):
+        for settings in (SETTINGS | {"subgoal_horizon": 6}, SHOP):
             env = hierroom.raw_env(**settings, goal_mask=mask, reward="novelty")
             env.reset(seed=1)
             for _ in range(60):
@@ -37,7 +37,11 @@ def trace() -> str:
                 env.step(None if observed[2] or observed[3] else int(rng.integers(-1, 15)))
                 if not env.agents:
                     env.reset()
-    for settings in ({}, {"flat": True, "autoreset_mode": "NextStep"}, {"meta": "fixed-dfs", "copy": False}):
+    for settings in (
+        {},
+        {"flat": True, "autoreset_mode": "NextStep"},
+        {"meta": "fixed-dfs", "subgoal_horizon": 6, "copy": False},
+    ):
         envs, one = EscapeRooms(4, **SETTINGS, reward="bonus", **settings), EscapeRoom(**SHOP, meta="fixed-dfs")
         record([envs.reset(seed=2), one.reset(seed=2)])
         for _ in range(60):

@@ -78,7 +78,6 @@ OF_TASKS = {
         name: lambda turns, name=name: getattr(turns.world, name) for name in ("counts", "markings", "lengths", "seeds")
     },
     "outcomes": lambda turns: turns.world.outcomes["terminated"],
-    "world of a view": lambda turns: turns.situation(EVERYWHERE).view.world.counts,
     "limits": lambda turns: turns.world.rules.limits,
     "meta's view": lambda turns: turns.situation(EVERYWHERE).view.entries["place"],
     "controller's view": lambda turns: turns.observe(CONTROLLER, turns.due(CONTROLLER)).view.counts,
