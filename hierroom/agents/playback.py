@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.agents.episode import Episode
-from hierroom.complexity.drawing.draw_state import rules_picture
 from hierroom.goals import NO_GOAL, Rules
 from hierroom.support.animation import FORMATS, animate, require_format
 from hierroom.support.drawing import side_by_side
@@ -64,6 +63,8 @@ def _picture(episode: Episode, state: Any, goal: int, tile_size: int, title: str
     state_of = getattr(episode.replayer, "rules_state", None)
     if state_of is None or not isinstance(rules, Rules):
         return picture
+    from hierroom.complexity.drawing.draw_state import rules_picture  # matplotlib loads slowly, and few films need it
+
     achieved, marking = state_of(state)
     names = [episode.replayer.goal_label(state, number) for number in np.flatnonzero(achieved).tolist()]
     pursued = None if goal == NO_GOAL else episode.replayer.goal_label(state, goal)

@@ -55,7 +55,8 @@ class ComplexityArguments:
         csv: print the list as CSV.
         latex: print the list as a LaTeX table, for the package booktabs.
         markdown: print the list as a Markdown table.
-        draw: draw the goal graph and its augmented graph, or --from-play's reach curves, into this .png, .pdf or .svg.
+        draw: draw the goals, with their augmented graph or marking chain if it is not too large, or --from-play's reach
+            curves, into this .png, .pdf or .svg file.
         walk: probabilities of one step of the assumed walk: to stay, to move, to start again.
         reading: interpretation of the paper's augmented graph. KEYS: from where a key is picked up (accessible, way to
             the start, own room). ROOMS: where a room leads (accessible, neighbours, through the start). DROP: where
@@ -109,7 +110,7 @@ def show(options: ComplexityArguments) -> None:
         raise InputError(f"choose one of {', '.join(f'--{name}' for name in FORMATS)}, not {len(formats)}")
     walk, reading = Walk(*options.walk), Reading(*options.reading)
     if options.draw is not None:
-        from hierroom.complexity.drawing.draw import picture_file  # matplotlib loads slowly, and few commands draw
+        from hierroom.support.sheet import picture_file  # matplotlib loads slowly, and few commands draw
 
         picture_file(options.draw)  # check it before long play or computation
     if options.out is not None and options.from_play is None:
@@ -191,9 +192,10 @@ def _show_play(options: ComplexityArguments, player: str, walk: Walk, reading: R
         player, entries, options.drop, options.episodes, options.seed, walk, reading, options.trust_run
     )
     if options.draw is not None:
-        from hierroom.complexity.drawing.draw_reach import save_reach
+        from hierroom.complexity.drawing.draw_reach import figure_of_reach
+        from hierroom.support.sheet import save_figure
 
-        save_reach(report, options.draw)
+        save_figure(figure_of_reach(report), options.draw)
     print(to_json(report.to_dict()) if options.json else report)
 
 
@@ -216,7 +218,7 @@ def _show_played_rules(options: ComplexityArguments, player: str, walk: Walk) ->
     if options.json:
         print(to_json({"episodes": found.episodes, "seen": dict(found.seen), **rules.to_dict()}))
     if options.out is not None:
-        # before the report and the drawing, which may refuse rules that long play has found
+        # before the report, which may refuse rules that long play has found
         rules.to_toml(options.out)
         print(options.out, file=sys.stderr if options.json else sys.stdout)
     if not options.json or options.draw is not None:

@@ -71,6 +71,6 @@ class ChainReport(WalkReport):
         return [("exit depth", depth), ("chain", f"{self.nodes} nodes, {self.edges} edges with restarts")]
 
     def _figure(self) -> Figure:
-        from hierroom.complexity.drawing.draw_chain import figure_of_chain
+        from hierroom.complexity.drawing.draw import figure_of_chain
 
-        return figure_of_chain(self.chain, restart=self.walk.restart if self.walk else 0.0)
+        return figure_of_chain(self.chain, self.walk.restart if self.walk else 0.0)

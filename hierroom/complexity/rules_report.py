@@ -176,9 +176,9 @@ class RulesReport(WalkReport):
         return lines
 
     def _figure(self) -> Figure:
-        from hierroom.complexity.drawing.draw_chain import figure_of_chain
+        from hierroom.complexity.drawing.draw import figure_of_rules
 
-        return figure_of_chain(self.chain, self.unrolled, restart=self.walk.restart)
+        return figure_of_rules(self.unrolled, self.chain, self.walk.restart)
 
 
 def _counts(counts: dict[str, int]) -> str:

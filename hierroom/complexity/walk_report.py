@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -169,14 +168,14 @@ class WalkReport(ABC):
 
     def draw(self, path: str | Path) -> None:
         """Draw the graph or rules and the walk into a .png (the default), .pdf or .svg file."""
-        from hierroom.complexity.drawing.draw import save_figure  # matplotlib loads slowly, and few reports are drawn
+        from hierroom.support.sheet import save_figure  # matplotlib loads slowly, and few reports are drawn
 
         save_figure(self._figure(), path)
 
     def _repr_svg_(self) -> str:
-        picture = io.StringIO()
-        self._figure().savefig(picture, format="svg", facecolor="white")
-        return picture.getvalue()
+        from hierroom.support.sheet import picture_of
+
+        return picture_of(self._figure(), "svg").decode()
 
     def __str__(self) -> str:
         return "\n".join([self._head, *(f"  {name:<16}{value}" for name, value in self._lines())])

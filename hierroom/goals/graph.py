@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.goals.alternatives import read_name, toml_text
-from hierroom.goals.drawing import tree_svg
 from hierroom.goals.rules import Rules
 from hierroom.goals.tree import canonical_rooms, child_rooms, open_goals
 from hierroom.support.errors import InputError, require_number, shown
@@ -157,8 +156,7 @@ class GoalGraph:
         for room, key_room in enumerate(self.key_rooms, start=1):
             graph.add_node(f"key {room}", kind="key", room=room)
             graph.add_node(f"door {room}", kind="door", room=room)
-            graph.add_edge("start" if key_room == 0 else f"door {key_room}", f"key {room}")
-            graph.add_edge(f"key {room}", f"door {room}")
+            nx.add_path(graph, (f"door {key_room}" if key_room else "start", f"key {room}", f"door {room}"))
         graph.add_node("exit", kind="exit", room=self.exit_room)
         graph.add_edge(f"door {self.exit_room}", "exit")
         return graph
@@ -177,8 +175,10 @@ class GoalGraph:
         rules["exit"] = {"needs": f"door {self.exit_room}", "gives": "exit"}
         return Rules(rules, "exit", start=start, label=self.name)
 
-    def _repr_svg_(self) -> str:
-        return tree_svg(self.key_rooms, self.exit_room, f"goal graph {self.name}")
+    def _repr_svg_(self) -> str | None:
+        from hierroom.goals.drawing import svg_of  # matplotlib loads slowly, and few graphs are drawn
+
+        return svg_of(self.to_networkx(), f"goal graph {self.name}")
 
     def to_dict(self) -> dict[str, Any]:
         """Return the graph as plain types: ``name``, ``key_rooms`` and ``exit_room``."""

@@ -1,4 +1,4 @@
-"""The tree of keys: its canonical order, and the goals that can be achieved in it."""
+"""The tree of keys: its canonical order, places to draw it, and the goals that can be achieved in it."""
 
 from __future__ import annotations
 
@@ -44,6 +44,25 @@ def canonical_order(key_rooms: Sequence[int], exit_room: int | None) -> list[int
     for room in order:
         order += sorted(children[room], key=rank.__getitem__, reverse=True)
     return order
+
+
+def tree_places(key_rooms: Sequence[int]) -> list[tuple[float, int]]:
+    """Return (column, depth) of each room: leaves side by side, others in the middle above their children."""
+    below = child_rooms(key_rooms)
+    order, depths, waiting = [], [0] * len(below), [0]  # order: each room before its children, from left to right
+    while waiting:
+        order.append(room := waiting.pop())
+        for child in below[room]:
+            depths[child] = depths[room] + 1
+        waiting += below[room][::-1]
+    columns, n_leaves = [0.0] * len(below), 0
+    for room in order:
+        if not below[room]:
+            columns[room], n_leaves = float(n_leaves), n_leaves + 1
+    for room in reversed(order):
+        if below[room]:
+            columns[room] = (columns[below[room][0]] + columns[below[room][-1]]) / 2
+    return list(zip(columns, depths, strict=True))
 
 
 def open_goals(

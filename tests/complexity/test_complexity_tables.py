@@ -3,18 +3,17 @@
 import numpy as np
 import pandas
 import pytest
-from matplotlib.figure import Figure
 from pictures import pixels
 
 from hierroom.commands.complexity import ComplexityArguments, show
-from hierroom.complexity import Chain, analyze, measure_trajectories, to_frame
-from hierroom.complexity.drawing.draw import save_figure
-from hierroom.complexity.drawing.draw_reach import draw_played_reach, draw_reach, save_reach
+from hierroom.complexity import analyze, measure_trajectories, to_frame
+from hierroom.complexity.drawing.draw_reach import figure_of_reach
 from hierroom.complexity.observed import EpisodeCounts
 from hierroom.complexity.played_chain import PlayedChain
 from hierroom.complexity.tables import COLUMNS, list_text, rows_of
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
+from hierroom.support.sheet import save_figure
 from hierroom.support.tables import latex_table
 
 REPORTS = [
@@ -95,47 +94,32 @@ def measured():
     return PlayedChain.against(analyze("a"), EpisodeCounts.of(episodes, 5, 0, 4), n_resamples=5)
 
 
-def test_drawn_reach_equals_chain_and_episodes(tmp_path):
-    axes, report = Figure().subplots(), measured()
-    draw_played_reach(axes, report, 20, {"assumed walk": report.assumed.chain})
+def test_drawn_reach_equals_chains_and_episodes(tmp_path):
+    report = measured()
+    figure = figure_of_reach(report)
+    (axes,) = figure.axes
     curves = {line.get_label(): line.get_xydata().T for line in axes.lines}
     times, shares = curves["3 episodes, 95% interval"]
     assert times.max() == 5
     assert shares[-1] == pytest.approx(2 / 3)
-    times, shares = curves["assumed walk"]
-    np.testing.assert_allclose(shares, analyze("a").reach_probability(times.astype(int)))
-    assert times.max() == 20
-    save_reach(report, tmp_path / "reach.svg")
+    for name, chain in (("their chain", report.chain), ("assumed walk", report.assumed.chain)):
+        times, shares = curves[name]
+        np.testing.assert_allclose(shares, chain.reach_probability(times.astype(int)))
+    save_figure(figure, tmp_path / "reach.svg")
     assert "<svg" in (tmp_path / "reach.svg").read_text()
 
 
-def test_draw_played_reach_by_hand():
-    played, axes = measure_trajectories([["hall", "garden"], ["hall", "hall", "garden"]], "garden"), Figure().subplots()
-    draw_played_reach(axes, played)
-    curves = {line.get_label(): line.get_ydata() for line in axes.lines}
+def test_reach_of_trajectories_by_hand():
+    played = measure_trajectories([["hall", "garden"], ["hall", "hall", "garden"]], "garden")
+    curves = {line.get_label(): line.get_ydata() for line in figure_of_reach(played).axes[0].lines}
     np.testing.assert_allclose(curves["2 episodes, 95% interval"], [0, 0.5, 1])
     np.testing.assert_allclose(curves["their chain"], [0, 2 / 3, 8 / 9])
 
 
-def test_draw_reach_of_several_graphs():
-    axes = Figure().subplots()
-    draw_reach(axes, {letter: analyze(letter).chain for letter in "ac"}, last=100, goal="key 1")
-    assert [line.get_label() for line in axes.lines] == ["a", "c"]
-    assert axes.get_ylabel() == "probability of key 1"
-
-
-def test_reach_names_every_chain_and_level_exactly(tmp_path):
-    figure, chain = Figure(), analyze("a").chain
-    axes, names = figure.subplots(), ["_mine", r"$\bad$", "for $5 and $6"]
-    priced = Chain(chain.weights, chain.labels, chain.source, {r"$\bad$": (1,), **chain.goals})
-    draw_reach(axes, dict.fromkeys(names, priced), last=20, goal=r"$\bad$")
-    legend = axes.get_legend().get_texts()
-    assert [text.get_text().strip() for text in legend] == names
-    assert not any(text.get_parse_math() for text in (axes.yaxis.label, *legend))
-    save_figure(figure, tmp_path / "reach.png")
+def test_reach_names_the_level_exactly():
     played = PlayedChain.against(analyze("a"), measured().counts, n_resamples=5, level=0.999)
     assert played.columns[3] == "99.9% interval"
-    draw_played_reach(axes, played, 20)
+    (axes,) = figure_of_reach(played).axes
     assert "3 episodes, 99.9% interval" in [line.get_label() for line in axes.lines]
 
 

@@ -1,12 +1,14 @@
-"""Enumeration of the goal graphs with a number of rooms, and the numbering of their rooms."""
+"""Enumeration of the goal graphs with a number of rooms, and the numbering and places of their rooms."""
 
 from itertools import product
 
 import networkx as nx
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from hierroom.goals import GoalGraph, enumerate_graphs
-from hierroom.goals.tree import canonical_rooms
+from hierroom.goals.tree import canonical_rooms, child_rooms, tree_places
 from hierroom.support.errors import InputError
 
 
@@ -74,3 +76,17 @@ def test_greater_subtrees_are_numbered_first():
     """Room 1 has two rooms with a leaf each, room 2 a leaf and a room with two: the greater child decides."""
     assert canonical_rooms((0, 0, 1, 1, 2, 2, 3, 4, 6, 6), None) == ((0, 0, 1, 1, 2, 2, 3, 3, 5, 6), 0)
     assert canonical_rooms((0,), None) == ((0,), 0)
+
+
+@given(st.integers(1, 8).flatmap(lambda n: st.tuples(*(st.integers(0, room) for room in range(n)))))
+def test_places_of_a_tree_are_apart_and_below_their_parents(key_rooms):
+    places, children = tree_places(key_rooms), child_rooms(key_rooms)
+    assert places[0][1] == 0
+    for room, below in enumerate(children):
+        if below:
+            assert places[room][0] == (places[below[0]][0] + places[below[-1]][0]) / 2
+        assert {places[child][1] for child in below} <= {places[room][1] + 1}
+    leaves = [column for (column, _), below in zip(places, children, strict=True) if not below]
+    assert sorted(leaves) == list(range(len(leaves)))
+    for n, (column, depth) in enumerate(places):
+        assert all(abs(column - other) >= 1 for other, same in places[:n] if same == depth)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
-from hierroom.goals.drawing import tree_places
+from hierroom.goals.tree import tree_places
 from hierroom.lab.play.game import Game
 from hierroom.worlds.escape_room.render import draw_level
 from hierroom.worlds.escape_room.rooms import rooms_of

@@ -16,7 +16,7 @@ from hierroom.agents.playback import MOST_IN_GIF, pictures
 from hierroom.agents.player import Pair
 from hierroom.agents.recorder import record
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
-from hierroom.goals.drawing import tree_places
+from hierroom.goals.tree import tree_places
 from hierroom.lab.report.curves import rounded
 from hierroom.learners.policy import Decision
 from hierroom.runs.trained_agent import TrainedAgent
