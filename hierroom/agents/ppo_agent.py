@@ -108,8 +108,8 @@ class PPOAgent:
 
     @property
     def weights(self) -> dict[str, Any]:
-        """The part of its `state_dict` that `take_weights` uses."""
-        network = dict(self.learner.network.state_dict())
+        """The part of its `state_dict` that `take_weights` uses, in copies."""
+        network = {name: tensor.detach().clone() for name, tensor in self.learner.network.state_dict().items()}
         return {"description": self._description, "learner": {"backend": {"network": network}}}
 
     def take_weights(self, state: dict[str, Any]) -> None:

@@ -12,6 +12,7 @@ from evaluated_runs import line, make_run
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_values import plain
+from same_state import equal
 
 import hierroom
 from hierroom import EnvConfig, InputError
@@ -22,6 +23,8 @@ from hierroom.lab.compare.evaluated_run import read_run
 from hierroom.lab.compare.grouping import choose_groups
 from hierroom.lab.compare.tasks import Tasks
 from hierroom.lab.measure import measure, play_rules
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.trainer import Trainer
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
 
@@ -117,6 +120,17 @@ def test_kept_results_never_change(kind):
     begin(env)
     kept = [(results, plain(results)) for results in play(env, actions(40))]
     assert [plain(results) for results, _ in kept] == [then for _, then in kept]
+
+
+@pytest.mark.parametrize("entries", [WORLDS["escape room"], {"task": "chest_task:chest"}])
+def test_kept_state_of_a_trainer_never_changes(entries):
+    tiny = {"num_envs": 4, "minibatches": 2, "sequence_length": 8, "hidden_size": 8, "max_steps": 20}
+    trainer, kept = Trainer(TrainConfig().changed(**tiny, **entries)), []
+    for _ in range(2):
+        trainer.advance()
+        state = {"whole": trainer.state_dict(), "weights": trainer.controller.weights}
+        kept.append((state, copy.deepcopy(state)))
+    assert all(equal(state, then) for state, then in kept)
 
 
 def first_episode(**entries):
