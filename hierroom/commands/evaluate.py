@@ -14,6 +14,7 @@ from hierroom.support.cli import Flag, progress_bar, read_arguments
 from hierroom.support.errors import one_line, require_number
 from hierroom.support.files import to_json
 from hierroom.support.tables import named_table, print_table
+from hierroom.worlds.env_config import MOST_ENVS
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -42,7 +43,7 @@ class EvaluateArguments(AgentArguments):
 def main(argv: Sequence[str]) -> int:
     """Run the command with its arguments."""
     arguments = read_arguments(EvaluateArguments, "evaluate", argv)
-    for name, most in (("episodes", 10**9), ("num_envs", 2**20)):
+    for name, most in (("episodes", 10**9), ("num_envs", MOST_ENVS)):
         if getattr(arguments, name) is not None:
             require_number(name, getattr(arguments, name), 1, most, is_whole=True)
     episodes, may_stop = arguments.episodes or MOST_EPISODES, arguments.episodes is None

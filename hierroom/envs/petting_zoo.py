@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
+from functools import cached_property, partial
 from operator import getitem
 from typing import Any
 
 import numpy as np
+from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.envs.single_env import SingleEnv
@@ -35,7 +36,11 @@ class TwoAgentEnv:
         # Fast, as PettingZoo's wrapper asks for a space at each step; a deep copy would share a method of the dict.
         self.observation_space = partial(getitem, self.observation_spaces)
         self.action_space = partial(getitem, self.action_spaces)
-        self.state_space = self.single.turns.world.global_state_space
+
+    @cached_property
+    def state_space(self) -> spaces.Box:
+        """The space of `state`, made when it is first asked for, because it may be large."""
+        return self.single.turns.world.global_state_space
 
     @property
     def complexity(self) -> Any:

@@ -67,7 +67,8 @@ class GoalSet:
         names, n = tuple(names), len(names)
         if target not in names:
             raise InputError(f"the target must be one of the goals {', '.join(names)}, not {shown(target)}")
-        return cls(names, np.eye(n + 1, n, dtype=np.float32), names.index(target), names, np.arange(n), names)
+        vectors = np.eye(min(n, MAX_GOALS) + 1, n, dtype=np.float32)  # more goals are refused, and take no memory
+        return cls(names, vectors, names.index(target), names, np.arange(n), names)
 
     def __len__(self) -> int:
         return len(self.names)

@@ -12,6 +12,8 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from hierroom.support.errors import InputError
+
 
 @dataclass(frozen=True)
 class Batch:
@@ -32,6 +34,9 @@ class Batch:
     next_values: NDArray[np.float32]  # [T, M] zero where terminated
 
 
+MOST_BYTES = 2**30
+"""Most memory of the stored turns. Each checkpoint of a run has a copy."""
+_BYTES_OF_TURN = 35  # without features and masks
 _BY_SEQUENCE = ("initial_states", "spans_update")  # entries of a `Batch` per sequence; the others are per turn
 
 
@@ -41,6 +46,12 @@ class Rollout:
     def __init__(
         self, num_envs: int, length: int, capacity: int, n_features: int, n_actions: int, state_size: int
     ) -> None:
+        if (n := length * capacity * (n_features + n_actions + _BYTES_OF_TURN)) > MOST_BYTES:
+            turns = f"{capacity:,} sequences of {length:,} turns with {n_features:,} bytes of features each"
+            raise InputError(
+                f"{turns} need {n / 1e6:,.0f} MB, and at most {MOST_BYTES / 1e6:,.0f} MB are allowed: lower num_envs, "
+                "sequence_length or sequences_per_update, or show less"
+            )
         self.length = length
         self.slots = Batch(
             initial_states=np.zeros((capacity, state_size), np.float32),

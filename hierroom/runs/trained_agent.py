@@ -36,7 +36,7 @@ from hierroom.support.errors import InputError, require_number, shown, user_code
 from hierroom.support.files import usable_path
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
-from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.env_config import MOST_ENVS, EnvConfig
 from hierroom.worlds.make import world_spec
 
 
@@ -277,7 +277,7 @@ def load(
 
 
 def _check(num_envs: int, seed: int) -> None:
-    require_number("num_envs", num_envs, 1, 2**31 - 1, is_whole=True)
+    require_number("num_envs", num_envs, 1, MOST_ENVS, is_whole=True)
     require_number("seed", seed, 0, 2**63 - 1, is_whole=True)
 
 

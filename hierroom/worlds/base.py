@@ -14,7 +14,7 @@ from hierroom.goals.goal_set import GoalSet
 from hierroom.support.compile.kernel import Compiled
 from hierroom.support.errors import InputError
 from hierroom.support.read_only import Shown, freeze
-from hierroom.support.schema import Array, Table, Whole, record_type
+from hierroom.support.schema import Array, Table, record_type
 from hierroom.worlds.base_view import BaseView
 from hierroom.worlds.dependencies import Dependencies
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
@@ -70,7 +70,6 @@ class BaseWorld(ABC):
         threads: int = 1,
         memories: Iterable[str] = (),
     ) -> None:
-        Whole(1, 2**31 - 1).check(num_envs, "num_envs")
         self.config, self.autoreset, self.has_begun = config, autoreset, False
         self.max_steps = config.max_steps or self.default_max_steps
         self.variants: tuple[str, ...] = (self.label,) if self.label else config.names

@@ -55,6 +55,8 @@ def _named(metavar: str) -> tyro.constructors.PrimitiveConstructorSpec:
 
 
 DEFAULT_MAX_STEPS = 1000
+MOST_ENVS = 2**20
+"""Most environments of a world."""
 OF_DRAWN = ("graph", "exclude", "curriculum_stages", "size")
 """Entries for drawn levels; a layout replaces them."""
 OF_ESCAPE_ROOMS = (*OF_DRAWN, "drop_key", "layout")

@@ -12,7 +12,8 @@ from typing import Any, Protocol
 from hierroom.goals.goal_set import GoalSet
 from hierroom.support.errors import InputError, shown, warn_once
 from hierroom.support.plugins import load_plugin
-from hierroom.worlds.env_config import EnvConfig, is_task
+from hierroom.support.schema import Whole
+from hierroom.worlds.env_config import MOST_ENVS, EnvConfig, is_task
 from hierroom.worlds.world import Feature, World
 
 ENTRY_POINT_GROUP = "hierroom.tasks"
@@ -137,6 +138,7 @@ def make_world(
         autoreset: whether the next episode begins in the step that ends the last one.
         memories: names of what the world must remember of each episode.
     """
+    Whole(1, MOST_ENVS).check(num_envs, "num_envs")
     settings: dict[str, Any] = {"seed": seed, "autoreset": autoreset, "threads": threads, "memories": memories}
     if (task := find_task(config.task)) is not None:
         return task.make_world(config, num_envs, **settings)

@@ -9,6 +9,10 @@ from gymnasium import spaces
 from numpy.typing import DTypeLike, NDArray
 
 from hierroom.controller import observation_spaces
+from hierroom.support.errors import InputError
+
+MOST_BYTES = 2**29
+"""Most memory of flat observations; a discrete number takes four bytes for each of its values."""
 
 
 class ObservationWriter:
@@ -28,6 +32,7 @@ class ObservationWriter:
         self._parts = observation_spaces(world.observation_spaces, world.goals, world.n_actions)
         self._space = spaces.Dict(self._parts)
         if flat:
+            require_flat(len(world) * spaces.flatdim(self._space))
             row: Any = spaces.flatten_space(self._space)
             with np.errstate(over="ignore"):  # bounds of float64 become infinite
                 low, high = row.low.astype(self.flat_type), row.high.astype(self.flat_type)
@@ -61,6 +66,13 @@ class ObservationWriter:
         names = [*self._space]
         at = sum(spaces.flatdim(self._space[name]) for name in names[: names.index("goal")])
         observations[envs, at : at + vectors.shape[1]] = vectors
+
+
+def require_flat(n_numbers: int) -> None:
+    """Refuse so many numbers of flat observations, before their memory is taken."""
+    if 4 * n_numbers > MOST_BYTES:
+        need, most = (f"{n_bytes / 1e6:,.0f} MB" for n_bytes in (4 * n_numbers, MOST_BYTES))
+        raise InputError(f"flat observations would need {need}, and at most {most} are allowed: take them as dicts")
 
 
 def flat_rows(parts: dict[str, NDArray], space: spaces.Dict, dtype: DTypeLike) -> NDArray:

@@ -16,6 +16,7 @@ from hierroom.goals import GOAL_VECTORS, N_COLOURS, N_GOALS
 from hierroom.support.errors import InputError
 from hierroom.turns.records import META, N_OUTCOMES
 from hierroom.worlds.escape_room.constants import VIEW
+from hierroom.worlds.observation_writer import require_flat
 
 N_META_ACTIONS = N_GOALS + 1
 SIZES = {
@@ -95,6 +96,7 @@ class TaskBoxes:
         self._sizes: dict[str, int] = {}  # an entry of both agents, such as ``features``, may have two spaces
         for name, one in (item for entries in self._spaces.values() for item in entries.items()):
             self._sizes[name] = max(self._sizes.get(name, 0), spaces.flatdim(one))
+        require_flat(sum(self._sizes.values()))
         self.space = spaces.Box(-np.inf, np.inf, (sum(self._sizes.values()) + n_actions + 1,), np.float32)
 
     def mask(self, observation: Mapping[str, Any]) -> NDArray[np.int8]:

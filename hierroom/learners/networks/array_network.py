@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import pairwise
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
-from hierroom.learners.networks.encoder import FeatureEncoder, Vectors
+from hierroom.learners.networks.encoder import FeatureEncoder, Vectors, require_weights
 from hierroom.support.byte_array import ByteArray
 
 _TORCH_TYPES = {"uint8": torch.uint8, "int32": torch.int32, "float32": torch.float32}
@@ -49,8 +50,10 @@ class ArrayEncoder(nn.Module):
         super().__init__()
         self._places = [(start, start + array.n_bytes) for start, array in space.arrays]
         self._types = [_TORCH_TYPES[array.dtype.name] for _, array in space.arrays]
-        in_arrays = {column for start, stop in self._places for column in range(start, stop)}
-        columns = [column for column in range(space.n_features) if column not in in_arrays]
+        is_category = np.ones(space.n_features, bool)
+        for start, stop in self._places:
+            is_category[start:stop] = False
+        columns = np.flatnonzero(is_category).tolist()
         self.register_buffer("columns", torch.tensor(columns, dtype=torch.int64), persistent=False)
         self.categories = None
         if columns:
@@ -85,7 +88,9 @@ class _Ids(nn.Module):
 
     def __init__(self, array: ByteArray, hidden_size: int) -> None:
         super().__init__()
-        self.table = nn.Embedding(array.n_numbers * array.n_values, hidden_size, dtype=torch.float32)
+        n_rows = array.n_numbers * array.n_values
+        require_weights(f"discrete numbers with {n_rows:,} values", n_rows, hidden_size)
+        self.table = nn.Embedding(n_rows, hidden_size, dtype=torch.float32)
         nn.init.orthogonal_(self.table.weight, 2**0.5)
         offsets = torch.arange(array.n_numbers) * array.n_values
         self.register_buffer("offsets", offsets, persistent=False)
@@ -97,6 +102,7 @@ class _Ids(nn.Module):
 class _Numbers(nn.Module):
     def __init__(self, array: ByteArray, hidden_size: int) -> None:
         super().__init__()
+        require_weights(f"an array of {array.n_numbers:,} numbers", array.n_numbers, hidden_size)
         self._low, self._high = array.low, array.high
         self._is_bounded = -_BOUND < array.low < array.high < _BOUND
         self.layers = nn.Sequential(
@@ -129,6 +135,7 @@ class _Image(nn.Module):
             layers += [_initialised(nn.Conv2d(inputs, outputs, kernel, stride, dtype=torch.float32)), nn.ReLU()]
             height, width = (height - kernel) // stride + 1, (width - kernel) // stride + 1
         n_numbers = sizes[len(layers) // 2] * height * width
+        require_weights(f"an image of shape {self._shape}", n_numbers, hidden_size)
         last = _initialised(nn.Linear(n_numbers, hidden_size, dtype=torch.float32))
         self.layers = nn.Sequential(*layers, nn.Flatten(), last)
 

@@ -19,7 +19,7 @@ from hierroom.goals import NAMED_GRAPHS, is_graph_set, plain_specs, spec_names
 from hierroom.learners.config import PPOConfig
 from hierroom.support.errors import InputError, shown
 from hierroom.support.typed_value import Seed, check_entries, entry_types
-from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.env_config import MOST_ENVS, EnvConfig
 
 PresetName = Literal["default", "long", "large", "learned", "paper", "algorithm1"]
 """Names in `presets.PRESETS`."""
@@ -74,7 +74,7 @@ class TrainConfig:
     evaluations: Annotated[int, Meta(ge=0, le=10**4)] = 16
     evaluation_episodes: Annotated[int, Meta(ge=1, le=MOST_EVALUATION_EPISODES)] | None = None
     seed: Seed = 0
-    num_envs: Annotated[int, Meta(ge=1, le=2**20)] = 64
+    num_envs: Annotated[int, Meta(ge=1, le=MOST_ENVS)] = 64
     stagger_clocks: bool = True
     threads: Annotated[int, Meta(ge=1, le=2**10)] = min(2, os.cpu_count() or 1)
     device: str = "cpu"

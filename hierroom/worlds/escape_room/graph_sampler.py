@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hierroom.complexity.graph_set import Curriculum, find_graphs
 from hierroom.goals import GoalGraph, GraphSpecs
 from hierroom.support.errors import InputError
-from hierroom.support.schema import Array, Whole
+from hierroom.support.schema import Array
 
 EPISODES_PER_STAGE = 200
 """Least number of episodes of a stage on which the curriculum bases a decision."""
@@ -40,7 +40,6 @@ class GraphSampler:
         n_stages: int = 1,
         of_maps: tuple[GoalGraph, ...] = (),
     ):
-        Whole(1, 2**31 - 1).check(num_envs, "num_envs")
         chosen = find_graphs(of_maps or graph, exclude, drop_key)
         if len(chosen.graphs) == 1 and n_stages != 1:
             name = chosen.graphs[0].name

@@ -20,6 +20,8 @@ RESERVED = (
 """Entries of an agent's observation that do not come from the world, and features that are no entries."""
 MAX_SYMBOL_SIDE = 31
 """Images of bytes up to this side are grids of symbols, like MiniGrid's; larger ones are pixels."""
+MAX_SYMBOLS = 2**14
+"""Images with more bytes are pixels, too: a symbol takes 64 bytes of memory in each turn of a minibatch."""
 MAX_CATEGORIES = 256
 _KNOWN = (spaces.Box, spaces.Discrete, spaces.MultiDiscrete, spaces.MultiBinary)
 
@@ -120,6 +122,8 @@ def feature_of(name: str, space: spaces.Space) -> Feature:
 
     if sizes.max() <= MAX_CATEGORIES:
         return Feature(tuple(sizes.tolist()), numbers)
+    if sizes.max() > 2**31:
+        raise InputError(f"a network reads discrete numbers of up to 2**31 values; {name} has {sizes.max():,}")
     layout = ByteArray((len(sizes),), "ids", n_values=int(sizes.max()))
     return Feature((MAX_CATEGORIES,) * layout.n_bytes, lambda o: layout.to_bytes(numbers(o)), array=layout)
 
@@ -153,7 +157,7 @@ def _layout(space: spaces.Box) -> ByteArray:
     is_byte = space.dtype == np.uint8
     if len(shape) == 3 or (len(shape) == 2 and is_byte):
         height, width, channels = _image_shape(shape)
-        if is_byte and max(height, width) <= MAX_SYMBOL_SIDE:
+        if is_byte and max(height, width) <= MAX_SYMBOL_SIDE and height * width * channels <= MAX_SYMBOLS:
             return ByteArray((height, width, channels), "symbols", 0, 255)
         return ByteArray((height, width, channels), "pixels", *((0, 255) if is_byte else (low, high)))
     return ByteArray(tuple(shape), "numbers", low, high)
