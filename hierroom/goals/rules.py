@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.goals.alternatives import (
+    Alternative,
     first_names,
     plain_alternative,
     read_alternatives,
@@ -39,7 +40,7 @@ class Rules:
     Args:
         rules: for each goal one alternative or a list of them, each with any of ``needs``, ``uses`` and ``gives``: a
             fact, a list of facts, or a mapping from facts to counts.
-        target: the fact to reach once.
+        target: the fact to reach once; or a goal, which then gives a fact of its name, too.
         capacity: largest counts of facts; 1 by default.
         start: counts of facts at the start; 0 by default.
         label: the name of the rules in every output. Equality ignores it.
@@ -79,8 +80,10 @@ class Rules:
         rules = {
             read_name("the name of a rule", name): read_alternatives(name, rule) for name, rule in self.rules.items()
         }
+        if isinstance(goal := self.target, str) and goal in rules and goal not in _facts_of(rules):
+            rules[goal] = tuple(way._replace(gives={**way.gives, goal: 1}) for way in rules[goal])
+        facts = _facts_of(rules)
         object.__setattr__(self, "rules", rules)
-        facts = {fact: None for ways in rules.values() for way in ways for counts in way for fact in counts}
         capacity = read_counts("the capacity", self.capacity, low=1)
         start = read_counts("the start", self.start, low=0)
         for what, entries in (("the target", (self.target,)), ("the capacity", capacity), ("the start", start)):
@@ -278,6 +281,10 @@ class Rules:
                         row[numbers[fact]] = max(row[numbers[fact]], count)
             rule[len(ways) :] = rule[len(ways) - 1]
         return freeze(counts)
+
+
+def _facts_of(rules: Mapping[str, tuple[Alternative, ...]]) -> dict[str, None]:
+    return {fact: None for ways in rules.values() for way in ways for counts in way for fact in counts}
 
 
 def _bits(flags: NDArray[np.bool_]) -> NDArray[np.uint64]:

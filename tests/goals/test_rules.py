@@ -57,6 +57,15 @@ def test_apply_uses_facts_and_gives_up_to_capacity():
         Rules.from_dict(3)
 
 
+def test_goal_that_gives_other_facts_is_a_target():
+    ways = [{"gives": "gold"}, {"needs": "rope", "gives": {"gold": 2}}]
+    rules = Rules({"open": ways, "climb": {"gives": "rope"}}, "open", {"gold": 2})
+    assert rules.facts == ("gold", "open", "rope")
+    assert rules == Rules.from_dict(rules.to_dict())
+    assert rules.apply("open", [0, 0, 1]).tolist() == [1, 1, 1]
+    assert hierroom.complexity.analyze(rules).fewest == 1
+
+
 @pytest.mark.parametrize(
     "rules",
     [TUNNEL, Rules({"eine Tür": {"needs": {'"k"': 2}, "gives": "*"}}, "*", {'"k"': 2}, {'"k"': 1}, label="Grün")],
