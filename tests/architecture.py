@@ -1,6 +1,11 @@
-"""The structure of the package, read from its imports: parts (files and folders of hierroom/) and their imports."""
+"""The structure of the package, read from its imports. ``python tests/architecture.py`` prints the drawing of the docs.
+
+A part is a file or a folder of hierroom/; a room is a folder at any depth, or a file that is in no folder.
+"""
 
 import ast
+import re
+from collections.abc import Callable
 from pathlib import Path
 
 import networkx as nx
@@ -40,15 +45,41 @@ def part_of(path: Path) -> str:
     return path.relative_to(PACKAGE).with_suffix("").as_posix().split("/")[0]
 
 
-def part_imports() -> nx.DiGraph:
-    """An arrow from each part to each part that it imports."""
+def room_of(path: Path) -> str:
+    folder = path.parent.relative_to(PACKAGE).as_posix()
+    return path.stem if folder == "." else folder
+
+
+def imports_between(place_of: Callable[[Path], str]) -> nx.DiGraph:
+    """An arrow from each part, or room, to each one that it imports."""
     imports, graph = file_imports(), nx.DiGraph()
-    graph.add_nodes_from(map(part_of, imports))
-    arrows = ((part_of(source), part_of(target)) for source, target in imports.edges)
+    graph.add_nodes_from(map(place_of, imports))
+    arrows = ((place_of(source), place_of(target)) for source, target in imports.edges)
     graph.add_edges_from((source, target) for source, target in arrows if source != target)
     return graph
 
 
-def floors() -> list[list[str]]:
-    """The parts from the ground up: each stands one floor above the highest part that it imports."""
-    return [sorted(parts) for parts in nx.topological_generations(part_imports().reverse())]
+def drawing() -> str:
+    """The rooms from the ground up, in Mermaid: each is one floor above the highest one that it imports.
+
+    Rooms that import each other share a box. Arrows that others imply are left out.
+    """
+    graph = nx.condensation(imports_between(room_of))
+    names = {box: ", ".join(sorted(graph.nodes[box]["members"])) for box in graph}
+    ids = {box: re.sub(r"\W+", "_", name) for box, name in names.items()}
+    lines = ["graph BT"]
+    for floor, boxes in enumerate(nx.topological_generations(graph.reverse()), start=1):
+        lines += [f"    subgraph f{floor} [{floor}]"]
+        lines += [f'        {ids[box]}["{names[box]}"]' for box in sorted(boxes, key=ids.get)]
+        lines += ["    end"]
+    below: dict[frozenset, list[str]] = {}
+    reduced = nx.transitive_reduction(graph)
+    for box in sorted(reduced, key=ids.get):
+        if targets := frozenset(map(ids.get, reduced[box])):
+            below.setdefault(targets, []).append(ids[box])
+    lines += [f"    {' & '.join(boxes)} --> {' & '.join(sorted(targets))}" for targets, boxes in below.items()]
+    return "\n".join([*lines, ""])
+
+
+if __name__ == "__main__":
+    print(drawing(), end="")
