@@ -93,7 +93,7 @@ def check_episodes(folder: RunFolder, rows: Rows) -> None:
             if window:
                 assert np.mean([float(one[name]) for one in window]) == pytest.approx(row[mean])
     for one in episodes:
-        assert one["goals"].endswith("exit") == bool(int(one["success"]))
+        assert (json.loads(one["goals"])[-1:] == ["exit"]) == bool(int(one["success"]))
 
 
 def check_summary(summary: dict[str, Any], rows: Rows, curve: LearningCurve) -> None:
