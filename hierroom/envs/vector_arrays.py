@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hierroom.controller import Observation
 from hierroom.support.array_pool import ArrayPool
-from hierroom.support.compile.kernel import Compiled
+from hierroom.support.kernel import Compiled
 from hierroom.turns.kernels import write_results
 from hierroom.turns.records import CONTROLLER, LEDGER, STEP, Step
 from hierroom.turns.turns import Turns

@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from hierroom.support.compile.clock import compile_clock
+from hierroom.support.compile_clock import compile_clock
 
 
 class TimeSpent:

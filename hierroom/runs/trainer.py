@@ -21,7 +21,7 @@ from hierroom.runs.environments import make_turns
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.weights import SavedAgent, weights_file
 from hierroom.runs.logs.episode_log import EpisodeLog
-from hierroom.support.compile.clock import compile_clock
+from hierroom.support.compile_clock import compile_clock
 from hierroom.support.errors import DivergenceError, InputError, require_number
 from hierroom.support.files import to_json
 from hierroom.support.schema import Schema, Table, as_array, of_records

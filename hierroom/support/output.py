@@ -10,7 +10,7 @@ from contextvars import ContextVar
 from threading import Lock
 from typing import Any, TextIO
 
-from hierroom.support.compile.clock import compile_clock
+from hierroom.support.compile_clock import compile_clock
 from hierroom.support.errors import one_line
 
 

@@ -6,7 +6,7 @@ Constants shared with the rest of the package are defined here, so that this mod
 
 import numpy as np
 
-from hierroom.support.compile.kernel import njit
+from hierroom.support.kernel import njit
 
 NO_GOAL = -1
 NO_OUTCOME, REACHED, TIMED_OUT, OTHER = range(4)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hierroom.support.compile.kernel import njit
+from hierroom.support.kernel import njit
 
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 MIX_1 = np.uint64(0xBF58476D1CE4E5B9)

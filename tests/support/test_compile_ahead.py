@@ -8,14 +8,14 @@ from children import run_python
 
 from hierroom.commands import compile
 from hierroom.commands.compile import stamp
-from hierroom.support.compile.kernel_folder import kernel_folder
+from hierroom.support.kernel_folder import kernel_folder
 
 LATER = """
 import numpy as np
 import hierroom
 from hierroom.commands.compile import play_as_trained, play_in_worlds, play_with_learners
-from hierroom.support.compile.clock import compile_clock
-from hierroom.support.compile.kernel import KERNELS
+from hierroom.support.compile_clock import compile_clock
+from hierroom.support.kernel import KERNELS
 
 pole = hierroom.Task("CartPole-v1", {"left": lambda env, info: env.unwrapped.state[0] < 0}, target="left")
 clock = compile_clock()

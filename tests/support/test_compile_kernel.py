@@ -16,9 +16,8 @@ from children import run_python
 from numba.core import caching
 
 import hierroom
-from hierroom.support import errors
-from hierroom.support.compile import kernel, kernel_folder
-from hierroom.support.compile.clock import LINE
+from hierroom.support import errors, kernel, kernel_folder
+from hierroom.support.compile_clock import LINE
 
 PACKAGE = Path(hierroom.__file__).parent
 DIGEST = kernel_folder.digest_of_kernels(PACKAGE)[:16]
@@ -28,9 +27,9 @@ from hierroom.worlds.random_kernels import mix
 hierroom.env(graph='a')
 print(mix.stats.cache_path)
 """
-SLOW = "from hierroom.support.compile import clock; clock.PATIENCE_SECONDS = 0.0\n"
+SLOW = "from hierroom.support import compile_clock; compile_clock.PATIENCE_SECONDS = 0.0\n"
 COMPILE = """
-from hierroom.support.compile.kernel import njit
+from hierroom.support.kernel import njit
 def double(x):
     return 2 * x
 double.__module__ = "{module}"
@@ -146,14 +145,14 @@ SMALL_PACKAGE = {
     "constants.py": "NUMBER = 1",
     "plain.py": "",
     "inner.py": """
-from hierroom.support.compile.kernel import njit
+from hierroom.support.kernel import njit
 @njit(cache=True)
 def inner():
     return 10
 """,
     "outer.py": """
 import numba
-from hierroom.support.compile.kernel import njit
+from hierroom.support.kernel import njit
 from hierroom.constants import NUMBER
 from hierroom.inner import inner
 @njit(cache=True)
@@ -168,8 +167,9 @@ def of_a_user():
 
 def test_changed_kernel_file_recompiles_all_kernels(tmp_path, temporary):
     package = tmp_path / "hierroom"
-    shutil.copytree(PACKAGE / "support" / "compile", package / "support" / "compile")
-    shutil.copy(PACKAGE / "support" / "errors.py", package / "support")
+    (package / "support").mkdir(parents=True)
+    for name in ("compile_clock", "errors", "kernel", "kernel_folder"):
+        shutil.copy(PACKAGE / "support" / f"{name}.py", package / "support")
     for name, content in SMALL_PACKAGE.items():
         (package / name).write_text(content)
     code = (

@@ -20,8 +20,8 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.linalg import splu
 
-from hierroom.support.compile.kernel import njit
 from hierroom.support.errors import InputError
+from hierroom.support.kernel import njit
 
 LEAST_RATE = 1e-290
 """Least rate at which a node may be left; with smaller ones, rates would underflow and means overflow."""

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.compile.kernel import njit
+from hierroom.support.kernel import njit
 
 BETA1, BETA2 = 0.9, 0.999
 """Decay rates of the two moments: the values of Kingma & Ba (2015) and of torch."""

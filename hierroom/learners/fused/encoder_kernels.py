@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.compile.kernel import njit
+from hierroom.support.kernel import njit
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.compile.kernel import njit
+from hierroom.support.kernel import njit
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba.core import config
 
-from hierroom.support.compile.kernel import njit
+from hierroom.support.kernel import njit
 
 
 class Products(NamedTuple):

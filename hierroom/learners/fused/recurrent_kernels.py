@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.learners.fused.product_kernels import add_product, add_transposed_product, pack
-from hierroom.support.compile.kernel import njit
+from hierroom.support.kernel import njit
 
 _DEPTH = 64  # samples of one sum of weight gradients
 # Typed as float32, because Numba promotes float32 with a Python number to float64; float64 arrays stay float64.

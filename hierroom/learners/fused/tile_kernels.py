@@ -18,7 +18,7 @@ from numba.core.codegen import get_host_cpu_features
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from hierroom.support.compile.kernel import njit
+from hierroom.support.kernel import njit
 
 _ROWS = 4  # rows of a tile
 # Columns of a tile and width of a panel, chosen to leave half of the vector registers for the factors. On AVX-512 a

@@ -1,6 +1,6 @@
 """Thin kernels that apply the rules of the world to a batch of levels."""
 
-from hierroom.support.compile.kernel import copy_matrix, njit
+from hierroom.support.kernel import copy_matrix, njit
 from hierroom.worlds.escape_room.generation_kernels import generate, generate_of_maps
 from hierroom.worlds.escape_room.step_kernels import advance_and_look
 from hierroom.worlds.escape_room.view_kernels import look_and_remember

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.goals import GoalGraph
-from hierroom.support.compile.kernel import Compiled
 from hierroom.support.errors import InputError
+from hierroom.support.kernel import Compiled
 from hierroom.support.read_only import read_only
 from hierroom.support.schema import Whole
 from hierroom.support.thread_pool import Shares

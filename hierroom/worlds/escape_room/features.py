@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, GOAL_VECTORS, N_COLOURS, N_GOALS, NO_GOAL
-from hierroom.support.compile.kernel import Compiled, njit
+from hierroom.support.kernel import Compiled, njit
 from hierroom.worlds.escape_room.constants import COL_STEP, EXIT, KEY, LOCKED_DOOR, N_TILES, ROW_STEP, VIEW
 from hierroom.worlds.escape_room.frontier import nearest_frontiers
 from hierroom.worlds.escape_room.layout import LEVEL

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.compile.kernel import Compiled, njit
+from hierroom.support.kernel import Compiled, njit
 from hierroom.worlds.escape_room.constants import MARGIN, MAX_SIZE, ONE
 from hierroom.worlds.escape_room.layout import LEVEL, NO_MAPS, Maps
 from hierroom.worlds.escape_room.rooms import room_at

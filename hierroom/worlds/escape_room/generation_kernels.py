@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hierroom.support.compile.kernel import copy_matrix, njit
+from hierroom.support.kernel import copy_matrix, njit
 from hierroom.worlds.escape_room.constants import (
     ALL_LEVELS,
     COL_STEP,

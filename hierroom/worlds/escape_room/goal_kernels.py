@@ -1,7 +1,7 @@
 """Kernels that write the goals a meta-controller may choose in a level."""
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_GOALS
-from hierroom.support.compile.kernel import njit
+from hierroom.support.kernel import njit
 
 REACHABLE, EXISTING, SEEN, ALL = range(4)
 GOAL_MASKS = {"reachable": REACHABLE, "existing": EXISTING, "seen": SEEN, "none": ALL}

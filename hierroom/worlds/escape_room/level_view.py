@@ -10,7 +10,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, GoalGraph
-from hierroom.support.compile.kernel import Compiled
+from hierroom.support.kernel import Compiled
 from hierroom.worlds.escape_room import batch_kernels
 from hierroom.worlds.escape_room.constants import VIEW
 from hierroom.worlds.escape_room.goal_kernels import GOAL_MASKS, write_masks

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hierroom.support.compile.kernel import njit
+from hierroom.support.kernel import njit
 from hierroom.worlds.escape_room.constants import DOORWAYS, MARGIN, ONE, VISITED
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
-from hierroom.support.compile.kernel import Compiled, njit
+from hierroom.support.kernel import Compiled, njit
 from hierroom.worlds.escape_room.constants import VIEW
 from hierroom.worlds.escape_room.layout import LEVEL, OUTCOME
 from hierroom.worlds.escape_room.tiles import TRIPLES

@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.goals import EXIT_GOAL, N_COLOURS, N_GOALS
-from hierroom.support.compile.kernel import Compiled, njit
 from hierroom.support.errors import InputError
+from hierroom.support.kernel import Compiled, njit
 from hierroom.support.schema import Whole
 from hierroom.worlds.escape_room import constants
 from hierroom.worlds.escape_room.constants import MARGIN

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from hierroom.goals import MAX_GRID_ROOMS, N_COLOURS, N_GOALS
-from hierroom.support.compile.kernel import Compiled, njit
 from hierroom.support.errors import InputError
+from hierroom.support.kernel import Compiled, njit
 from hierroom.support.schema import Array, of_records
 from hierroom.worlds.env_config import SPLITS
 from hierroom.worlds.escape_room.constants import (

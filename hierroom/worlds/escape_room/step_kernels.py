@@ -6,7 +6,7 @@ the same source runs as ordinary Python.
 
 import numpy as np
 
-from hierroom.support.compile.kernel import njit
+from hierroom.support.kernel import njit
 from hierroom.worlds.escape_room.constants import (
     COL_STEP,
     DROP,

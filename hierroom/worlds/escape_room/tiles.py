@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import COLOURS
-from hierroom.support.compile.kernel import Compiled
+from hierroom.support.kernel import Compiled
 from hierroom.worlds.escape_room.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, N_TILES, OPEN_DOOR, VIEW, WALL
 from hierroom.worlds.escape_room.layout import OUTCOME
 from hierroom.worlds.escape_room.view_kernels import write_images

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hierroom.support.compile.kernel import njit
+from hierroom.support.kernel import njit
 from hierroom.worlds.workshop.kernels import BENCH, SHELF, changes
 
 REACHABLE, EXISTING, SEEN, ALL = range(4)

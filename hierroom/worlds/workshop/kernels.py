@@ -6,7 +6,7 @@ the same source runs as ordinary Python.
 
 import numpy as np
 
-from hierroom.support.compile.kernel import copy_matrix, njit
+from hierroom.support.kernel import copy_matrix, njit
 from hierroom.worlds.random_kernels import GOLDEN, mix, shuffle, stream_key
 
 PLACES, SHELF, BENCH = range(3)

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.compile.kernel import Compiled
+from hierroom.support.kernel import Compiled
 from hierroom.worlds.base_view import GoalInWords, Situated
 from hierroom.worlds.random_kernels import turn_uniforms
 from hierroom.worlds.workshop.goal_kernels import GOAL_MASKS, write_masks, write_ranks

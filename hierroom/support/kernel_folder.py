@@ -19,7 +19,7 @@ from pathlib import Path
 
 from numba.core import config
 
-PACKAGE = Path(__file__).parents[2]
+PACKAGE = Path(__file__).parents[1]
 CONSTANTS = ("constants.py", "ids.py")  # files of numbers that kernels use
 _DAY = 24 * 60 * 60
 

@@ -11,9 +11,9 @@ import numba
 import numpy as np
 from numba.core import config, types
 
-from hierroom.support.compile.clock import compile_clock
-from hierroom.support.compile.kernel_folder import kernel_folder
+from hierroom.support.compile_clock import compile_clock
 from hierroom.support.errors import warn_once
+from hierroom.support.kernel_folder import kernel_folder
 
 KERNELS: list[Any] = []
 """All kernels that are kept on disk, in the order of their definitions."""
