@@ -167,9 +167,7 @@ def of_a_user():
 
 def test_changed_kernel_file_recompiles_all_kernels(tmp_path, temporary):
     package = tmp_path / "hierroom"
-    (package / "support").mkdir(parents=True)
-    for name in ("compile_clock", "errors", "kernel", "kernel_folder"):
-        shutil.copy(PACKAGE / "support" / f"{name}.py", package / "support")
+    shutil.copytree(PACKAGE / "support", package / "support", ignore=shutil.ignore_patterns("__pycache__"))
     for name, content in SMALL_PACKAGE.items():
         (package / name).write_text(content)
     code = (
