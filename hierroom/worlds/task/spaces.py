@@ -78,16 +78,16 @@ def read_entry(
     except Exception:  # an entry is missing, or NumPy makes no array of them
         values = np.array(None)
     if values.shape[1:] != space.shape or values.dtype.kind not in "biuf" or len(values) != len(observations):
-        raise InputError(f"{task} shows a {name} outside its observation space: {_unlike(observations, path, space)}")
+        raise InputError(f"{task} shows {name!r} outside its observation space: {_unlike(observations, path, space)}")
     dtype: Any = space.dtype
     if dtype.kind != "f" and (outside := _first_outside(space, values)) is not None:
-        raise InputError(f"{task} shows a {name} outside its observation space: {outside} in {text_of(space)}")
+        raise InputError(f"{task} shows {name!r} outside its observation space: {outside} in {text_of(space)}")
     with np.errstate(over="ignore"):
         read = values.astype(dtype, copy=False)
         if dtype.kind == "f" and not (are_finite := np.isfinite(read.astype(np.float32, copy=False))).all():
             most = min(np.finfo(dtype).max, np.finfo(np.float32).max)
-            wrong = f"{name} with {values[~are_finite][0]}"
-            raise InputError(f"{task} shows a {wrong}; a network reads finite numbers up to {most:.4g}")
+            wrong = f"{name!r} with {values[~are_finite][0]}"
+            raise InputError(f"{task} shows {wrong}; a network reads finite numbers up to {most:.4g}")
     return read
 
 
