@@ -30,6 +30,7 @@ from hierroom.runs.logs.episode_log import EpisodeLog
 from hierroom.runs.logs.learning_curve import MILESTONES, evaluation_rows
 from hierroom.runs.logs.scalars import evaluation_scalars
 from hierroom.support.errors import InputError
+from hierroom.support.files import to_json
 
 SEVERAL = st.lists(ODD_NAMES, min_size=1, max_size=6, unique=True)
 
@@ -160,6 +161,8 @@ def test_rules_and_graphs_are_read_as_they_were_written(tmp_path_factory, names,
     for name in _usable([label], lambda one: GoalGraph((0,), 1, *one)):
         graph = GoalGraph((0,), 1, name)
         graph.to_toml(path)
+        config = hierroom.TrainConfig().changed(graph=[graph, "c"])
+        assert hierroom.TrainConfig.from_dict(json.loads(to_json(config.to_dict()))).env.names == (name, "c")
         assert (
             GoalGraph.from_toml(path).name == GoalGraph.from_dict(json.loads(json.dumps(graph.to_dict()))).name == name
         )
