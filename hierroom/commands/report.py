@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain, count, zip_longest
@@ -112,16 +112,17 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
         curves = compare_runs(runs, arguments.by, lambda: bar.advance(task))
         untried, goals, replays, films = deque(_in_turn(runs, curves)), [], [], []
         rules: dict[str, Rules] = {}  # of tasks that played; others are not imported
-        bar.update(task, description="playing", total=min(len(untried), arguments.replays), completed=0)
+        n_played = min(len(untried), arguments.replays) * arguments.played
+        bar.update(task, description="playing", total=n_played, completed=0)
         while untried and len(goals) < arguments.replays:
             one = untried.popleft()
-            if (played := _play(one, arguments, notes)) is not None:
+            done = len(goals) * arguments.played
+            if played := _play(one, arguments, notes, lambda n, done=done: bar.update(task, completed=done + n)):
                 row, episodes, world = played
                 if isinstance(world.rules, Rules):
                     rules[world.variants[0]] = world.rules
                 goals.append({"run": one.name, "group": curves.group_of[str(one.path)], **row})
                 (replays if one.config.env.task is None else films).append({"run": one.name, "episodes": episodes})
-                bar.advance(task)
         bar.update(task, description="computing complexity", total=None)
         complexity, too_large = complexities(runs, rules)
     notes += [*curves.notes, *too_large]
@@ -168,7 +169,7 @@ def _in_turn(runs: Sequence[ReportedRun], curves: Curves) -> list[ReportedRun]:
 
 
 def _play(
-    one: ReportedRun, arguments: ReportArguments, notes: list[str]
+    one: ReportedRun, arguments: ReportArguments, notes: list[str], progress: Callable[[int], object]
 ) -> tuple[dict[str, Any], list[Any], Any] | None:
     """Return the goals that a run's agents achieve, some episodes, and their world.
 
@@ -184,7 +185,7 @@ def _play(
         agent = load(one.path, greedy=arguments.greedy, trust=arguments.trust_run)
         num_envs = min(100, arguments.played)
         turns, pair = agent.turns(num_envs, seed=arguments.seed), agent.pair(num_envs, seed=arguments.seed)
-        row = goal_row(evaluate(pair, turns, arguments.played))
+        row = goal_row(evaluate(pair, turns, arguments.played, progress))
         episodes = replays(agent, arguments.episodes, arguments.seed)
         notes += dict.fromkeys(f"{one.name} has no film: {e['no_film']}" for e in episodes if e.get("no_film"))
     except InputError as error:

@@ -30,6 +30,7 @@ def decide(config: TrainConfig) -> TrainConfig:
     try:
         seconds = (N_PICTURED + 1) * limit * step + min(limit, MOST_IN_GIF) * picture_seconds(cast(TaskParts, task))
     except InputError as error:
+        task.replayer.no_picture = str(error)
         warn(f"there is no film of an episode: {error}")
         return config.changed(film=False)
     if seconds <= max(MOST_SECONDS, MOST_SHARE * config.steps * step):

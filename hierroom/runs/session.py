@@ -230,7 +230,8 @@ def train(
 def _status(trainer: Trainer, row: Mapping[str, float], evaluated: str) -> str:
     stages = trainer.turns.world.stage_titles
     stage = f"stage {row['stage']:.0f} of {len(stages)}, " if stages else ""
-    length = "" if stage else f" length {row['episode_length']:.0f},"  # so that the line fits into 80 columns
+    is_long = stage or not row["episodes"]  # the line fits into 80 columns, and no length is shown before there is one
+    length = "" if is_long else f" length {row['episode_length']:.0f},"
     return f"{trainer.steps_per_second:,.0f} steps/s, {stage}success {row['success_rate']:.0%}{evaluated},{length}"
 
 

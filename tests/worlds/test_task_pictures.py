@@ -14,6 +14,7 @@ from children import run_python
 from PIL import Image
 
 import hierroom
+from hierroom.agents.playback import save_episodes
 from hierroom.commands import report, watch
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
@@ -73,6 +74,12 @@ def test_no_picture_is_refused_in_one_line(drawn, given):
         as_picture(drawn)
 
 
+@pytest.fixture(autouse=True)
+def _can_draw_again():
+    yield
+    chest_task.chest.replayer.no_picture = ""
+
+
 def growing(env):
     return np.zeros((60 + 60 * env.cell, 90, 3), np.uint8)
 
@@ -109,6 +116,16 @@ def test_run_ends_well_whatever_its_environment_draws(render, why, tmp_path, mon
     else:
         (film,) = (tmp_path / "run").glob("*.gif")
         assert len({frame.shape for frame in pictures.frames(film)}) == 1
+
+
+def test_environment_that_cannot_draw_is_asked_once(tmp_path, monkeypatch):
+    """MuJoCo aborts the process if it draws without a display a second time."""
+    asked = []
+    monkeypatch.setattr(chest_task.Chest, "render", lambda env: asked.append(env))
+    for episode in list(hierroom.rollout("random", hierroom.EnvConfig(task=chest_task.chest), 3, num_envs=3)):
+        with pytest.raises(InputError, match="render must return a picture"):
+            save_episodes([episode], tmp_path / "a.gif")
+    assert len(asked) == 1
 
 
 @pytest.mark.parametrize("task", [chest_task.chest, chest_task.split], ids=["same process", "other processes"])

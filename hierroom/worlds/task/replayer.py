@@ -56,18 +56,23 @@ class TaskReplayer:
     """The `Replayer` of a task; a state is a `Moment`.
 
     A pickled one cannot `replay`: it leaves out the task, as other processes may not find its functions.
+
+    Attributes:
+        no_picture: why an environment could not draw its first picture. None is asked again, because graphics libraries
+            may abort the process at a second try.
     """
 
     def __init__(self, task: TaskParts) -> None:
         self._task: TaskParts | None = task
         self._name, self._goals, self._rules = task.name, task.goal_set, task.rules
         self._n_actions, self._first_action = task.n_actions, task.trial.first_action
+        self.no_picture = ""
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_task": None}
 
     def __deepcopy__(self, memo: object) -> TaskReplayer:
-        """Return itself, as it never changes."""
+        """Return itself, as it never changes except for `no_picture`."""
         return self
 
     def seed_of(self, identity: tuple[int, int, int, str | None]) -> int:
@@ -105,12 +110,17 @@ class TaskReplayer:
         drawn = range(len(actions) + 1) if drawn is None else drawn
         envs = LocalEnvs(self._task, 1, "rgb_array" if drawn else None)
         counts, markings = np.zeros_like(state.counts), state.marking[None].copy()
-        dependencies = Dependencies.of(self._rules, self._goals)
+        dependencies, has_drawn = Dependencies.of(self._rules, self._goals), False
         try:
             _, totals = envs.reset([0], [self.seed_of(state.identity)])
             for step in range(len(actions) + 1):
                 moment = Moment(state.identity, state.max_steps, counts.copy(), markings[0].copy(), step)
-                yield replace(moment, frame=_frame_of(envs)) if step in drawn else moment
+                if step in drawn:
+                    moment = replace(moment, frame=self.no_picture or _frame_of(envs))
+                    if isinstance(moment.frame, str) and not has_drawn:
+                        self.no_picture = moment.frame
+                    has_drawn = True
+                yield moment
                 if step < len(actions) and actions[step] < self._n_actions:
                     before = totals.astype(np.int64)
                     totals = envs.step([0], [self._first_action + int(actions[step])]).totals

@@ -13,7 +13,7 @@ from multiprocessing import Pipe, Process
 from multiprocessing.connection import Connection, wait
 from multiprocessing.util import register_after_fork
 from signal import Signals
-from typing import Any
+from typing import Any, cast
 
 from gymnasium.vector.utils import CloudpickleWrapper
 
@@ -37,7 +37,7 @@ class Worker:
         is_alive, self._is_alive = Pipe(duplex=False)  # it closes when this process ends
         for ours in (self._connection, self._is_alive):
             register_after_fork(ours, Connection.close)  # so that no other worker holds them open
-        make: Any = CloudpickleWrapper[Any](partial(LocalEnvs, task, len(envs), render_mode))
+        make = CloudpickleWrapper(cast(Any, partial(LocalEnvs, task, len(envs), render_mode)))  # lambdas pickle, too
         self._process = Process(target=_work, args=(theirs, is_alive, self._label, make), daemon=True)
         with blocked(STOPS):
             self._process.start()
