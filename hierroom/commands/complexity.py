@@ -20,7 +20,7 @@ from hierroom.support.cli import Flag, given, read_arguments
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
 from hierroom.support.output import warn
-from hierroom.support.slow import said_when_slow
+from hierroom.support.slow import said_in_turn, said_when_slow
 from hierroom.support.tables import named_table, print_table
 from hierroom.worlds.env_config import GRAPHS, LAYOUTS
 from hierroom.worlds.escape_room.level_map import as_maps
@@ -120,9 +120,8 @@ def show(options: ComplexityArguments) -> None:
         return
     if options.rules or options.task is not None:
         options.allow_only(WITH_RULES, f"--{'rules' if options.rules else 'task'} allows", ("rules", "task"))
-        with said_when_slow(lambda: "unrolling the rules into markings"):
-            rules = [*map(Rules.from_toml, options.rules), *([] if options.task is None else [_rules_of(options.task)])]
-            reports = [analyze(one, walk=walk) for one in rules]
+        rules = [*map(Rules.from_toml, options.rules), *([] if options.task is None else [_rules_of(options.task)])]
+        reports = [analyze(one, walk=walk) for one in rules]
         _show_reports(options, reports, len(reports) > 1)
         return
     if options.from_play is not None:
@@ -156,22 +155,24 @@ def _show_reports(options: ComplexityArguments, reports: Sequence[WalkReport], i
         raise InputError(f"--draw draws one graph, named by --graph, or one file of --rules, not {len(reports)}")
     if options.sort is not None and len(reports) == 1:
         warn("--sort has no effect, as there is one report")
-    names, n_nodes = ", ".join(report.name for report in reports[:3]), sum(report.nodes for report in reports)
-    with said_when_slow(lambda: f"measuring {names}: {n_nodes:,} nodes"):
-        if (column := options.sort) is not None:
-            reports = sorted(reports, key=lambda report: value_of(report, column))
-        if options.draw is not None:
+    if is_list:
+        for report in said_in_turn(f"measuring {len(reports)} goal graphs or sets of rules", reports):
+            report_cells(report)  # the report keeps its numbers
+    if (column := options.sort) is not None:
+        reports = sorted(reports, key=lambda report: value_of(report, column))
+    if options.draw is not None:
+        with said_when_slow(f"drawing {reports[0].nodes:,} nodes"):
             reports[0].draw(options.draw)
-        formats = [name for name in FORMATS if getattr(options, name)]
-        if options.json:
-            tables = [report.to_dict() for report in reports]
-            print(to_json(tables if is_list else tables[0]))
-        elif formats:
-            print(list_text(reports, formats[0]), end="")
-        elif is_list:
-            _print_table(options, reports)
-        else:
-            print(reports[0])
+    formats = [name for name in FORMATS if getattr(options, name)]
+    if options.json:
+        tables = [report.to_dict() for report in reports]
+        print(to_json(tables if is_list else tables[0]))
+    elif formats:
+        print(list_text(reports, formats[0]), end="")
+    elif is_list:
+        _print_table(options, reports)
+    else:
+        print(reports[0])
 
 
 def main(argv: Sequence[str]) -> int:

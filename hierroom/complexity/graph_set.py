@@ -23,6 +23,7 @@ from hierroom.goals import (
     spec_names,
 )
 from hierroom.support.errors import InputError, require_number
+from hierroom.support.slow import said_in_turn
 
 _INTERVAL = re.compile(r"(hitting_time|expected_steps):(\d+(?:\.\d+)?)\.\.(\d+(?:\.\d+)?)", re.ASCII)
 _Assumed: TypeAlias = tuple[bool, Walk, Reading]
@@ -216,7 +217,9 @@ def _graphs_between(interval: _Interval, assumed: _Assumed) -> tuple[GoalGraph, 
 
 
 def _ranked(graphs: Iterable[GoalGraph], quantity: str, assumed: _Assumed) -> tuple[tuple[float, GoalGraph], ...]:
-    ranked = [(_difficulty(graph, quantity, assumed), graph) for graph in graphs]
+    several = [*graphs]
+    work = f"measuring {len(several)} goal graphs"
+    ranked = [(_difficulty(graph, quantity, assumed), graph) for graph in said_in_turn(work, several)]
     return tuple(sorted(ranked, key=lambda pair: (pair[0], pair[1].key_rooms, pair[1].exit_room)))
 
 

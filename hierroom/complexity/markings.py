@@ -20,7 +20,10 @@ from hierroom.complexity.moves import MoveFinder, Moves
 from hierroom.complexity.requirements import relevant_rules
 from hierroom.goals import Rules
 from hierroom.support.errors import InputError
+from hierroom.support.slow import said_when_slow
 
+MAX_COUNTS = 25_000_000
+"""Most counts of facts in all rules, such as 5,000 rules over 5,000 facts; markings may have eight times as many."""
 AT_ONCE = 1_000_000
 """Largest size of a batch: its markings times the alternatives of the rules, or times the changes of facts in them."""
 
@@ -138,34 +141,39 @@ class MarkingGraph:
         """Unroll breadth first: all markings at the same distance from the start together."""
         if self.relevant is None:
             return _Unrolled(np.zeros((1, 1), np.int64), np.zeros((0, 2), np.int64), np.zeros(0, np.int64), math.inf)
-        rules, target, multipliers = self.relevant, self.facts.index(self.rules.target), self._multipliers
+        rules, most = self.relevant, max(map(len, self.relevant.rules.values()))
+        if (size := len(rules.names) * most * len(self.facts)) > MAX_COUNTS:
+            counts = f"{len(rules.names):,} rules times {most} alternatives times {len(self.facts):,} facts"
+            raise InputError(f"the rules are too many to unroll: {counts} are {size:,}, and at most {MAX_COUNTS:,} fit")
+        target, multipliers = self.facts.index(self.rules.target), self._multipliers
         counts = rules.start_marking.astype(np.min_scalar_type(-int(rules.limits.max()) - 1))
         layers, edges, goals, fewest, distance = [counts[None]], [], [], math.inf, 0
         known = defaultdict(count().__next__)  # the node of each marking, by its code
         _ = known[int(layers[0][0] @ multipliers)]
         finder = MoveFinder(rules)
         at_once = max(1, AT_ONCE // max(finder.n_changes, rules.required[..., 0].size))
-        while len(layers[-1]):
-            first, distance, found = len(known) - len(layers[-1]), distance + 1, []
-            for begin in range(0, len(layers[-1]), at_once):
-                batch = layers[-1][begin : begin + at_once]
-                moves = finder.find(batch)
-                self._refuse_many(batch, moves)
-                is_done = np.logical_or.reduceat((moves.facts == target) & (moves.added > 0), moves.starts)
-                after = np.add.reduceat(moves.added * multipliers[moves.facts], moves.starts)
-                after += (batch @ multipliers)[moves.sources]
-                codes, at, inverse = np.unique(after[~is_done], return_index=True, return_inverse=True)
-                n_before = len(known)
-                nodes = np.fromiter(map(known.__getitem__, codes.tolist()), np.int64, len(codes))
-                if len(known) >= MAX_NODES:
-                    raise self._too_large()
-                found.append(_after(batch, moves, np.flatnonzero(~is_done)[at[nodes >= n_before]]))
-                ends = np.full(len(after), -1)
-                ends[~is_done] = nodes[inverse]
-                fewest = min(fewest, distance if is_done.any() else math.inf)
-                edges.append(np.stack([first + begin + moves.sources, ends], axis=1))
-                goals.append(moves.rules)
-            layers.append(np.concatenate(found))
+        with said_when_slow(lambda: f"unrolling {len(rules.names):,} rules, {len(known):,} markings so far"):
+            while len(layers[-1]):
+                first, distance, found = len(known) - len(layers[-1]), distance + 1, []
+                for begin in range(0, len(layers[-1]), at_once):
+                    batch = layers[-1][begin : begin + at_once]
+                    moves = finder.find(batch)
+                    self._refuse_many(batch, moves)
+                    is_done = np.logical_or.reduceat((moves.facts == target) & (moves.added > 0), moves.starts)
+                    after = np.add.reduceat(moves.added * multipliers[moves.facts], moves.starts)
+                    after += (batch @ multipliers)[moves.sources]
+                    codes, at, inverse = np.unique(after[~is_done], return_index=True, return_inverse=True)
+                    n_before = len(known)
+                    nodes = np.fromiter(map(known.__getitem__, codes.tolist()), np.int64, len(codes))
+                    if len(known) >= self._most:
+                        raise self._too_large()
+                    found.append(_after(batch, moves, np.flatnonzero(~is_done)[at[nodes >= n_before]]))
+                    ends = np.full(len(after), -1)
+                    ends[~is_done] = nodes[inverse]
+                    fewest = min(fewest, distance if is_done.any() else math.inf)
+                    edges.append(np.stack([first + begin + moves.sources, ends], axis=1))
+                    goals.append(moves.rules)
+                layers.append(np.concatenate(found))
         pairs = np.concatenate(edges)
         pairs[pairs < 0] = len(known)
         return _Unrolled(np.concatenate(layers).astype(np.int64), pairs, np.concatenate(goals), fewest)
@@ -204,12 +212,16 @@ class MarkingGraph:
         if np.bincount(moves.sources, np.log1p(steps)).max(initial=0.0) > math.log(MAX_NODES):
             raise self._too_large()
 
+    @property
+    def _most(self) -> int:
+        return min(MAX_NODES, 8 * MAX_COUNTS // len(self.facts))
+
     def _too_large(self) -> InputError:
         most = sorted(((self.rules.capacity[fact], fact) for fact in self.facts), reverse=True)
         high = [f"{fact} ({count:,})" for count, fact in most if count > 1][:5]
         lower = f"lower the capacity of {', '.join(high)}, or leave out" if high else "leave out"
         return InputError(
-            f"the marking chain may have at most {MAX_NODES:,} markings, and these {len(self.goals)} rules over "
+            f"the marking chain may have at most {self._most:,} markings, and these {len(self.goals)} rules over "
             f"{len(self.facts)} facts give more; {lower} rules that matter least"
         )
 

@@ -31,6 +31,7 @@ from hierroom.complexity.observed import (
 from hierroom.complexity.report import ComplexityReport
 from hierroom.complexity.walk_report import REPORT_TIMES, by_time
 from hierroom.support.errors import InputError, require_number, shown
+from hierroom.support.slow import said_in_turn
 from hierroom.support.tables import html_table, text_table
 
 
@@ -139,7 +140,7 @@ class PlayedChain:
         share = np.full(self.episodes, 1 / self.episodes)
         resamples = [
             summary(self._chain(self.counts.total(rng.multinomial(self.episodes, share))), self.times)
-            for _ in range(self.n_resamples)
+            for _ in said_in_turn("resampling the episodes", range(self.n_resamples))
         ]
         intervals = {}
         for name, value in summary(self.chain, self.times).items():

@@ -7,13 +7,13 @@ least solution of
     depth(alternative) = 1 + max over what it needs or uses of depth(fact, count)
     depth(fact, count) = 0 if the start has that many, else min over alternatives that give the fact of their depth,
 
-found by iteration from infinity. This assumes that facts that were given once stay, in any count up to their capacity.
+found depth by depth. This assumes that facts that were given once stay, in any count up to their capacity.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections import defaultdict
 from dataclasses import replace
 
 from hierroom.goals import Alternative, Rules
@@ -21,11 +21,19 @@ from hierroom.goals import Alternative, Rules
 
 def relevant_rules(rules: Rules) -> Rules | None:
     """Return the rules that give the target or a fact that a relevant rule asks for; None if none gives the target."""
-    wanted, relevant, n_before = {rules.target}, {}, -1
-    while len(relevant) > n_before:
-        n_before = len(relevant)
-        relevant = {goal: ways for goal, ways in rules.rules.items() if any(wanted & {*way.gives} for way in ways)}
-        wanted |= {fact for ways in relevant.values() for way in ways for fact in (*way.needs, *way.uses)}
+    givers: dict[str, list[str]] = defaultdict(list)
+    for goal, ways in rules.rules.items():
+        for fact in {fact for way in ways for fact in way.gives}:
+            givers[fact].append(goal)
+    found, wanted, left = set(), {rules.target}, [rules.target]
+    while left:
+        for goal in givers[left.pop()]:
+            if goal not in found:
+                found.add(goal)
+                asked = {fact for way in rules.rules[goal] for fact in (*way.needs, *way.uses)} - wanted
+                wanted |= asked
+                left += asked
+    relevant = {goal: ways for goal, ways in rules.rules.items() if goal in found}
     facts = {fact for ways in relevant.values() for way in ways for counts in way for fact in counts}
     capacity, start = ({fact: counts[fact] for fact in facts} for counts in (rules.capacity, rules.start))
     return replace(rules, rules=relevant, capacity=capacity, start=start) if relevant else None
@@ -45,18 +53,28 @@ def target_depth(rules: Rules) -> float:
 
 
 def _depths(rules: Rules) -> tuple[dict[str, float], dict[str, float]]:
-    goals = dict.fromkeys(rules.names, math.inf)
-    facts = dict.fromkeys(rules.facts, math.inf)
-    has_changed = True
-    while has_changed:
-        has_changed = False
-        for goal, ways in rules.rules.items():
-            for way in ways:
-                depth = 1 + max((_fact_depth(rules, facts, *one) for one in required(way).items()), default=0)
-                goals[goal] = min(goals[goal], depth)
-                for fact in way.gives:
-                    if depth < facts[fact]:
-                        facts[fact], has_changed = depth, True
+    """Return the depths of goals and of facts, found depth by depth."""
+    goals, facts = dict.fromkeys(rules.names, math.inf), dict.fromkeys(rules.facts, math.inf)
+    waiting: dict[str, list[int]] = defaultdict(list)  # for each fact the alternatives that wait for it
+    ways = [(goal, way) for goal, ways in rules.rules.items() for way in ways]
+    missing: list[float] = []  # for each alternative the number of facts that it waits for
+    for n, (_, way) in enumerate(ways):
+        asked = {fact: count for fact, count in required(way).items() if count > rules.start[fact]}
+        for fact in asked:
+            waiting[fact].append(n)
+        is_possible = all(count <= rules.capacity[fact] for fact, count in asked.items())
+        missing.append(len(asked) if is_possible else math.inf)
+    depth, ready = 0, [n for n, number in enumerate(missing) if not number]
+    while ready:
+        depth, now, ready = depth + 1, ready, []
+        for goal, way in map(ways.__getitem__, now):
+            goals[goal] = min(goals[goal], depth)
+            for fact in way.gives:
+                if facts[fact] == math.inf:
+                    facts[fact] = depth
+                    for n in waiting[fact]:
+                        missing[n] -= 1
+                        ready += [n] if not missing[n] else []
     return goals, facts
 
 
@@ -74,9 +92,3 @@ def links(rules: Rules) -> list[tuple[int, int, bool]]:
 def required(way: Alternative) -> dict[str, int]:
     """Return the required count of each fact: the larger of the needed and the used count."""
     return {fact: max(way.needs.get(fact, 0), way.uses.get(fact, 0)) for fact in (*way.needs, *way.uses)}
-
-
-def _fact_depth(rules: Rules, facts: Mapping[str, float], fact: str, count: int) -> float:
-    if count <= rules.start[fact]:
-        return 0
-    return facts[fact] if count <= rules.capacity[fact] else math.inf

@@ -15,6 +15,7 @@ from hierroom.complexity.observed import EpisodeCounts
 from hierroom.complexity.played_chain import PlayedChain
 from hierroom.support.env_results import reset_results, unpaid_step
 from hierroom.support.errors import InputError, require_number, shown, user_code
+from hierroom.support.slow import told_or_said
 
 NO_STEP = "a trajectory must have at least one step, from a node that is not the target"
 
@@ -80,7 +81,7 @@ def measure_env(
     episodes: int = 1000,
     seed: int = 0,
     max_steps: int | None = None,
-    progress: Callable[[int], object] = lambda done: None,
+    progress: Callable[[int], object] | None = None,
 ) -> PlayedChain:
     """Play in a Gymnasium environment, and return the chain measured from the nodes that it visits.
 
@@ -91,7 +92,7 @@ def measure_env(
         episodes: number of episodes, at least 1.
         seed: episode e begins with ``env.reset(seed=seed + e)``; also the seed of random actions and the bootstrap.
         max_steps: number of steps after which an episode is truncated, if the environment does not do so.
-        progress: called with the number of episodes done.
+        progress: called with the number of episodes done. None: lines on standard error if play takes long.
 
     Examples:
         >>> lake = gymnasium.make("FrozenLake-v1", is_slippery=False)
@@ -105,19 +106,20 @@ def measure_env(
     require_number("seed", seed, 0, 2**63 - 1, is_whole=True)
     env.action_space.seed(int(np.random.SeedSequence([seed, 1]).generate_state(1)[0]))  # not the env's own numbers
     trajectories, failed = [], []
-    for episode in range(episodes):
-        with user_code("the environment, or a function given with it,"):
-            (observation,), _ = reset_results([env.reset(seed=seed + episode)], "the environment")
-            nodes, has_ended, terminated = [node(env)], False, False
-            check_start(as_walk(nodes, target)[0], (trajectories or [nodes])[0][0], target)  # not after hours of play
-            while not has_ended:
-                action = env.action_space.sample() if policy is None else policy(observation)
-                observation, terminated, truncated = unpaid_step(env.step(action), "the environment")
-                nodes.append(node(env))
-                has_ended = terminated or truncated or nodes[-1] == target or len(nodes) - 1 == max_steps
-        trajectories.append(nodes)
-        failed.append(terminated)
-        progress(episode + 1)
+    with told_or_said(progress, f"playing {episodes:,} episodes", episodes) as tell:
+        for episode in range(episodes):
+            with user_code("the environment, or a function given with it,"):
+                (observation,), _ = reset_results([env.reset(seed=seed + episode)], "the environment")
+                nodes, has_ended, terminated = [node(env)], False, False
+                check_start(as_walk(nodes, target)[0], (trajectories or [nodes])[0][0], target)  # not after long play
+                while not has_ended:
+                    action = env.action_space.sample() if policy is None else policy(observation)
+                    observation, terminated, truncated = unpaid_step(env.step(action), "the environment")
+                    nodes.append(node(env))
+                    has_ended = terminated or truncated or nodes[-1] == target or len(nodes) - 1 == max_steps
+            trajectories.append(nodes)
+            failed.append(terminated)
+            tell(episode + 1)
     played = measure_trajectories(trajectories, target, may_miss=True, failed=failed, seed=seed)
     if not played.counts.escaped.any():
         warnings.warn(missed(target, played.labels[:-1]), stacklevel=2)

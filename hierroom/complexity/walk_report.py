@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hierroom.complexity.chains.chain import EXIT, Chain, EdgeSensitivity
 from hierroom.complexity.chains.walk import Walk
+from hierroom.support.slow import said_in_turn
 from hierroom.support.tables import html_table
 
 if TYPE_CHECKING:
@@ -141,7 +142,10 @@ class WalkReport(ABC):
             **{name: getattr(self, name) for name in NUMBERS},
             "reach_probability": by_time(self.reach_probability, REPORT_TIMES),
             "expected_states": by_time(self.expected_states, REPORT_TIMES) if self._are_states_counted else None,
-            "expected_steps_to": {goal: self.expected_steps_to(goal) for goal in self.chain.goals},
+            "expected_steps_to": {
+                goal: self.expected_steps_to(goal)
+                for goal in said_in_turn(f"measuring the steps to {len(self.chain.goals):,} goals", [*self.chain.goals])
+            },
             "goal_sensitivity": self.goal_sensitivity(),
         }
 

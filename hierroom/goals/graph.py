@@ -18,6 +18,7 @@ from hierroom.goals.tree import canonical_rooms, child_rooms, open_goals
 from hierroom.support.errors import InputError, require_number, shown
 from hierroom.support.files import write_atomically
 from hierroom.support.reading import as_utf8, read_toml
+from hierroom.support.slow import said_when_slow
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -229,21 +230,21 @@ class GoalGraph:
 
 
 def enumerate_graphs(n_rooms: int) -> list[GoalGraph]:
-    """List the goal graphs of ``n_rooms`` >= 2 rooms, each once up to renaming: rooted trees with a marked exit room.
+    """List the goal graphs of 2 to 14 rooms, each once up to renaming: rooted trees with a marked exit room.
 
-    Their number is the coefficient of x^n in T(x)^2 / (1 - T(x)), where T counts rooted trees (OEIS A000081): from two
-    rooms on 1, 3, 9, 26, 75, 214, 612, ...
+    Their numbers 1, 3, 9, 26, ..., 337,830 are coefficients of T^2 / (1 - T); T counts rooted trees (OEIS A000081).
 
     Examples:
         >>> [graph.name for graph in hierroom.enumerate_graphs(3)]
         ['b', 'keys-0-1-exit-1', 'c']
     """
-    require_number("the number of rooms of goal graphs", n_rooms, 2, is_whole=True)
+    require_number("the number of rooms of goal graphs", n_rooms, 2, 14, is_whole=True)
     trees: set[tuple[int, ...]] = {()}
-    for size in range(1, n_rooms):
-        trees = {canonical_rooms((*tree, parent), None)[0] for tree in trees for parent in range(size)}
-    graphs = {canonical_rooms(tree, exit_room) for tree in trees for exit_room in range(1, n_rooms)}
-    return [GoalGraph(*graph) for graph in sorted(graphs)]
+    with said_when_slow(f"listing the goal graphs of {n_rooms} rooms"):
+        for size in range(1, n_rooms):
+            trees = {canonical_rooms((*tree, parent), None)[0] for tree in trees for parent in range(size)}
+        graphs = {canonical_rooms(tree, exit_room) for tree in trees for exit_room in range(1, n_rooms)}
+        return [GoalGraph(*graph) for graph in sorted(graphs)]
 
 
 def _integers(what: str, values: Any) -> tuple[int, ...]:
@@ -290,8 +291,7 @@ def _check_label(label: str, graph: GoalGraph) -> None:
     read_name("the name of a goal graph", label)
     if is_graph_set(label):
         raise InputError(f"{label!r} means a set of goal graphs; give yours another name")
-    named = _graph_named(label)
-    if named is not None and named.canonical() != graph.canonical():
+    if (named := _graph_named(label)) is not None and named.canonical() != graph.canonical():
         raise InputError(f"{label} is the name of another goal graph; give yours another")
 
 

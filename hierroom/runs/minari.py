@@ -15,11 +15,10 @@ import numpy as np
 from gymnasium.envs.registration import EnvSpec
 
 from hierroom.agents.player import Pair, Player
-from hierroom.agents.recorder import record
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.goals import NO_GOAL, plain_specs
 from hierroom.meta import META_CONTROLLERS
-from hierroom.runs.rollout import prepare
+from hierroom.runs.rollout import play_episodes, prepare
 from hierroom.support.errors import InputError, shown
 from hierroom.support.files import usable_path
 from hierroom.turns.records import CONTROLLER, META
@@ -75,7 +74,7 @@ def minari_dataset(
     _require_hdf5_names(space)
     spec, note = env_spec(turns.config, meta := _meta_of(player))
     buffers, has_goals = [], False
-    for n, episode in enumerate(record(turns, player, episodes, observations=True)):
+    for n, episode in enumerate(play_episodes(turns, player, episodes, observations=True)):
         at_end = np.arange(len(episode)) == len(episode) - 1
         has_goals |= bool((episode.goals != NO_GOAL).any())
         buffers.append(

@@ -62,7 +62,7 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: 
 
 def telling_episode(agent: TrainedAgent, seed: int) -> Episode:
     """Return the first episode in which an agent succeeds; if it never does, the first episode."""
-    played = list(rollout(agent, None, N_PICTURED, num_envs=N_PICTURED, seed=seed))
+    played = list(rollout(agent, None, N_PICTURED, num_envs=N_PICTURED, seed=seed, progress=lambda done: None))
     return next((episode for episode in played if episode.success), played[0])
 
 

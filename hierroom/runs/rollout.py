@@ -11,6 +11,7 @@ from hierroom.agents.player import Pair, Player, make_player
 from hierroom.agents.recorder import record
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.support.errors import InputError, require_number, user_code
+from hierroom.support.slow import told_or_said
 from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
@@ -23,7 +24,7 @@ def rollout(
     *,
     num_envs: int = 100,
     seed: int = 0,
-    progress: Callable[[int], object] = lambda done: None,
+    progress: Callable[[int], object] | None = None,
     observations: bool = False,
 ) -> Iterator[Episode]:
     """Let an agent play, and yield each episode with its subgoals, actions, rewards and end.
@@ -41,7 +42,7 @@ def rollout(
         episodes: number of episodes, at least 1.
         num_envs: environments that play in parallel, at most as many as episodes.
         seed: determines the environments and the actions.
-        progress: called with the number of episodes played so far.
+        progress: called with the number of episodes played so far. None: lines on standard error if play takes long.
         observations: whether to record the controller's observations in `Episode.observations`.
 
     Examples:
@@ -50,7 +51,20 @@ def rollout(
         [True, True, True, True]
     """
     turns, player = prepare(agent, env, episodes, num_envs, seed)
-    return record(turns, player, episodes, progress, observations=observations)
+    return play_episodes(turns, player, episodes, progress, observations=observations)
+
+
+def play_episodes(
+    turns: Turns,
+    player: Player,
+    episodes: int,
+    progress: Callable[[int], object] | None = None,
+    *,
+    observations: bool = False,
+) -> Iterator[Episode]:
+    """Let a player play, as `rollout` does."""
+    with told_or_said(progress, f"playing {episodes:,} episodes", episodes) as tell:
+        yield from record(turns, player, episodes, tell, observations=observations)
 
 
 def prepare(agent: Any, env: Any, episodes: Any, num_envs: Any, seed: Any) -> tuple[Turns, Player]:

@@ -10,6 +10,7 @@ from plain_rules import TUNNEL
 
 from hierroom import Rules
 from hierroom.complexity import analyze, markings
+from hierroom.complexity.requirements import goal_depths, relevant_rules
 from hierroom.support.errors import InputError
 
 
@@ -58,6 +59,21 @@ def test_too_many_markings_raise_input_error_within_a_second(rules, advice):
         analyze(rules)
     assert time.process_time() - started < 1
     assert "\n" not in str(caught.value)
+
+
+def chain(names):
+    return Rules({new: {"needs": old, "gives": new} if old else {"gives": new} for old, new in names}, "last")
+
+
+def test_long_chains_are_read_in_linear_time_and_refused_by_their_size():
+    """Each goal was once looked for in all rules: 20,000 goals took 170 seconds."""
+    names = [*pairwise([None, *(f"f{n}" for n in range(2000)), "last"])]
+    started = time.process_time()
+    assert goal_depths(chain(names[::-1]))["last"] == 2001
+    assert relevant_rules(chain(names)) == chain(names)
+    assert time.process_time() - started < 2
+    with pytest.raises(InputError, match=r"6,001 rules times 1 alternatives times 6,001 facts are 36,012,001, and at"):
+        analyze(chain([*pairwise([None, *(f"f{n}" for n in range(6000)), "last"])]))
 
 
 def test_many_counts_and_facts_give_exact_markings():

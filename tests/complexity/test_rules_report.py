@@ -234,8 +234,11 @@ def test_analyze_takes_chains_networkx_graphs_and_tasks():
 def test_complexity_command_reports_slow_work(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(slow, "FIRST_SECONDS", 0.0)
     TUNNEL.to_toml(tmp_path / "tunnel.toml")
-    command.main(["--rules", str(tmp_path / "tunnel.toml")])
-    assert "measuring tunnel: 25 nodes\n" in capsys.readouterr().err
+    LIFE.to_toml(tmp_path / "life.toml")
+    command.main(["--rules", *map(str, (tmp_path / "tunnel.toml", tmp_path / "life.toml"))])
+    said = capsys.readouterr().err
+    assert "unrolling 5 rules, " in said
+    assert "measuring 2 goal graphs or sets of rules: " in said
 
 
 def test_rules_option_takes_toml_files(tmp_path, capsys):

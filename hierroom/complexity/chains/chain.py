@@ -213,12 +213,11 @@ class Chain:
         exit_node = self.goals[EXIT][0]
         steps = passage_time_sensitivity(self.weights, self.source, exit_node).tocoo()
         paper = laplacian_sensitivity(self.weights, self.source, exit_node)
-        unknown = np.nan if self.is_one_way() else 0.0
-        edges = []
-        for i, j, slope in zip(steps.row, steps.col, steps.data, strict=True):
-            weight = self.weights[i, j]
-            numbers = weight, slope, paper[i, j] + unknown, weight * slope / self.expected_steps
-            edges.append(EdgeSensitivity(self.labels[i], self.labels[j], *map(float, numbers)))
+        unknown, at = np.nan if self.is_one_way() else 0.0, (steps.row, steps.col)
+        weights, of_paper = (np.asarray(matrix[at]).ravel() for matrix in (self.weights, paper))
+        numbers = weights, steps.data, of_paper + unknown, weights * steps.data / self.expected_steps
+        names = ([self.labels[node] for node in nodes.tolist()] for nodes in at)
+        edges = map(EdgeSensitivity, *names, *(column.tolist() for column in numbers))
         return sorted(edges, key=lambda edge: edge.elasticity)
 
     def goal_sensitivity(self) -> dict[str, float]:

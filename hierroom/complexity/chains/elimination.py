@@ -15,6 +15,8 @@ analysis for Markov chains, Numerische Mathematik 65, 1993).
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +24,7 @@ from scipy.sparse.linalg import splu
 
 from hierroom.support.errors import InputError
 from hierroom.support.kernel import njit
+from hierroom.support.slow import said_when_slow
 
 LEAST_RATE = 1e-290
 """Least rate at which a node may be left; with smaller ones, rates would underflow and means overflow."""
@@ -29,6 +32,8 @@ TOO_LONG = (
     f"a walk may take at most about {1 / LEAST_RATE:.0e} steps, as 64-bit floats hold no larger times; "
     "this one takes more"
 )
+SMALL = 500
+"""Up to this number of equations, it takes less than a second."""
 BLOCK = 64
 """Number of columns that are skipped together if a row has no entry in them."""
 
@@ -45,9 +50,16 @@ class Elimination:
         self._order = _order(moves)
         ordered = sp.csr_array(moves[self._order][:, self._order])
         ordered.sort_indices()
-        *self._factors, self._rates = _eliminate(
-            ordered.indptr.astype(np.int64), ordered.indices.astype(np.int64), ordered.data, leaving[self._order]
-        )
+        n, done = len(leaving), np.zeros(1, np.int64)
+        # The last rows have most entries: of a dense matrix, the first i of n take a share of (i / n)^3.
+        with said_when_slow(f"solving {n:,} equations", lambda: (done[0] / n) ** 3) if n > SMALL else nullcontext():
+            *self._factors, self._rates = _eliminate(
+                ordered.indptr.astype(np.int64),
+                ordered.indices.astype(np.int64),
+                ordered.data,
+                leaving[self._order],
+                done,
+            )
         if not np.isfinite(self._rates).all() or self._rates.min(initial=1.0) < LEAST_RATE:
             raise InputError(TOO_LONG)
 
@@ -72,9 +84,12 @@ def _order(moves: sp.csr_array) -> NDArray[np.int64]:
     return np.argsort(factors.perm_c)
 
 
-@njit(cache=True)
-def _eliminate(starts, columns, weights, leaving):
-    """Factor W [n, n], as CSR, and the rates [n] to nodes outside into F and U, as CSR, and S [n], row by row."""
+@njit(cache=True, nogil=True)
+def _eliminate(starts, columns, weights, leaving, done):
+    """Factor W [n, n], as CSR, and the rates [n] to nodes outside into F and U, as CSR, and S [n], row by row.
+
+    ``done`` [1] is the number of rows so far.
+    """
     n, n_lower, n_upper = len(leaving), 0, 0
     lower_starts, upper_starts = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
     lower_columns, upper_columns = np.empty(2 * len(weights) + n, np.int64), np.empty(2 * len(weights) + n, np.int64)
@@ -83,7 +98,7 @@ def _eliminate(starts, columns, weights, leaving):
     after = np.empty(n, np.int64)  # the columns right of the diagonal in the current row
     leaving, rates = leaving.copy(), np.empty(n)
     for i in range(n):
-        n_after = 0
+        n_after, done[0] = 0, i
         for entry in range(starts[i], starts[i + 1]):
             j = columns[entry]
             if j == i:

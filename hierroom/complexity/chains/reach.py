@@ -117,7 +117,7 @@ def later_by_squaring(
     chances = with_staying(moves).toarray()
     n_bits, done = int(times.max(initial=0)).bit_length(), 0
     n_products = targets.shape[1] * n_bits
-    with _saying(n_products * len(chances) ** 3 / DENSE_GAIN, lambda: f"{done:,} of {n_products:,} matrix products"):
+    with _saying(n_products * len(chances) ** 3 / DENSE_GAIN, lambda: done / n_products):
         for question, target in enumerate(targets.T):
             power = np.where(target[:, None], 0.0, chances)
             ahead = np.repeat(hits[:, [question]], len(times), axis=1)  # [n, k]
@@ -144,7 +144,7 @@ def later_by_stepping(
     step_cost = (chances.nnz + n) * n_questions + STEP_COST
     steps_of_squaring = n_questions * last.bit_length() * n**3 / DENSE_GAIN / step_cost
     patience = max(PATIENCE, int(steps_of_squaring))
-    with _saying(last * step_cost, lambda: f"step {now:,} of at most {last:,}"):
+    with _saying(last * step_cost, lambda: now / last):
         while filled < len(times):
             while filled < len(times) and times[order[filled]] == now:
                 later[:, order[filled]] = ahead[source]
@@ -168,9 +168,9 @@ def later_by_stepping(
     return later
 
 
-def _saying(multiplications: float, progress: Callable[[], str]) -> AbstractContextManager[None]:
+def _saying(multiplications: float, share: Callable[[], float]) -> AbstractContextManager[object]:
     """Show progress only if it may take long: a thread for each short curve would cost more than the curve."""
-    return said_when_slow(lambda: f"reach curve: {progress()}") if multiplications > LONG else nullcontext()
+    return said_when_slow("computing a reach curve", share) if multiplications > LONG else nullcontext()
 
 
 def _reached(
@@ -180,7 +180,7 @@ def _reached(
     moves, targets = moves[is_seen][:, is_seen], targets[is_seen]  # these nodes lead to no others
     source = int(is_seen[:source].sum())
     hits, done, n_questions = np.zeros(targets.shape), 0, targets.shape[1]
-    with _saying(100 * n_questions * moves.nnz, lambda: f"{done:,} of {n_questions:,} sets of nodes"):
+    with _saying(100 * n_questions * moves.nnz, lambda: done / n_questions):
         for target in targets.T:
             hits[:, done] = hitting_probability(moves, np.flatnonzero(target))
             done += 1

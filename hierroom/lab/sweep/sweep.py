@@ -15,6 +15,7 @@ from hierroom.lab.sweep.table import SweepTable
 from hierroom.runs.folder.user_modules import user_code_digest
 from hierroom.support.errors import InputError, require_number
 from hierroom.support.files import usable_path
+from hierroom.support.slow import said_in_turn
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -152,7 +153,7 @@ class Sweep:
 
         # Check one seed for all, on the CPU, as the machine that trains may have a device that this one lacks.
         alike = {replace(run.config, seed=0, device="cpu"): run for run in runs}
-        for config, run in alike.items():
+        for config, run in said_in_turn(f"checking {len(alike)} configs", [*alike.items()]):
             try:
                 Trainer(config).turns.world.close()
             except InputError as error:

@@ -18,6 +18,7 @@ from hierroom.learners.networks.actor_critic import AgentSpace, OneTurn
 from hierroom.learners.networks.initial_weights import plain_torch
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
+from hierroom.support.slow import said_when_slow
 
 FORMATS = (".pt2", ".onnx")
 _NAMES = {"input_names": ("features", "state"), "output_names": ("logits", "values", "new_state")}
@@ -32,7 +33,7 @@ def export(network: OneTurn, space: AgentSpace, path: Path) -> None:
         raise InputError("to export to .onnx install onnxscript (pip install onnxscript)")
     written, n = io.BytesIO(), torch.export.Dim("n", min=1)
     try:
-        with _quiet(), torch.device("cpu"), plain_torch(), torch.no_grad():
+        with said_when_slow(f"exporting to {path.name}"), _quiet(), torch.device("cpu"), plain_torch(), torch.no_grad():
             copied: Any = deepcopy(network).cpu().eval()
             inputs = torch.zeros(2, space.n_features, dtype=torch.uint8), copied.initial_state(2)
             program = torch.export.export(copied, inputs, dynamic_shapes=({0: n}, {0: n}))
