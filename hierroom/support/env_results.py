@@ -13,6 +13,8 @@ from hierroom.support.errors import InputError, shown
 
 _OF_NUMBERS = "biuf"
 """Kinds of NumPy's types of numbers; flags are among them."""
+_FLAG, _FLOAT64 = np.dtype(bool), np.dtype(np.float64)
+_RESET, _STEP = ("observation", "info"), ("observation", "reward", "terminated", "truncated", "info")
 
 
 class StepResults(NamedTuple):
@@ -27,7 +29,7 @@ class StepResults(NamedTuple):
 
 def reset_results(results: Sequence[Any], env: str) -> tuple[Sequence[Any], Sequence[dict[str, Any]]]:
     """Return the observations and infos of resets in M environments, called ``env`` in messages."""
-    observations, infos = _columns(results, f"reset of {env}", "observation, info")
+    observations, infos = _columns(results, _RESET, env)
     return observations, infos
 
 
@@ -37,11 +39,9 @@ def step_results(results: Sequence[Any], env: str) -> StepResults:
     A reward is a finite number; ``terminated`` and ``truncated`` are True or False, as for Gymnasium's own checker.
     Arrays without axes count as the number or flag that they hold.
     """
-    step = f"step of {env}"
-    columns = _columns(results, step, "observation, reward, terminated, truncated, info")
-    observations, rewards, terminated, truncated, infos = columns
-    ends, cuts = _as_flags(terminated, step, "terminated"), _as_flags(truncated, step, "truncated")
-    return StepResults(observations, _as_numbers(rewards, step), ends, cuts, infos)
+    observations, rewards, terminated, truncated, infos = _columns(results, _STEP, env)
+    ends, cuts = _as_flags(terminated, "terminated", env), _as_flags(truncated, "truncated", env)
+    return StepResults(observations, _as_numbers(rewards, env), ends, cuts, infos)
 
 
 def unpaid_step(result: Any, env: str) -> tuple[Any, bool, bool]:
@@ -52,30 +52,32 @@ def unpaid_step(result: Any, env: str) -> tuple[Any, bool, bool]:
     return result[0], result[2], result[3]
 
 
-def _columns(results: Sequence[Any], call: str, names: str) -> Sequence[Any]:
-    n = len(names.split())
+def _columns(results: Sequence[Any], names: tuple[str, ...], env: str) -> Sequence[Any]:
     try:
         columns = [*zip(*results, strict=True)]
     except (TypeError, ValueError):  # no iterables, or of several lengths
         columns = []
-    if len(columns) != n or {*map(type, results)} != {tuple} or {*map(type, columns[-1])} != {dict}:
+    if len(columns) != len(names) or {*map(type, results)} != {tuple} or {*map(type, columns[-1])} != {dict}:
+        call = f"{'reset' if names is _RESET else 'step'} of {env}"
         for result in results:
             given = f"{len(result)} values" if isinstance(result, tuple) else shown(result)
-            if not isinstance(result, tuple) or len(result) != n:
-                raise InputError(f"{call} must return a tuple ({names}), not {given}")
+            if not isinstance(result, tuple) or len(result) != len(names):
+                raise InputError(f"{call} must return a tuple ({', '.join(names)}), not {given}")
             if not isinstance(result[-1], dict):
                 raise InputError(f"{call} must return a dict as info, not {shown(result[-1])}")
     return columns
 
 
-def _as_numbers(values: Sequence[Any], call: str) -> NDArray[np.float64]:
+def _as_numbers(values: Sequence[Any], env: str) -> NDArray[np.float64]:
     numbers = _as_array(values)
     if numbers.ndim != 1 or numbers.dtype.kind not in _OF_NUMBERS:
         numbers = np.array([*map(_number, values)])
-    numbers = numbers.astype(np.float64, copy=False)
-    if not (are_finite := np.isfinite(numbers)).all():
-        wrong = values[int(np.argmin(are_finite))]
-        raise InputError(f"{call} must return a finite number as reward, not {shown(wrong)}")
+    if numbers.dtype is not _FLOAT64:
+        numbers = numbers.astype(np.float64)
+    are_finite = np.isfinite(numbers)
+    if np.count_nonzero(are_finite) < len(numbers):
+        wrong = values[int(are_finite.argmin())]
+        raise InputError(f"step of {env} must return a finite number as reward, not {shown(wrong)}")
     return numbers
 
 
@@ -85,13 +87,13 @@ def _number(value: Any) -> float:
     return float(array) if array.ndim == 0 and array.dtype.kind in _OF_NUMBERS else math.nan
 
 
-def _as_flags(values: Sequence[Any], call: str, name: str) -> NDArray[np.bool_]:
+def _as_flags(values: Sequence[Any], name: str, env: str) -> NDArray[np.bool_]:
     flags = _as_array(values)
-    if flags.ndim != 1 or flags.dtype != bool:
+    if flags.ndim != 1 or flags.dtype is not _FLAG:
         ones = [*map(_as_array, values)]
         for value, one in zip(values, ones, strict=True):
-            if one.ndim or one.dtype != bool:
-                raise InputError(f"{call} must return True or False as {name}, not {shown(value)}")
+            if one.ndim or one.dtype is not _FLAG:
+                raise InputError(f"step of {env} must return True or False as {name}, not {shown(value)}")
         flags = np.array([one.item() for one in ones])
     return flags
 

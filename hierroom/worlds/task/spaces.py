@@ -82,13 +82,19 @@ def read_entry(
     dtype: Any = space.dtype
     if dtype.kind != "f" and (outside := _first_outside(space, values)) is not None:
         raise InputError(f"{task} shows {name!r} outside its observation space: {outside} in {text_of(space)}")
-    with np.errstate(over="ignore"):
-        read = values.astype(dtype, copy=False)
-        if dtype.kind == "f" and not (are_finite := np.isfinite(read.astype(np.float32, copy=False))).all():
+    read = values if values.dtype == dtype else _cast(values, dtype)
+    if dtype.kind == "f":
+        are_finite = np.isfinite(read if dtype == np.float32 else _cast(read, np.float32))
+        if np.count_nonzero(are_finite) < are_finite.size:
             most = min(np.finfo(dtype).max, np.finfo(np.float32).max)
             wrong = f"{name!r} with {values[~are_finite][0]}"
             raise InputError(f"{task} shows {wrong}; a network reads finite numbers up to {most:.4g}")
     return read
+
+
+def _cast(values: NDArray, dtype: Any) -> NDArray:
+    with np.errstate(over="ignore"):
+        return values.astype(dtype)
 
 
 def _unlike(observations: Sequence[Any], path: tuple[Any, ...], space: spaces.Space) -> str:
