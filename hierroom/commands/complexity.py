@@ -135,6 +135,8 @@ def show(options: ComplexityArguments) -> None:
     if bool(specs) + bool(maps) + options.all > 1:
         raise InputError("choose graphs by only one of --graph, --layout and --all, not by several")
     specs = specs or tuple(one.graph for one in maps) or tuple(NAMED_GRAPHS)
+    if reading.drop != TABLE_READING.drop and not options.drop:
+        warn("DROP of --reading has no effect without --drop")
     chosen = GraphSet(specs, options.exclude, options.drop, MAX_LISTED_ROOMS, walk, reading)
     for note in chosen.notes:
         warn(note)

@@ -151,7 +151,7 @@ class TrainedAgent:
         for name in sorted(entries.keys() - names - {*self.config.entries}):
             near = get_close_matches(name, names, n=1)
             raise InputError(f"environments have no entry {name}{f'; is it {near[0]}?' if near else ''}")
-        if refused := entries.keys() - names | entries.keys() & {"drop_key", "reward"}:
+        if refused := entries.keys() - names | entries.keys() & {"curriculum_stages", "drop_key", "reward"}:
             raise InputError(f"a trained agent cannot be played with another {', '.join(sorted(refused))}")
         own = replace(self.config.env, levels=None)  # without its levels, as training has its own
         besides = () if "graph" in entries or entries.get("layout") else graph_specs(own.exclude)
