@@ -21,6 +21,9 @@ from hierroom.turns.records import Step
 from hierroom.turns.situation import Situation
 from hierroom.turns.turns import Turns
 
+_BY_NUMBER = {"symbol", "goal-status", "goal-outcome"}
+"""Features that know the goals of a task by their numbers only."""
+
 
 class PPOAgent:
     r"""Acts by recurrent PPO, and learns from its own turns.
@@ -125,12 +128,16 @@ class PPOAgent:
 
     @property
     def _description(self) -> dict[str, str | int]:
-        return {
+        description = {
             "network": self._network,
             "hidden_size": self.learner.config.hidden_size,
             "number of actions": self.learner.space.n_actions,
             "features": join_names(self.features.names, " "),
         }
+        world = self.features.world
+        if world.config.task is None or not _BY_NUMBER & {*self.features.names}:
+            return description
+        return {**description, "goals": join_names(world.goals.names, ", ")}
 
     def state_dict(self) -> dict[str, Any]:
         """Return the complete state, as tensors and plain types."""

@@ -18,7 +18,7 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
 from hierroom.runs.decisions import decide
 from hierroom.runs.folder import checkpoint
-from hierroom.runs.folder.provenance import record_session
+from hierroom.runs.folder.provenance import misfits_explained, record_session
 from hierroom.runs.folder.run_folder import RunFolder, claim_folder
 from hierroom.runs.folder.trust import named_code, trust_option
 from hierroom.runs.folder.weights import digest
@@ -77,10 +77,8 @@ def resume(config: TrainConfig, path: Path, variant: str = "") -> tuple[Trainer,
         state = None if is_untrained else folder.load_checkpoint()
         if state is not None:
             folder.require_same_config(config, state)
-            try:
+            with misfits_explained(path, config, f"the newest checkpoint of {path} does not fit its config.json"):
                 trainer.load_state_dict(state)
-            except InputError as error:
-                raise InputError(f"the newest checkpoint of {path} does not fit its config.json: {error}") from error
         if trainer.steps >= config.steps != folder.config().steps:
             taken = f"{folder.path} has taken {trainer.steps:,} steps"
             raise InputError(f"{taken}; --steps must be more, not {config.steps:,}")
@@ -148,14 +146,15 @@ def run_session(
         try:
             with Interrupt(say=say) as interrupt, _progress_bar(trainer, console) as report:
                 is_stopped = train(trainer, folder, interrupt, report, spent, log, callback)
+            if trainer.is_done:
+                write_results(trainer, folder, console, spent)
         except (KeyboardInterrupt, InputError, RunError):
             say_how_to_go_on(f"stopped; the checkpoint after {folder.saved_steps:,} steps is kept")
             raise
-        if not trainer.is_done:
-            say_how_to_go_on(f"stopped {'by the callback ' * is_stopped}and saved")
-            return 0 if is_stopped else 130
-        write_results(trainer, folder, console, spent)
-        return 0
+        if trainer.is_done:
+            return 0
+        say_how_to_go_on(f"stopped {'by the callback ' * is_stopped}and saved")
+        return 0 if is_stopped else 130
 
 
 def train(

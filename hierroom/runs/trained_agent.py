@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
@@ -29,6 +28,7 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
 from hierroom.runs.config.unread_entries import warn_of_unread
 from hierroom.runs.environments import make_turns
+from hierroom.runs.folder.provenance import misfits_explained
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.trust import require_trust
 from hierroom.runs.folder.weights import SHIPPED, SUFFIX, SavedAgent, weights_file
@@ -270,7 +270,13 @@ def load(
         misfit = f"the checkpoint of {path} does not fit its config.json"
     else:
         raise InputError(f"there is no run {run}, and the agents that ship with hierroom are {', '.join(SHIPPED)}")
-    agents = _restore(config, saved.agents, meta, misfit)
+    agents = meta_agent, controller = _new_agents(config, meta)
+    with misfits_explained(Path(path), config, misfit):
+        controller.take_weights(saved.agents.get(CONTROLLER, {}))
+        if isinstance(meta_agent, PPOAgent):
+            meta_agent.take_weights(saved.agents.get(META, {}))
+        elif meta is None and META in saved.agents:
+            meta_agent.load_state_dict(saved.agents[META])
     if isinstance(meta, str):
         warn_of_unread(config.changed(meta=meta), ("meta",))
     return TrainedAgent(config, *agents, saved.steps, is_greedy=greedy, has_other_meta=has_other_meta, path=path)
@@ -281,20 +287,8 @@ def _check(num_envs: int, seed: int) -> None:
     require_number("seed", seed, 0, 2**63 - 1, is_whole=True)
 
 
-def _restore(
-    config: TrainConfig, states: Mapping[str, dict[str, Any]], meta: Any, misfit: str
-) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:
+def _new_agents(config: TrainConfig, meta: Any) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:
     if meta is None:
-        meta_agent, controller = make_agents(config)
-    else:
-        _, controller = make_agents(config.changed(meta="none"))
-        meta_agent = ScriptedAgent(make_meta(meta))
-    try:
-        controller.take_weights(states.get(CONTROLLER, {}))
-        if isinstance(meta_agent, PPOAgent):
-            meta_agent.take_weights(states.get(META, {}))
-        elif meta is None and META in states:
-            meta_agent.load_state_dict(states[META])
-    except InputError as error:
-        raise InputError(f"{misfit}: {error}") from error
-    return meta_agent, controller
+        return make_agents(config)
+    _, controller = make_agents(config.changed(meta="none"))
+    return ScriptedAgent(make_meta(meta)), controller

@@ -11,11 +11,13 @@ from types import ModuleType
 
 import pytest
 
+import hierroom
 from hierroom.commands import evaluate
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder import user_modules
 from hierroom.runs.folder.provenance import changed_modules, read_sessions, record_session
 from hierroom.runs.folder.user_modules import MAX_BYTES, MAX_FILES, find_module_files, user_code_digest
+from hierroom.support.errors import InputError
 from hierroom.train import main as train
 from hierroom.worlds.env_config import EnvConfig
 
@@ -206,6 +208,41 @@ def test_evaluate_and_resume_warn_of_changed_modules(monkeypatch, capsys):
     assert train(["--resume", "run", "--steps", "1024", "--meta", "mine:first"]) == 0
     assert capsys.readouterr().err == said
     assert evaluation_warnings(capsys, trusted) == ""
+
+
+TASK = """import hierroom
+goals = {"half": lambda env, info: env.unwrapped.s >= 8, "gift": lambda env, info: env.unwrapped.s == 15}
+task = hierroom.Task("FrozenLake-v1", goals, target="gift", max_steps=20)
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "resuming", "evaluating"),
+    [
+        (
+            "goals, target",
+            "dict(reversed(goals.items())), target",
+            "goals must be 'gift, half', not 'half, gift'",
+            True,
+        ),
+        ("max_steps=20", "max_steps=9", "world.taken must be at most 9, not ", False),
+    ],
+)
+def test_task_that_changed_its_meaning_is_refused_with_its_change(old, new, resuming, evaluating):
+    load("tasks", {"tasks.py": TASK})
+    assert train([*FLAGS[6:], "--task", "tasks:task", "--evaluations", "0", "--out", "run"]) == 0
+    del sys.modules["tasks"]
+    load("tasks", {"tasks.py": TASK.replace(old, new)})
+    change = "tasks.py has changed since run was trained: what it was is modules/tasks.py there"
+    with pytest.raises(InputError) as refused:
+        train(["--resume", "run", "--trust-run", "--steps", "1024"])
+    assert resuming in str(refused.value)
+    assert str(refused.value).endswith(f"; {change}")
+    if evaluating:
+        with pytest.raises(InputError, match=rf"with goals half, gift, not gift, half; {change}"):
+            hierroom.load("run", trust=True)
+    else:
+        assert hierroom.load("run", trust=True).steps == 512
 
 
 def evaluation_warnings(capsys, arguments: list[str]) -> str:

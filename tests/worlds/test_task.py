@@ -292,13 +292,18 @@ class Fixed(Modeless):
         self.is_random = False
 
 
+class Plain(Chest):
+    __init__, is_random = object.__init__, False
+
+
 gymnasium.register("Modeless-v0", Modeless)
 gymnasium.register("Passing-v0", lambda **entries: Modeless(**entries))
 
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize(
-    "make", ["Modeless-v0", "Passing-v0", Modeless, lambda: Modeless(), Fixed, lambda render_mode: Chest(render_mode)]
+    "make",
+    ["Modeless-v0", "Passing-v0", Modeless, Plain, lambda: Modeless(), Fixed, lambda render_mode: Chest(render_mode)],
 )
 def test_render_mode_is_passed_on_where_it_is_taken(make):
     task = hierroom.Task(make=make, goals=GOALS, target="chest")

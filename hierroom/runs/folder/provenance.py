@@ -6,7 +6,8 @@ import os
 import platform
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
@@ -86,6 +87,18 @@ def warn_of_changed_modules(path: Path, config: TrainConfig) -> None:
     """Print a warning for each user-defined module that has changed; see `changed_modules`."""
     for line in changed_modules(path, config):
         warn(line)
+
+
+@contextmanager
+def misfits_explained(path: Path, config: TrainConfig, prefix: str) -> Iterator[None]:
+    """Add a prefix to the message of an error, and the user's modules that have changed, as they may be its cause."""
+    try:
+        yield
+    except InputError as error:
+        changes = []
+        with suppress(InputError):  # provenance.json cannot be read
+            changes = changed_modules(path, config)
+        raise InputError("; ".join([f"{prefix}: {error}", *changes])) from error
 
 
 def describe_session(device: str) -> dict[str, Any]:

@@ -235,7 +235,7 @@ def _made(make: Callable[..., Any], *ways: dict[str, Any]) -> tuple[Any, dict[st
     try:
         return make(**ways[0]), ways[0]
     except TypeError as error:
-        if "'render_mode'" not in str(error):
+        if "'render_mode'" not in str(error) and "takes no arguments" not in str(error):
             raise
     return make(**ways[1]), ways[1]
 
