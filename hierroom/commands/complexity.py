@@ -149,7 +149,7 @@ def _rules_of(task: str) -> Rules | GoalGraph:
     rules = getattr(found, "rules", None)
     if rules is None:
         raise InputError(f"the task {task!r} declares no rules, from which its complexity would follow")
-    return replace(rules, label=rules.label or found.name)
+    return replace(rules, label=found.name)
 
 
 def _show_reports(options: ComplexityArguments, reports: Sequence[WalkReport], is_list: bool) -> None:

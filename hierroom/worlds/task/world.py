@@ -41,7 +41,7 @@ class TaskWorld(BaseWorld):
     def __init__(self, task: TaskParts, config: EnvConfig, num_envs: int, **settings: Any) -> None:
         self.task, self._trial, self.label = task, task.trial, task.label
         self.goals, self.n_actions = task.goal_set, task.n_actions
-        self.rules = task.rules and replace(task.rules, label=task.rules.label or task.name)
+        self.rules = task.rules and replace(task.rules, label=task.name)
         self.is_repeatable = self._trial.are_counts
         self.observation_spaces: dict[str, spaces.Space] = {name: one for name, (_, one) in self._trial.entries.items()}
         self.default_max_steps = task.max_steps

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Any
 
@@ -96,7 +96,8 @@ class WorkshopTask:
 @cache
 def workshop_of(spec: str) -> WorkshopTask:
     """Return the workshop of a random tech tree: ``8``, ``8:3`` or ``8:3:deep``: see `tech_tree_of`."""
-    return WorkshopTask(tech_tree_of(spec), f"workshop:{spec}")
+    name = f"workshop:{spec}"
+    return WorkshopTask(replace(tech_tree_of(spec), label=name), name)
 
 
 def workshop(rules: Rules) -> WorkshopTask:
