@@ -170,13 +170,14 @@ def train(
 
     Write tables, events for loggers, and checkpoints. A checkpoint is written last, so that a run resumed from it never
     repeats rows. Only the steps decide when to write or evaluate, so that a resumed run does the same. ``report`` gets
-    a short status after each update. If the callback raises an error, the run is saved before it ends.
+    a short status before each evaluation and after each update. If the callback raises an error, the run is saved.
     """
     logs = Logs(folder.path, trainer.config, trainer.steps or -1, log)  # -1: a new run has logged nothing yet
     total, evaluated = trainer.config.steps, ""
     points = evaluation_points(total, trainer.config.evaluations)
 
     def evaluate() -> str:
+        report("evaluating,")
         with spent.on("evaluating"), awaited("this evaluation"):
             evaluation = trainer.evaluation = trainer.evaluate()
         folder.evaluations.append(evaluation_rows(trainer.steps, trainer.seconds, evaluation))

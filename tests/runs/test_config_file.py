@@ -9,12 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hierroom.goals import GoalGraph
+from hierroom.lab.sweep.plan import read_plan
 from hierroom.runs import session
 from hierroom.runs.config.config import META_PPO, TrainConfig
 from hierroom.runs.config.presets import PRESETS, find_preset
 from hierroom.runs.folder.config_file import OF_ENVIRONMENTS, read_config
 from hierroom.runs.folder.run_folder import RunFolder
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, warn_once
 from hierroom.train import main as train
 from hierroom.train import parse
 
@@ -147,6 +148,14 @@ def test_invalid_entry_error_names_the_config_file(text, said):
     assert str(caught.value).startswith(f"own.toml: {said}")
     assert "\n" not in str(caught.value)
     assert [path.name for path in Path().iterdir()] == ["own.toml"]
+
+
+def test_config_file_without_entries_gives_a_warning():
+    for read in (read_config, read_plan):
+        warn_once.cache_clear()
+        Path("maze.toml").write_text("#####\n#@rRE#\n", encoding="utf-8")
+        with pytest.warns(UserWarning, match=r"^maze.toml has no entries, such as "):
+            read(Path("maze.toml"))
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.runs.config.run_name import run_name
 from hierroom.runs.folder.config_file import flat_entries, flat_entry_types, hint_of
 from hierroom.support.cells import join_names
-from hierroom.support.errors import InputError, require_number, shown
+from hierroom.support.errors import InputError, require_number, shown, warn_once
 from hierroom.support.files import to_json, usable_path
 from hierroom.support.reading import read_toml
 from hierroom.support.typed_value import typed_value
@@ -149,6 +149,8 @@ def read_plan(path: Path | None, words: Sequence[str] = ()) -> Plan:
     if path is not None and usable_path(path).is_dir():
         raise InputError(f"{path} is a folder; a sweep takes entries or a TOML file of them, and its folder as --out")
     table = {} if path is None else read_toml(path, "sweep", or_any=True)
+    if path is not None and not table:
+        warn_once(f'{path} has no entries, such as method = ["hippo", "ppo"]')
     where = "" if path is None else f"{path}: "
     variants = {}
     own = {name: table.pop(name) for name in _OWN_KEYS if name in table}

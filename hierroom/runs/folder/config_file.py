@@ -9,7 +9,7 @@ from typing import Any
 
 from hierroom.runs.config.config import ENTRIES, META_PART, OF_META, PARTS, TrainConfig
 from hierroom.runs.config.presets import find_preset, implied_preset
-from hierroom.support.errors import InputError, shown
+from hierroom.support.errors import InputError, shown, warn_once
 from hierroom.support.files import usable_path
 from hierroom.support.reading import read_toml
 from hierroom.support.typed_value import entry_types, typed_value
@@ -57,6 +57,8 @@ def _read_entries(path: Path) -> dict[str, Any]:
     if path.suffix == ".json":
         raise InputError(f"{path}: the config of a run is read from its folder, where it is called config.json")
     table, types = read_toml(path, "config", or_any=True), flat_entry_types()
+    if not table:
+        warn_once(f"{path} has no entries, such as steps = 200_000")
     for part in PARTS.keys() & table.keys() - {META_PART}:
         raise InputError(f"{path}: entries stand alone, as on the command line; leave out the table [{part}]")
     entries = flat_entries(table, f"{path}: ")
