@@ -7,6 +7,7 @@ import json
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from hierroom.support.cells import join_names
 from hierroom.support.errors import InputError, require_number, shown, warn_once
 from hierroom.support.files import to_json, usable_path
 from hierroom.support.reading import read_toml
+from hierroom.support.slow import said_in_turn
 from hierroom.support.typed_value import typed_value
 from hierroom.worlds.env_config import OF_ESCAPE_ROOMS
 from hierroom.worlds.make import find_task, ships
@@ -77,6 +79,10 @@ class Plan:
 
     def runs(self) -> tuple[PlannedRun, ...]:
         """Return all runs, first those of seed 0 and so on, so that an unfinished sweep is balanced."""
+        return self._runs
+
+    @cached_property
+    def _runs(self) -> tuple[PlannedRun, ...]:
         runs: dict[str, PlannedRun] = {}
         named: dict[tuple[str, ...], PlannedRun] = {}
         seeds = [{}] if self.seeds is None else [{"seed": [seed]} for seed in range(self.seeds)]
@@ -85,7 +91,8 @@ class Plan:
         several += [name for values in variants.values() for name in values]
         columns = dict.fromkeys(_PLANNED_STEPS if name == "steps" else name for name in several)
         varied = [name for name in columns if name not in _IDENTITY]
-        for seed, (variant, own), graph in product(seeds, variants.items(), self._graphs()):
+        parts = [*product(seeds, variants.items(), self._graphs())]
+        for seed, (variant, own), graph in said_in_turn("planning the runs of the sweep", parts):
             values = {**self.values, **own, **seed, **graph}
             for chosen in product(*values.values()):
                 run = self._run(variant, dict(zip(values, chosen, strict=True)), varied)
