@@ -239,7 +239,7 @@ def play(turns: Turns, agents: dict[str, Any]) -> Step:
         if len(due := turns.due(name)):
             observation = turns.observe(name, due)
             turns.act(name, observation, agent.act(observation))
-    step = turns.advance()  # s', f <- Env(a); r <- Critic(s', g); F <- F + f
+    step = turns.step()  # s', f <- Env(a); r <- Critic(s', g); F <- F + f
     for agent in agents.values():
         agent.record(step, turns)  # the controller's (s, a, s', r), the meta-controller's (s_0, g, s', F)
     return step

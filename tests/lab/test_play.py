@@ -187,8 +187,8 @@ def test_invalid_options_or_missing_screen_raise_input_error(played, monkeypatch
         (["--size", "5"], "size must be a whole number from 11 to 63, not 5"),
         (["--agent", str(tmp_path)], "is not a run folder"),
         (["--agent", str(played), "--drop-key"], "was trained without --drop-key"),
-        (["--greedy"], "--greedy and --trust-run go with --agent, which is missing"),
-        (["--trust-run"], "--greedy and --trust-run go with --agent, which is missing"),
+        (["--greedy"], "--greedy goes with --agent, which is missing"),
+        (["--trust-run"], "--trust-run goes with --agent, which is missing"),
     ):
         with pytest.raises(InputError, match=message):
             main(argv)

@@ -216,6 +216,7 @@ def test_entry_for_another_world_is_refused_even_with_its_default(world, spec, n
     why = "is for EscapeRooms; workshop:4 has no such entry$"
     if world == "layout":
         why = "is for levels that are drawn; the layout mine is fixed$|are both given"
+    why += "|^a trained agent cannot be played with another curriculum_stages$"
     for ask in (
         lambda: parse([f"--{world}", spec, f"--{name}", value]),
         lambda: parse([f"--{world}", spec, f"--{name.replace('_', '-')}", value]),
