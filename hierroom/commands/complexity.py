@@ -213,13 +213,16 @@ def _show_played_rules(options: ComplexityArguments, player: str, walk: Walk) ->
         raise InputError(f"rules are estimated from play in one goal graph, not in {len(specs)}")
     entries = given(options, "task", "layout", "size", "max_steps") | ({"graph": specs[0]} if specs else {})
     found = play_rules_named(player, entries, options.drop, options.episodes, options.seed, options.trust_run)
+    seen = {"episodes": found.episodes, "seen": dict(found.seen)}
     if not options.json:
         print(found)
+    elif not found.ways:
+        print(to_json(seen))
     rules = found.rules_to(found.furthest)
     if rules.target != found.target:
         warn(f"{found.missed(found.target)}. The rules are those of {rules.target!r}, which was achieved least often")
     if options.json:
-        print(to_json({"episodes": found.episodes, "seen": dict(found.seen), **rules.to_dict()}))
+        print(to_json(seen | rules.to_dict()))
     if options.out is not None:
         # before the report, which may refuse rules that long play has found
         rules.to_toml(options.out)
