@@ -50,8 +50,9 @@ def main(argv: Sequence[str]) -> int:
     if folder is None:
         raise InputError("there is no folder to keep compiled code in; set NUMBA_CACHE_DIR to one that can be written")
     started = time.perf_counter()
-    n_new = 0 if stamp(Path(folder)).exists() else compile_all(Path(folder))
-    write_atomically(stamp(Path(folder)), "complete")  # which fails on a full disk, where kernels are not kept
+    n_new = 0 if is_complete(Path(folder)) else compile_all(Path(folder))
+    stamp = Path(folder, f"complete-{n_kernels(Path(folder))}-{_digest()}")
+    write_atomically(stamp, "complete")  # which fails on a full disk, where kernels are not kept
     seconds = f"{time.perf_counter() - started:.1f} s"
     print(f"{n_new} kernels compiled in {seconds}" if n_new else f"all kernels are compiled already ({seconds})")
     return 0
@@ -82,9 +83,10 @@ def compile_all(folder: Path) -> int:
     return n_kernels(folder) - before
 
 
-def stamp(folder: Path) -> Path:
-    """Return the path of a file that exists if all kernels are in a folder: it names their number and their digest."""
-    return folder / f"complete-{n_kernels(folder)}-{_digest()}"
+def is_complete(folder: Path) -> bool:
+    """Return whether a folder has as many kernels as when all were compiled; a run may have added others of its own."""
+    stamps = folder.glob(f"complete-*-{_digest()}")
+    return any(int(one.name.split("-")[1]) <= n_kernels(folder) for one in stamps)
 
 
 def n_kernels(folder: Path) -> int:

@@ -146,6 +146,9 @@ def test_an_interrupt_at_any_moment_is_saved(tmp_path, monkeypatch, capsys):
         asked = []
 
         class Interrupt:
+            def __init__(self, **_):
+                pass
+
             def __enter__(self):
                 return self
 

@@ -7,7 +7,7 @@ import pytest
 from children import run_python
 
 from hierroom.commands import compile
-from hierroom.commands.compile import stamp
+from hierroom.commands.compile import is_complete
 from hierroom.support.kernel_folder import kernel_folder
 
 LATER = """
@@ -55,7 +55,7 @@ def compiled():
 
 
 def test_second_compile_ends_without_importing_torch(compiled):
-    assert stamp(compiled).exists()
+    assert is_complete(compiled)
     done = run_python("-X", "importtime", "-m", "hierroom", "compile")
     assert done.stdout.startswith("all kernels are compiled already")
     assert not any(line.endswith(" torch") for line in done.stderr.splitlines())
@@ -69,14 +69,18 @@ def test_no_kernel_contains_code_that_prints_shapes(compiled):
 
 
 def test_deleted_or_outdated_kernels_are_not_complete(compiled, tmp_path, monkeypatch):
-    (tmp_path / "kernels.advance.nbc").touch()
-    stamp(tmp_path).touch()
-    assert stamp(tmp_path).exists()
+    one, another = (tmp_path / f"kernels.{name}.nbc" for name in ("advance", "look"))
+    one.touch()
+    (tmp_path / f"complete-1-{compile._digest()}").touch()
+    assert is_complete(tmp_path)
+    another.touch()  # of a run with other types
+    assert is_complete(tmp_path)
     with monkeypatch.context() as changed:
         changed.setattr(compile, "PACKAGE", compile.PACKAGE / "goals")
-        assert not stamp(tmp_path).exists()
-    (tmp_path / "kernels.advance.nbc").unlink()
-    assert not stamp(tmp_path).exists()
+        assert not is_complete(tmp_path)
+    one.unlink()
+    another.unlink()
+    assert not is_complete(tmp_path)
 
 
 def test_later_runs_compile_no_new_signature(compiled, tmp_path):
