@@ -124,6 +124,7 @@ def test_task_in_several_processes_ends_cleanly(tmp_path):
 
 def test_failing_render_loses_no_results(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(chest_task.Chest, "render", lambda self: 1 / 0)
+    monkeypatch.setattr(chest_task, "chest", replace(chest_task.chest))  # a task asks once whether it can be drawn
     assert train(["--task", "chest_task:chest", *SMALL, "--out", str(tmp_path / "run")]) == 0
     assert "there is no film of an episode: the environment cannot be drawn" in capsys.readouterr().err
     assert (tmp_path / "run" / "summary.json").is_file()
