@@ -3,6 +3,7 @@
 import json
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import chest_task
@@ -86,6 +87,12 @@ def growing(env):
 
 def failing_later(env):
     return np.zeros((9, 9)) if env.cell in (0, 2) else 1 / 0  # where it starts
+
+
+@pytest.fixture(autouse=True)
+def own_task(monkeypatch):
+    """A task asks once whether its environment can be drawn, so each test has its own."""
+    monkeypatch.setattr(chest_task, "chest", replace(chest_task.chest))
 
 
 @pytest.mark.parametrize(
