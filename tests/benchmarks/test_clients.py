@@ -44,11 +44,3 @@ def test_every_example_belongs_to_a_client():
     examples = {path.relative_to(ROOT / "examples").as_posix() for path in (ROOT / "examples/clients").glob("*.py")}
     assert examples <= {client.example for client in CLIENTS}
     assert {client.name for client in CLIENTS} == set(SAID)
-
-
-def test_clients_page_lists_every_client():
-    page = (ROOT / "docs/clients.md").read_text()
-    for client in CLIENTS:
-        assert re.search(
-            rf"^\| {re.escape(client.name)} \|.*\.\./examples/{re.escape(client.example)}", page, re.MULTILINE
-        )

@@ -9,12 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
-from scipy.integrate import quad
-from scipy.special import entr, expit
 from small_mdps import lock, play_gorp, random_mdp, slow_minimum_k
 
-from benchmarks.measures import gorp
-from benchmarks.measures.covering import _union_bound, covering_length
+from benchmarks.measures.covering import covering_length
 from benchmarks.measures.effective_horizon import (
     effective_horizon,
     effective_planning_window,
@@ -22,13 +19,9 @@ from benchmarks.measures.effective_horizon import (
     samples_of,
 )
 from benchmarks.measures.gorp import Gorp
-from benchmarks.measures.gorp_kernels import choice_probabilities
 from benchmarks.measures.mdp import DeterministicMDP, enumerate_env, graph_mdp
-from benchmarks.measures.policy_information import policy_information
-from benchmarks.measures.summary import measure_mdp
 from hierroom.complexity import AugmentedGraph
 from hierroom.goals import NAMED_GRAPHS
-from hierroom.support.errors import InputError
 
 
 def minigrid_state(env):
@@ -106,13 +99,6 @@ def test_gorp_on_a_lock_by_hand():
     assert Gorp(lock(3), 3, k=3).success_probability(1) == pytest.approx(1)
 
 
-@pytest.mark.parametrize(("most", "rollouts"), [(100, 15), (15, 15), (14, None)])
-def test_gorp_tries_at_most_max_rollouts(most, rollouts, monkeypatch):
-    """A lock of six steps needs 15 rollouts, which is no power of two."""
-    monkeypatch.setattr(gorp, "MAX_ROLLOUTS", most)
-    assert Gorp(lock(6), 6).rollouts().rollouts == rollouts
-
-
 @pytest.mark.parametrize(("k", "m"), [(1, 1), (1, 4), (2, 2)])
 def test_gorp_equals_real_rollouts(k, m):
     mdp, rng, n = random_mdp(3), np.random.default_rng(0), 400
@@ -120,55 +106,6 @@ def test_gorp_equals_real_rollouts(k, m):
     expected = Gorp(mdp, horizon, k).success_probability(m)
     solved = sum(play_gorp(mdp, horizon, k, m, rng) > 0 for _ in range(n))
     assert stats.binomtest(solved, n, min(expected, 1.0)).pvalue > 1e-4
-
-
-@settings(max_examples=30)
-@given(st.lists(st.sampled_from([0.0, 0.01, 0.2, 0.5, 0.9, 1.0]), min_size=4, max_size=4), st.integers(1, 8))
-def test_choice_probabilities_equal_summed_outcomes(chances, m):
-    nodes, weights = np.polynomial.legendre.leggauss(1)
-    found = choice_probabilities(np.array(chances), 2, m, (nodes + 1) / 2, weights / 2)
-    at = [stats.binom.pmf(np.arange(m + 1), m, chance) for chance in chances]
-    first, second = (
-        [sum(one[i] * other[j] for i in range(m + 1) for j in range(m + 1) if max(i, j) == x) for x in range(m + 1)]
-        for one, other in (at[:2], at[2:])
-    )
-    wins = sum(first[x] * (sum(second[:x]) + second[x] / 2) for x in range(m + 1))
-    np.testing.assert_allclose(found, [wins, 1 - wins], atol=1e-9)
-
-
-def test_choice_probabilities_of_a_million_rollouts():
-    nodes, weights = np.polynomial.legendre.leggauss(1)
-    found = choice_probabilities(np.array([0.3, 0.3005]), 2, 1_000_000, (nodes + 1) / 2, weights / 2)
-    deviation = math.sqrt(1e6 * (0.3 * 0.7 + 0.3005 * 0.6995))
-    np.testing.assert_allclose(found[1], stats.norm.cdf(500 / deviation), atol=1e-5)
-    assert found.sum() == pytest.approx(1)
-
-
-@pytest.mark.parametrize("chance", [1 - 1e-15, 1 - 1e-12, 0.999])
-@pytest.mark.parametrize("m", [20, 21, 64, 1024])
-def test_choice_probabilities_with_almost_sure_success(chance, m):
-    """The probabilities of far fewer successes than the mean are too small for floats."""
-    nodes, weights = np.polynomial.legendre.leggauss(1)
-    found = choice_probabilities(np.array([0.4, chance]), 2, m, (nodes + 1) / 2, weights / 2)
-    n = np.arange(m + 1)
-    first, second = stats.binom.pmf(n, m, 0.4), stats.binom.pmf(n, m, chance)
-    wins = (first * (stats.binom.cdf(n - 1, m, chance) + second / 2)).sum()
-    np.testing.assert_allclose(found, [wins, 1 - wins], atol=1e-9)
-
-
-def test_gorp_success_stays_1_with_more_rollouts():
-    gorp = Gorp(graph_mdp(AugmentedGraph(NAMED_GRAPHS["a"])), 300)
-    for m in (1, 20, 21, 64, 1024):
-        assert gorp.success_probability(m) == pytest.approx(1)
-
-
-@settings(max_examples=50)
-@given(st.lists(st.floats(0.01, 1.0), min_size=1, max_size=5))
-def test_the_union_bound_is_the_least_number_of_episodes(chances):
-    found = _union_bound(np.array(chances), 2, 1, 1e4)
-    missed = [2 * sum((1 - chance) ** n for chance in chances) for n in (found - 1, found)]
-    assert missed[0] > 0.5 - 1e-9
-    assert missed[1] < 0.5 + 1e-9
 
 
 def test_covering_length_of_a_lock_by_hand():
@@ -180,22 +117,6 @@ def test_covering_length_of_a_lock_by_hand():
     assert found.high == 12  # 2 ((1/2)^n + (3/4)^n + (7/8)^n) is 0.546 for n = 11 and 0.467 for n = 12
 
 
-def test_policy_information_of_a_bandit():
-    """Preferences of two actions: the chance of the good one is the logistic function of a normal of variance 2."""
-    bandit = DeterministicMDP(np.array([[1, 1], [1, 1]]), np.array([[0.0, 1.0], [0.0, 0.0]]))
-
-    def entropy(p):
-        return entr(p) + entr(1 - p)
-
-    expected = math.log(2) - quad(lambda x: stats.norm.pdf(x, 0, math.sqrt(2)) * entropy(expit(x)), -20, 20)[0]
-    found = policy_information(bandit, 1, 20_000)
-    assert found.pic == pytest.approx(expected, abs=0.004)
-    assert 0 < found.poic < found.pic
-    assert policy_information(bandit, 1, 2000, temperature=1e-3).poic == pytest.approx(
-        policy_information(bandit, 1, 2000).pic
-    )
-
-
 def test_graph_mdp_of_graph_c():
     augmented = AugmentedGraph(NAMED_GRAPHS["c"])
     mdp = graph_mdp(augmented)
@@ -204,52 +125,3 @@ def test_graph_mdp_of_graph_c():
         targets = set(augmented.edges[augmented.edges[:, 0] == state, 1].tolist())
         assert set(mdp.transitions[state].tolist()) - {state} == targets
     assert mdp.rewards.sum() == (augmented.edges[:, 1] == augmented.exit).sum()
-
-
-def test_measure_mdp_returns_all_measures():
-    found = measure_mdp(lock(3), 3)
-    assert (found.states, found.actions, found.shortest, found.k, found.planning_window) == (5, 2, 3, 1, 3)
-    assert (found.rollouts, found.effective_horizon, found.samples) == (2, 2.0, 9 * 4)
-
-
-def test_invalid_mdp_input_raises_input_error():
-    mdp = lock(2)
-    bad = [
-        (lambda: DeterministicMDP(np.zeros((2, 2), int), np.zeros((2, 3))), "shape"),
-        (lambda: DeterministicMDP(np.array([[2]]), np.zeros((1, 1))), "from 0 to 0"),
-        (lambda: DeterministicMDP(np.array([[0]]), np.array([[math.nan]])), "at most 1e\\+100 in size"),
-        (lambda: DeterministicMDP(np.array([[0]]), np.array([[1e200]])), "at most 1e\\+100 in size"),
-        (lambda: DeterministicMDP([[0], [1, 0]], [[0], [0, 0]]), "must be tables of numbers"),
-        (lambda: DeterministicMDP([[0]], [[0]], start=0.5), "start of an MDP with 1 states must be a whole number"),
-        (lambda: measure_mdp(mdp, "3"), "must be a whole number, not '3'"),
-        (lambda: Gorp(mdp, 2, k=1.5), "k must be a whole number, not 1.5"),
-        (lambda: Gorp(mdp, 2).success_probability(2.5), "must be a whole number, not 2.5"),
-        (lambda: effective_horizon(mdp, 0), "at least 1, not 0"),
-        (lambda: mdp.random_values(10**9), "shorter horizon"),
-        (lambda: Gorp(mdp, 2, k=20), "at most 1000"),
-        (lambda: Gorp(DeterministicMDP(np.array([[0]]), np.array([[2.0]])), 2), "0 or 1"),
-        (lambda: measure_mdp(mdp, 1), "at least 2 steps, but the horizon is 1"),
-        (lambda: measure_mdp(DeterministicMDP(np.array([[0, 0]]), np.zeros((1, 2))), 5), "no number of steps leads to"),
-        (
-            lambda: enumerate_env(gymnasium.make("FrozenLake-v1"), lambda env: [env.unwrapped.s]),
-            "fails: TypeError: unhashable type: 'list'",
-        ),
-        (lambda: enumerate_env(gymnasium.make("Pendulum-v1"), str), "discrete actions"),
-        (
-            lambda: enumerate_env(gymnasium.make("MiniGrid-Empty-5x5-v0"), minigrid_state, max_states=5),
-            "more than 5 states",
-        ),
-    ]
-    for attempt, words in bad:
-        with pytest.raises(InputError, match=words) as caught:
-            attempt()
-        assert "\n" not in str(caught.value)
-
-
-def test_values_beyond_floats_are_infinite_or_left_out():
-    """The gaps of a long lock have squares, and its chances inverses, that are too small or too large for floats."""
-    assert effective_horizon(lock(182, 8), 182).value == 182
-    measured = measure_mdp(lock(367, 8), 367, n_policies=2)
-    assert measured.horizon_bound == 367
-    assert measured.samples == measured.covering_low == measured.covering_high == math.inf
-    assert measured.random_success == 0

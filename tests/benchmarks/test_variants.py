@@ -5,13 +5,10 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 import torch
-from escape_room import WORLD
-from torch import nn
 
 from benchmarks import variants
-from hierroom.agents.features import Features
 from hierroom.lab.sweep.plan import read_plan
-from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
+from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, PICKUP, RIGHT
 
 ROOT = Path(__file__).parents[2]
@@ -32,24 +29,6 @@ def test_plain_lstm_sequence_equals_single_steps():
     logits, values = network.sequence(features, first, resets)
     torch.testing.assert_close(logits, torch.stack([one[0] for one in steps]))
     torch.testing.assert_close(values, torch.stack([one[1] for one in steps]))
-
-
-def test_usual_weights_match_torch_defaults():
-    space = AgentSpace(Features(WORLD, ("view-ids", "goal")).cardinalities, 5)
-    torch.manual_seed(0)
-    network, layers = variants.usual_weights(space, 64), (nn.LSTM(64, 64), nn.Linear(64, 5), nn.Linear(64, 1))
-    assert type(network) is RecurrentActorCritic  # which is computed by the compiled kernels
-    for ours, theirs in zip((network.core, network.policy_head, network.value_head), layers, strict=True):
-        weights, usual = (
-            ours.weight,
-            dict(theirs.named_parameters()).get("weight", getattr(theirs, "weight_hh_l0", None)),
-        )
-        assert 0.9 < float((weights.abs().max() / usual.abs().max()).detach()) < 1.1
-        bias, usual_bias = ours.bias, dict(theirs.named_parameters()).get("bias", getattr(theirs, "bias_hh_l0", None))
-        assert 0 < bias.detach().abs().max() <= 1.3 * usual_bias.detach().abs().max()
-    n_inputs = 49 * 3 + 4 + 7  # three numbers for each cell of the view, the goal's object and colour one-hot
-    assert 0.95 / n_inputs**0.5 < network.encoder.weight.detach().abs().max() <= 1 / n_inputs**0.5
-    assert 0.5 / n_inputs**0.5 < network.encoder.bias.detach().abs().max() <= 1 / n_inputs**0.5
 
 
 def test_repeated_bonus_pays_only_keys_picked_up_again():

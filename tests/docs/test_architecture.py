@@ -1,6 +1,5 @@
 """The package is built as docs/architecture.md draws it: floors, arrows, no circle, few files."""
 
-import importlib
 import re
 
 import architecture
@@ -64,27 +63,3 @@ def test_class_names_are_unique():
 @pytest.mark.parametrize("path", architecture.files(), ids=lambda path: path.relative_to(architecture.ROOT).as_posix())
 def test_no_file_is_long(path):
     assert len(path.read_text().splitlines()) <= 300
-
-
-CONTRIBUTING = (architecture.ROOT / "CONTRIBUTING.md").read_text()
-TABLE = [row for row in CONTRIBUTING.split("equation stands")[1].split("\n## ")[0].splitlines() if row.startswith("|")]
-EQUATIONS = [name for row in TABLE for name in re.findall(r"`([a-z_]+\.[\w.]+)`", row)]
-
-
-@pytest.mark.parametrize("name", EQUATIONS)
-def test_each_equation_of_the_table_exists(name):
-    words = ["hierroom", *name.split(".")]
-    for end in range(len(words), 0, -1):
-        try:
-            found = importlib.import_module(".".join(words[:end]))
-        except ModuleNotFoundError:
-            continue
-        for word in words[end:]:
-            found = getattr(found, word)
-        assert found is not None
-        return
-    pytest.fail(name)
-
-
-def test_table_has_at_least_15_equations():
-    assert len(EQUATIONS) >= 15

@@ -2,16 +2,10 @@
 
 import importlib.util
 import inspect
-import io
 import re
-from functools import partial
 from pathlib import Path
 
 import gymnasium
-import numpy as np
-import pettingzoo
-import pytest
-from PIL import Image
 
 import hierroom
 from hierroom.gym_env import EscapeRoom
@@ -33,17 +27,6 @@ def test_every_id_is_on_the_page():
     assert set(re.findall(r"`(hierroom/\w+\S*-v0)`", PAGE)) == ids
 
 
-DRAWN = {"workshop": script.workshop, **{f"level-{letter}": partial(script.level, letter) for letter in "abcdefg"}}
-
-
-@pytest.mark.parametrize("name", DRAWN)
-def test_pictures_equal_the_drawn_levels(name):
-    kept = np.asarray(Image.open(DOCS / "pictures" / f"{name}.png").convert("RGB"))
-    drawn = np.asarray(Image.open(io.BytesIO(script.as_png(DRAWN[name]()))).convert("RGB"))
-    assert kept.shape == drawn.shape
-    assert (abs(kept.astype(int) - drawn) > 40).mean() < 0.001  # versions of the library may pick other shades
-
-
 def test_spaces_equal_the_page_s_table():
     env, dropping = hierroom.env(graph="c"), hierroom.env(graph="c", drop_key=True)
     for agent in env.possible_agents:
@@ -60,34 +43,6 @@ def test_spaces_equal_the_page_s_table():
     for name in set(meta) - {"action_mask"}:
         shape = meta[name].shape
         assert listed[name][1] == (" x ".join(map(str, shape)) if shape else "a number")
-
-
-@pytest.mark.skipif(not hasattr(pettingzoo, "make"), reason="PettingZoo has make from 1.27 on")
-@pytest.mark.parametrize(("column", "env_id"), [(1, "hierroom/EscapeRoom-c-v0"), (2, "hierroom/Workshop-v0")])
-def test_pettingzoo_facts_equal_the_environments(column, env_id):
-    rows = re.findall(r"^\| (.*) \| (.*) \| (.*) \|$", PAGE.split("## Facts")[1].split("\n\n")[1], re.MULTILINE)
-    facts = {row[0]: row[column].replace(" x ", ", ") for row in rows}
-    assert f'`make("aec", "{env_id}")`' in facts["Creation"]
-    make = pettingzoo.make
-    aec, parallel = make("aec", env_id), make("parallel", env_id)
-    assert aec.possible_agents == parallel.possible_agents == ["meta_0", "controller_0"]
-    assert facts["Number of agents"] == str(len(aec.possible_agents))
-    for env in (aec, parallel):
-        for agent in env.possible_agents:
-            assert f"{agent}: `{env.action_space(agent)}`" in facts["Action values"]
-            seen = env.observation_space(agent)["observation"]
-            assert f"`observation` is {', '.join(map(str, seen.shape))}" in facts["Observation shape"]
-            assert f"whole numbers of {seen.low.min()} to {seen.high.max()}" in facts["Observation values"]
-        shape, state = ", ".join(map(str, env.state_space.shape)), env.state_space
-        assert re.search(rf"(^|, ){shape}\b", facts["State shape"])
-        assert facts["State values"] == f"whole numbers of {state.low.min():.0f} to {state.high.max():.0f}"
-
-
-def test_badge_and_listed_checkers_are_current():
-    assert (DOCS / "pictures" / "pettingzoo.svg").read_bytes() == script.badge()
-    checks = (DOCS.parent / "tests" / "envs" / "test_api_checkers.py").read_text()
-    told = set(re.findall(r"`(\w+_test|check_env)`", PAGE.split("## Facts")[1].split("\n## ")[0]))
-    assert told == set(re.findall(r"(?<= |\n)(\w+_test|check_env)\(", checks))
 
 
 def test_page_lists_arguments_with_their_defaults():

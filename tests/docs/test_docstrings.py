@@ -16,7 +16,6 @@ import hierroom.meta
 from hierroom.controller import Observation
 
 MODULES = (hierroom, hierroom.complexity)
-CLASSES = (hierroom.GoalGraph, hierroom.Rules, hierroom.Task, hierroom.TrainedAgent)
 NEEDED = {"minari_dataset": ("minari", "h5py"), "minigrid_view": ("minigrid",), "sb3_view": ("stable_baselines3",)}
 
 
@@ -40,13 +39,3 @@ def test_docstring_example_prints_the_shown_output(name, tmp_path, monkeypatch):
     assert any(one.want for one in example.examples), "an example prints a result"
     said: list[str] = []
     assert doctest.DocTestRunner().run(example, out=said.append).failed == 0, "".join(said)
-
-
-@pytest.mark.parametrize("of", CLASSES, ids=lambda of: of.__name__)
-def test_class_examples_call_each_method(of):
-    public = {name: getattr(of, name) for name in vars(of) if not name.startswith("_") and hasattr(of, name)}
-    methods = {name: one for name, one in public.items() if inspect.isfunction(one) or inspect.ismethod(one)}
-    texts = [inspect.getdoc(one) or "" for one in (of, *methods.values())]
-    examples = [one.source for text in texts for one in doctest.DocTestParser().get_examples(text)]
-    assert len(methods) > 1
-    assert {*methods} == {name for name in methods if any(f".{name}(" in source for source in examples)}

@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 from children import run_python
 from run_contents import check_picture, check_run
-from turns_helpers import achieve, goal_ids, make
 
 import hierroom
 from hierroom.agents.player import Pair, Play
 from hierroom.agents.scripted_agent import ScriptedAgent
-from hierroom.meta import make_meta, take_turn
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trainer import Trainer
@@ -19,7 +17,6 @@ from hierroom.train import main as train
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
-from hierroom.worlds.escape_room.constants import EXIT, KEY, LOCKED_DOOR
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -133,45 +130,3 @@ def test_a_meta_controller_that_watches_makes_episodes_shorter():
         ended = [step.lengths[played.counted[step.episode_ended[played.counted]]] for step in played]
         lengths[kind] = np.concatenate(ended).mean()
     assert lengths[OthersFirst] < 0.8 * lengths[Blind]
-
-
-def test_closer_reward_by_hand():
-    turns = Turns(EnvConfig("a", size=11, reward="own_reward:Closer"), 1, seed=0)
-    take_turn(make_meta("fixed-dfs"), turns)
-    key = int(turns.goals[0])
-    for action in shortest_actions(turns.world.get_state(), key):
-        before = turns.world.get_state().distances(turns.goals)[0]
-        step = turns.step([action])
-        after = turns.world.get_state().distances(np.array([key]))[0]
-        shaping = 0.02 * before if step.reached[0] else 0.02 * (before - 0.95 * after)
-        assert step.rewards[0] == pytest.approx(step.reached[0] + shaping)
-    assert step.reached[0]
-
-
-@pytest.mark.parametrize(
-    ("name", "goal_mask", "kinds"), [("NearestKeyFirst", "reachable", {0}), ("nearest", "existing", {0, 1})]
-)
-def test_the_nearest_goal_is_chosen(name, goal_mask, kinds):
-    meta = make_meta(f"own_meta_controller:{name}")
-    turns = make("e", 50, size=19, goal_mask=goal_mask)
-    take_turn(meta, turns)
-    state, chosen = turns.world.state, set()
-    for m, level in enumerate(state.levels):
-        colours = level.colours[:3].tolist()
-        tiles = {colour: KEY + colour for colour in colours}
-        if goal_mask == "existing":
-            tiles |= {6 + colour: LOCKED_DOOR + colour for colour in colours} | {12: EXIT}
-        ways = {}
-        for goal, tile in tiles.items():
-            ((row, col),) = np.argwhere(state.grids[m] == tile)
-            ways[goal] = abs(row - level.row) + abs(col - level.col)
-        assert ways[int(turns.goals[m])] == min(ways.values())
-        chosen.add(int(turns.goals[m]) // 6)
-    assert kinds <= chosen
-
-    alone = make("a")
-    for goal in ("k1", "d1", "x"):
-        take_turn(meta, alone)
-        assert {int(alone.goals[0])} == goal_ids(alone, goal)
-        if goal != "x":
-            achieve(alone, goal)

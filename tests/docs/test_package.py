@@ -81,10 +81,3 @@ def test_citation_and_changelog_have_the_next_version():
     version = settings["fallback_version"].removesuffix(".dev0")
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
     assert f"\n## {version} (" in (ROOT / "CHANGELOG.md").read_text()
-
-
-def test_classifiers_equal_the_declared_python_versions():
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    versions = [line.rpartition(" :: ")[2] for line in project["classifiers"] if "Python :: 3." in line]
-    assert versions == ["3.11", "3.12", "3.13"]
-    assert project["requires-python"] == ">=3.11"

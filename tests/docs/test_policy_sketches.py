@@ -8,12 +8,9 @@ import pytest
 import torch
 
 from hierroom.goals import N_GOALS
-from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
-from hierroom.learners.ppo import Learner
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.trainer import Trainer
-from hierroom.support.errors import InputError
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.worlds.env_config import EnvConfig
 
@@ -22,7 +19,6 @@ from policy_sketches import PolicySketches
 
 N_SYMBOLS, HIDDEN = 4, 8
 SPACE = AgentSpace((N_SYMBOLS, 5, 3), 6)
-SEEN = AgentSpace((5, 3), 6)
 
 
 @pytest.fixture
@@ -59,21 +55,6 @@ def test_symbol_selects_its_own_actor_critic(network):
             torch.testing.assert_close(found[n : n + 1], right)
 
 
-def test_gradient_reaches_only_the_symbols_sub_policy(network):
-    features = features_of(4, 3)
-    features[..., 0] = 2
-    logits, values = network.sequence(features, network.initial_state(3), torch.zeros(4, 3).bool())
-    (logits.sum() + values.sum()).backward()
-    for symbol, part in enumerate(network.parts):
-        taught = [p.grad is not None and bool(p.grad.any()) for p in part.parameters()]
-        assert all(taught) if symbol == 2 else not any(taught)
-
-
-def test_symbol_without_other_features_raises_input_error():
-    with pytest.raises(InputError, match="need a feature besides the symbol"):
-        Learner(AgentSpace((4,), 3), 4, PPOConfig(), seed=0, network=PolicySketches)
-
-
 SKETCH = {"network": "policy_sketches:PolicySketches", "features": ("symbol", "view", "direction", "keys")}
 
 
@@ -92,11 +73,3 @@ def test_the_goal_picks_the_sub_policy(method):
     turns.ledger.write_fields({"goals": -1})
     observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
     assert (agent.features.encode(observation)[:, 0] == N_GOALS).all()
-
-
-def test_policy_sketches_train():
-    trainer = Trainer(TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=512).changed(**SKETCH))
-    before = [parameter.clone() for parameter in trainer.controller.learner.network.parameters()]
-    trainer.advance()
-    after = trainer.controller.learner.network.parameters()
-    assert any(not torch.equal(ours, theirs) for ours, theirs in zip(before, after, strict=True))

@@ -45,28 +45,6 @@ def test_single_file_imports_no_learner():
     assert not [name for name in loaded if name.startswith(("hierroom.learners", "hierroom.runs"))]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["--steps", "0"], "steps must be at least 64"),
-        (["--steps", "many"], "invalid int value: 'many'"),
-        (["--gamma", "1"], "unrecognized arguments: --gamma 1"),
-        (["--graph", "q"], "not 'q'"),
-        (["--meta", "nobody"], "not 'nobody'"),
-        (["--seed", "-1"], "a seed must be a whole number from 0"),
-    ],
-)
-def test_an_invalid_option_prints_one_line(arguments, says, single_file, monkeypatch, capsys):
-    monkeypatch.setattr(sys, "argv", [FILE.name, *arguments])
-    with pytest.raises(SystemExit) as stopped:
-        single_file.run(single_file.main)
-    assert stopped.value.code == 2
-    output = capsys.readouterr()
-    assert output.out == ""
-    assert says in output.err
-    assert len(output.err.splitlines()) == 1
-
-
 def networks(single_file):
     """Return each network, its features and its number of logits; its policy is not nearly uniform, unlike at first."""
     controller = single_file.ActorCritic(single_file.CONTROLLER_FEATURES.cardinalities, 5)
@@ -74,11 +52,6 @@ def networks(single_file):
     for network in (controller, meta):
         torch.nn.init.orthogonal_(network.policy.weight)
     return (controller, single_file.CONTROLLER_FEATURES, 5), (meta, single_file.META_FEATURES, 14)
-
-
-def random_features(features, *shape):
-    cardinalities = features.cardinalities
-    return torch.from_numpy(np.random.default_rng(0).integers(cardinalities, size=(*shape, len(cardinalities))))
 
 
 def played(single_file, n_steps):
