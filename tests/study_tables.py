@@ -1,16 +1,5 @@
 """Made-up tables for the tests of the study."""
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
-
-import pandas as pd
-
-
-def write_tables(folder: Path, **tables: Sequence[Mapping[str, Any]]) -> None:
-    for name, rows in tables.items():
-        pd.DataFrame(rows, dtype=object).to_csv(folder / f"{name}.csv", index=False)
-
 
 def run_rows(steps, method="hippo", **columns):
     return [

@@ -9,19 +9,14 @@ from turns_helpers import goal_ids, make
 
 from hierroom.agents.ppo_agent import FrozenAgent, PPOAgent
 from hierroom.goals import EXIT_GOAL, N_GOALS
-from hierroom.gym_env import EscapeRoom
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import RecurrentActorCritic
 from hierroom.runs.assembly import make_agents
-from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.presets import find_preset
 from hierroom.runs.environments import make_turns
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trained_agent import load
 from hierroom.runs.trainer import Trainer
-from hierroom.support.errors import InputError
-from hierroom.train import main as train
-from hierroom.train import parse
 from hierroom.turns.records import CONTROLLER, META, OTHER, REACHED, TIMED_OUT, Step
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
@@ -224,34 +219,3 @@ def test_a_frozen_agent_plays_elsewhere_and_does_not_learn(tmp_path):
     assert goals(agent.pair(3, seed=2)) == goals(trainer.freeze(3, seed=2))
     assert goals(agent.pair(3, seed=2)) != goals(agent.pair(3, seed=3))
     assert equal(before, learned_state(trainer))
-
-
-def test_meta_learned_option_uses_the_learned_preset(tmp_path):
-    out = tmp_path / "run"
-    assert train([*FLAGS, "--steps", "2048", "--meta-start-success", "0", "--out", str(out)]) == 0
-    config = RunFolder.open(out).config()
-    for name in ("goal_mask", "subgoal_horizon", "meta_features"):
-        assert config.entries[name] == PRESET.entries[name]
-    assert config.meta_ppo == PRESET.meta_ppo
-    assert config.ppo.entropy_weight == PRESET.ppo.entropy_weight
-    assert parse(["--meta", "learned", "--meta-ppo.gamma", "0.9"]).config.meta_ppo.gamma == 0.9
-    assert parse(["--meta", "learned", "--preset", "default"]).config.env == TrainConfig().env
-    rows = RunFolder.open(out).metrics.numbers()
-    assert rows[-1]["meta_is_learning"] == 1
-
-
-@pytest.mark.parametrize(
-    ("entry", "said"),
-    [
-        ({"meta_start_success": 2}, "meta_start_success must be a number from 0 to 1, not 2"),
-        ({"meta_features": ("smell",)}, "meta_features are .*; not smell"),
-    ],
-)
-def test_invalid_settings_raise_input_error(entry, said):
-    with pytest.raises(InputError, match=rf"^{said}[^\n]*$"):
-        Trainer(SMALL.changed(**entry))
-
-
-def test_learned_meta_outside_training_raises_input_error():
-    with pytest.raises(InputError, match="learned meta-controller is made in training"):
-        EscapeRoom(meta="learned")

@@ -10,7 +10,6 @@ import pytest
 from children import run_child
 
 from hierroom.commands.complexity import ComplexityArguments, main, show
-from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
 
 
@@ -75,30 +74,18 @@ def test_json_output_names_every_number(printed):
     assert arrays_of_numbers(json.loads(printed(from_play="oracle", graph="a", episodes=3, json=True))) == []
 
 
-def test_the_longest_names_fit_into_80_columns(printed, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "80")
-    text = printed(drop=True, graph=(GoalGraph(tuple(range(7)), 7), "a"))
-    row = next(line.split() for line in text.splitlines() if "exit-7" in line)
-    assert row[:2] + row[5:7] == ["keys-0-1-2-3-4-5-6-exit-7", "14", "100.11", "132507.6"]
-    assert "saturates near 100" in text
-    assert "…" not in text
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--graph", "z"], "a graph must be a letter from a to g"),
         (["--graph", "a", "--all"], "by only one of --graph, --layout and --all"),
         (["--graph", "rooms:40"], "rooms:N takes a number of rooms from 2 to 8, not 40"),
         (["--json", "--csv"], "choose one of --json, --csv, --latex, --markdown, not 2"),
         (["--draw", "x.png"], "--draw draws one graph"),
         (["--graph", "a", "--draw", "x.gif"], "drawings are written as .png, .pdf, .svg, not as x.gif"),
-        (["--from-play", "random", "--draw", ""], "a drawing is a file, not the folder ."),
         (
             ["--graph", "a", "--seed", "3"],
             "--episodes, --seed, --size, --max-steps and --trust-run go with --from-play",
         ),
-        (["--trust-run"], "--trust-run go with --from-play, which is missing"),
         (["--walk=-0.5", "1", "0.5"], "the probability stay of a walk must be from 0 to 1, not -0.5"),
     ],
 )

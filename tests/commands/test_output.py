@@ -189,11 +189,6 @@ def test_full_standard_error_keeps_the_exit_code(tmp_path):
         assert (len(done.stdout.splitlines()) == 3) == (code == 0)
 
 
-def test_help_ends_on_a_very_narrow_terminal():
-    done = run_python("-m", "hierroom", "complexity", "--help", env={**os.environ, "COLUMNS": "5"}, quiet_seconds=4)
-    assert "--from-play" in done.stdout
-
-
 def test_new_report_keeps_one_that_is_written_meanwhile(tmp_path, monkeypatch, capsys):
     def page(arguments):
         Path("report.html").write_bytes(b"another's")

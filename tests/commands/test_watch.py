@@ -8,7 +8,7 @@ import pictures
 import pytest
 
 import hierroom
-from hierroom.agents.playback import description, film, save_episodes, without_colours
+from hierroom.agents.playback import film, save_episodes
 from hierroom.agents.playback import pictures as drawn
 from hierroom.commands import watch
 from hierroom.runs.config.config import TrainConfig
@@ -55,16 +55,6 @@ def test_watch_prints_level_subgoals_and_outcomes(watched, run):
         for subgoal in episode.subgoals:
             row = [str(subgoal.first_step), str(subgoal.steps), *subgoal.name.split(), *subgoal.outcome.split()]
             assert any(line.split()[: len(row)] == row for line in said.splitlines())
-
-
-def test_description_of_a_failure_shows_its_end():
-    episode = episode_of(max_steps=5)
-    assert not episode.success
-    words = without_colours(description(episode))
-    assert "did not escape, 5 steps" in words
-    assert "where it ended, after the actions " + ", ".join(episode.action_name(n) for n in range(1, 6)) in words
-    assert "step 5 of 5" in words
-    assert "where it ended" not in description(episode_of("oracle"))
 
 
 def test_failures_option_shows_only_failures(watched, run, tmp_path):
@@ -151,21 +141,6 @@ def test_pictures_of_long_episode_name_the_omitted_steps():
     expected = draw_level(states[47], -1, legible_tile_size(11), "steps 11 to 46 are left out")
     assert all((card == expected).all() for card in cards)
     assert [len(list(drawn(episode, most=most))) for most in (54, 56, 58)] == [56 + 10, 58, 58]
-
-
-@pytest.mark.parametrize("size", [11, 19, 31, 63])
-def test_pictures_are_wide_enough_to_read_and_fit_a_screen(size):
-    tile_size = legible_tile_size(size)
-    assert tile_size % 2 == 0
-    assert 300 <= size * tile_size <= 800
-
-
-def test_film_joins_several_episodes():
-    one, two = hierroom.rollout("oracle", EnvConfig("a", size=11), 2)
-    shown = list(film([one, two]))
-    assert len(shown) == len(one) + len(two) + 2 + 2 * 9
-    end = shown[len(one)]
-    assert all((frame == end).all() for frame in shown[len(one) : len(one) + 10])
 
 
 def test_mp4_contains_every_step(tmp_path):

@@ -103,8 +103,3 @@ def test_several_graphs_are_staged_by_expected_steps():
         pass
     assert sampler.stage == 1
     assert sampler.graphs == (own,)
-
-
-def test_order_of_named_graphs_does_not_matter():
-    one, other = (GraphSampler(graphs, (), False, N_ENVS).graphs for graphs in (["f", "a", "c"], ["c", "f", "a"]))
-    assert one == other

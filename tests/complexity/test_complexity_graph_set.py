@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hierroom.complexity import GraphSet, Reading, Walk, analyze
-from hierroom.complexity.graph_set import find_graphs
 from hierroom.goals import MAX_GRID_ROOMS, NAMED_GRAPHS, GoalGraph, enumerate_graphs
 from hierroom.support.errors import InputError
 
@@ -89,10 +88,6 @@ def test_single_graph_keeps_its_room_numbers():
     assert GraphSet(["d", odd]).graphs == (GoalGraph.named("d"),)  # of several the first
 
 
-def test_graphs_come_in_the_order_of_their_specs():
-    assert GraphSet(("f", "a", "c")).graphs == tuple(GoalGraph.named(letter) for letter in "fac")
-
-
 def test_interval_selects_its_graphs_easiest_first():
     everything = [graph for n_rooms in range(2, MAX_GRID_ROOMS + 1) for graph in enumerate_graphs(n_rooms)]
     found = GraphSet("hitting_time:20..30").graphs
@@ -156,12 +151,9 @@ def test_two_graphs_with_one_name_raise_input_error(tmp_path):
     ("arguments", "message"),
     [
         (["hitting_time:20-30"], "must be rooms:N, hitting_time:LOW..HIGH or .*not 'hitting_time:20-30'"),
-        (["hitting_time:-3..2"], "a set of goal graphs must be"),
-        (["width:1..2"], "a graph must be a letter .*not 'width:1..2'"),
         (["hitting_time:30..20"], "from low to high, not from 30 to 20"),
         (["hitting_time:1..2"], r"up to 7 rooms has hitting_time in 1\.\.2; the values go from 8.36"),
         (["rooms:8"], "rooms:N takes a number of rooms from 2 to 7, not 8"),
-        (["rooms:four"], "a set of goal graphs must be rooms:N"),
         ([["a", "z"]], "a graph must be a letter from a to g.*not 'z'"),
         ([[]], "give at least one goal graph"),
         ([["a", "b"], "c"], "cannot exclude c: it is not among the goal graphs of a and b"),
@@ -186,15 +178,3 @@ def test_equal_graphs_are_taken_once_with_a_note():
     ]
     assert chosen.graphs[0].name == "c"
     assert GraphSet(["c", "b"]).notes == GraphSet("c").notes == []
-
-
-def test_find_graphs_keeps_labels_of_equal_graphs():
-    """Graphs that differ by their label only are equal."""
-    one, other = (GoalGraph((0, 1), 2, label) for label in ("one", "other"))
-    assert [find_graphs(graph, (), False).graphs[0].name for graph in (one, other, one, "c")] == [
-        "one",
-        "other",
-        "one",
-        "c",
-    ]
-    assert find_graphs(["a", one], (), False) is find_graphs(("a", one), (), False)

@@ -1,18 +1,13 @@
 """The report of a goal graph: its text and numbers; it is frozen, imports little and is fast."""
 
-import ast
 import dataclasses
 import json
 import pickle
-import re
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
-from children import run_python
 
-from hierroom import complexity
 from hierroom.complexity import Walk, analyze, mean_first_passage_time
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.support.errors import InputError
@@ -88,34 +83,3 @@ def test_analyze_is_fast_for_seven_and_ten_rooms():
         started = time.process_time()  # not slowed by what else runs
         assert analyze(GoalGraph((0,) * (n_rooms - 1), 1), drop_key=True).to_dict()["nodes"] > 0
         assert time.process_time() - started < seconds
-
-
-def test_import_loads_no_heavy_packages():
-    code = (
-        "import sys, hierroom.complexity.report; print([m for m in ('rich', 'tyro', 'deeptime') if m in sys.modules])"
-    )
-    run = run_python("-c", code, check=True)
-    assert run.stdout.strip() == "[]"
-
-
-def test_complexity_imports_only_goals_and_support():
-    for path in Path(complexity.__file__).parent.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text())):
-            names = [one.name for one in node.names] if isinstance(node, ast.Import) else []
-            names += [node.module] if isinstance(node, ast.ImportFrom) else []
-            ours = [name for name in names if name.startswith("hierroom")]
-            assert all(re.match(r"hierroom\.(complexity|goals|support)\b", name) for name in ours), path
-
-
-def test_table_of_equations_names_existing_functions():
-    rows = re.findall(r"^\| (.+?) \| `(\w+)` \| (.+?) \|$", complexity.__doc__, re.MULTILINE)
-    functions = [function for _, function, _ in rows]
-    assert len(set(functions)) == 10
-    assert len(rows) == complexity.__doc__.count("\n|") - 2  # without the heading and the rule below it
-    for name in functions:
-        assert name in complexity.__all__
-        function = getattr(complexity, name)
-        assert callable(function)
-        assert "Args:" in function.__doc__
-    for mentioned in re.findall(r"`(\w+)`", complexity.__doc__):
-        assert mentioned in complexity.__all__

@@ -114,18 +114,3 @@ def test_reach_of_trajectories_by_hand():
     curves = {line.get_label(): line.get_ydata() for line in figure_of_reach(played).axes[0].lines}
     np.testing.assert_allclose(curves["2 episodes, 95% interval"], [0, 0.5, 1])
     np.testing.assert_allclose(curves["their chain"], [0, 2 / 3, 8 / 9])
-
-
-def test_reach_names_the_level_exactly():
-    played = PlayedChain.against(analyze("a"), measured().counts, n_resamples=5, level=0.999)
-    assert played.columns[3] == "99.9% interval"
-    (axes,) = figure_of_reach(played).axes
-    assert "3 episodes, 99.9% interval" in [line.get_label() for line in axes.lines]
-
-
-def test_notebook_shows_svg_and_html_of_reports():
-    report = analyze("c", True)
-    assert report._repr_svg_().lstrip().startswith("<?xml")
-    table = report.chain._repr_html_()
-    assert "random walk on 9 nodes from start" in table
-    assert f"<td>{report.expected_steps:.4g}</td>" in table

@@ -173,7 +173,6 @@ def test_reach_is_known_after_failure_unknown_after_truncation():
 @pytest.mark.parametrize(
     ("attempt", "message"),
     [
-        (lambda: measure_trajectories([], 1), "there is none"),
         (
             lambda: measure_trajectories([["hall", "garden"]], "gardn"),
             "no episode reaches the target 'gardn'; nodes seen ",
@@ -192,7 +191,6 @@ def test_reach_is_known_after_failure_unknown_after_truncation():
             lambda: measure_trajectories([[np.zeros(2), np.ones(2)]], (1, 1)),
             "a list of nodes such as texts, numbers or",
         ),
-        (lambda: measure_trajectories([5], "b"), "a list of nodes such as texts, numbers or tuples"),
         (lambda: measure_trajectories([["a", "b"]], "b", seed=-1), "seed must be at least 0, not -1"),
         (lambda: measure_env(Corridor(), cell, 4, episodes=0), "episodes must be at least 1, not 0"),
         (lambda: measure_env(Corridor(), lambda env: [0], 4, episodes=1), "a list of nodes such as texts, numbers or"),
@@ -205,7 +203,6 @@ def test_reach_is_known_after_failure_unknown_after_truncation():
             "counts over 2 nodes need 2 labels, not 1",
         ),
         (lambda: replace(measure_trajectories([["a", "b"]], "b"), level=95), "level between 0 and 1"),
-        (lambda: replace(measure_trajectories([["a", "b"]], "b"), level=1 - 1e-16), "level between 0 and 1"),
     ],
 )
 def test_invalid_trajectories_labels_and_levels_raise_input_error(attempt, message):

@@ -15,7 +15,6 @@ from hierroom import GoalGraph, Rules, enumerate_graphs
 from hierroom.commands import complexity as command
 from hierroom.complexity import Chain, Walk, analyze, to_frame
 from hierroom.complexity.requirements import goal_depths
-from hierroom.support import slow
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
 
@@ -229,16 +228,6 @@ def test_analyze_takes_chains_networkx_graphs_and_tasks():
     for subject in ("c", TUNNEL, chain):
         with pytest.raises(InputError, match="source and target are nodes of a networkx graph"):
             analyze(subject, target=3)
-
-
-def test_complexity_command_reports_slow_work(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(slow, "FIRST_SECONDS", 0.0)
-    TUNNEL.to_toml(tmp_path / "tunnel.toml")
-    LIFE.to_toml(tmp_path / "life.toml")
-    command.main(["--rules", *map(str, (tmp_path / "tunnel.toml", tmp_path / "life.toml"))])
-    said = capsys.readouterr().err
-    assert "unrolling 5 rules, " in said
-    assert "measuring 2 goal graphs or sets of rules: " in said
 
 
 def test_rules_option_takes_toml_files(tmp_path, capsys):

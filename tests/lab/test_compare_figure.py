@@ -1,14 +1,12 @@
 """The figure of a comparison: its size, colours and fonts, lines that differ, and the same files each time."""
 
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
 from evaluated_runs import line, make_run, rise, rows
 from pictures import has_colour, pixels
 
-from hierroom.lab.compare.style import COLOURS, DASHES, MAX_GROUPS, line_style
-from hierroom.runs.plots import step_unit
+from hierroom.lab.compare.style import COLOURS
 
 
 @pytest.mark.parametrize(("graphs", "size"), [("c", 1), ("abcdefg", 8)])
@@ -43,13 +41,3 @@ def test_many_graphs_have_one_panel(tmp_path, compare):
     compare(tmp_path / "r", draws=True)
     assert pixels(Path("compare/curves.png")).shape[1] == pytest.approx(300 * 3.3, abs=2)
     assert len(rows("compare/summary.csv")) == 27
-
-
-def test_line_styles_of_a_figure_all_differ():
-    styles = [line_style(number) for number in range(MAX_GROUPS)]
-    assert len(set(styles)) == MAX_GROUPS == len(COLOURS) * len(DASHES)
-    assert all(one[0] != other[0] and one[1] != other[1] for one, other in pairwise(styles))
-
-
-def test_short_axes_count_steps_in_thousands():
-    assert [step_unit(most)[1] for most in (20_480, 199_999, 200_000, 10**7)] == [*["thousands"] * 2, *["millions"] * 2]

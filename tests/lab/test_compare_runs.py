@@ -190,17 +190,3 @@ def test_graphs_missing_from_a_group_are_left_out(tmp_path, compare):
                 make_run(tmp_path / "r" / f"{meta}{graph}{seed}", {graph: line(0.5)}, meta=meta, seed=seed)
     assert "left out, as not every group has it: graph a, d" in compare(tmp_path / "r", by="meta")
     assert {one["graph"] for one in rows("compare/summary.csv")} == {"all", "b", "c"}
-
-
-def test_a_run_given_twice_counts_once(runs, compare):
-    compare(runs, runs / "random-1", runs / ".." / "runs" / "random-1", by="meta")
-    assert row("compare/summary.csv", group="random", graph="all")["n_runs"] == "4"
-
-
-def test_brackets_in_names_are_printed_literally(tmp_path, compare):
-    for seed in range(2):
-        make_run(tmp_path / "r" / f"[red]{seed}", {"c": line(0.5)}, seed=seed, network="own:[bold]")
-    printed = compare(tmp_path / "r", by="network", out="[blue]")
-    assert re.search(r"^ own:\[bold\] +2 ", printed, re.MULTILINE)
-    assert "written: [blue]/comparison.json" in printed
-    assert row("[blue]/summary.csv", network="own:[bold]", graph="c")["final_iqm"] == "0.5"

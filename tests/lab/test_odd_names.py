@@ -17,7 +17,6 @@ from hierroom.commands import report
 from hierroom.goals import GoalGraph, Rules
 from hierroom.goals.alternatives import toml_text
 from hierroom.goals.goal_set import GoalSet
-from hierroom.lab.compare import figure
 from hierroom.lab.compare.comparison import compare
 from hierroom.lab.compare.evaluated_run import read_run
 from hierroom.lab.compare.grouping import choose_groups
@@ -90,20 +89,6 @@ def test_report_and_comparison_have_a_curve_for_each_graph(tmp_path):
     assert {one["graph"] for one in data["points"]} == {one["graph"] for one in data["complexity"]} == {*names}
 
 
-def test_each_group_has_its_line_in_the_legend(tmp_path, monkeypatch):
-    variants = ("_hidden", "", "no variant", "a, b")
-    for n, variant in enumerate(variants):
-        path = make_run(tmp_path / str(n), {"a": line(1 / (n + 1))}, seed=n)
-        (path / "provenance.json").write_text(json.dumps({"sessions": [{"variant": variant}]}))
-    groups = choose_groups([read_run(tmp_path / str(n)) for n in range(4)], "variant")
-    figures = []
-    monkeypatch.setattr(figure, "save", lambda drawn, *_: figures.append(drawn) or [])
-    figure.draw_comparison(compare(groups, Tasks.common(groups), "success_rate", 2, 0), tmp_path)
-    legend, ends = figures[0].legends[0], {one.get_color(): one.get_ydata()[-1] for one in figures[0].axes[0].lines}
-    assert [ends[one.get_color()] for one in legend.legend_handles] == pytest.approx([100, 50, 100 / 3, 25])
-    assert [text.get_text().strip() for text in legend.get_texts()] == [f"{one.label} (1 seed)" for one in groups]
-
-
 @settings(max_examples=10)
 @given(SEVERAL, SEVERAL)
 @example(["a b", "c"], ["a", "b c"])
@@ -166,9 +151,3 @@ def test_rules_and_graphs_are_read_as_they_were_written(tmp_path_factory, names,
         assert (
             GoalGraph.from_toml(path).name == GoalGraph.from_dict(json.loads(json.dumps(graph.to_dict()))).name == name
         )
-
-
-def test_fact_called_exit_must_be_the_target():
-    rules = Rules({"exit": {"gives": "exit"}, "end": {"needs": "exit", "gives": "end"}}, "end")
-    with pytest.raises(InputError, match=r"^the fact 'exit' is not the target"):
-        hierroom.complexity.analyze(rules)

@@ -49,23 +49,6 @@ def test_shortest_plan_reaches_each_goal_and_the_exit(graph):
     assert game.message.startswith("the level has ended")
 
 
-def test_restart_repeats_and_next_level_changes_the_level():
-    game = new_game(graph=("c",), seed=1)
-    first = game.state
-    for _ in range(2):
-        for action in plan_of(game)[:9]:
-            game.step(action)
-        game.begin(game.seed)
-        np.testing.assert_array_equal(game.state.levels, first.levels)
-        np.testing.assert_array_equal(game.state.grids, first.grids)
-        assert (game.message, game.has_ended) == ("", False)
-        game.begin(game.seed + 1)
-        second = game.state
-        assert second.grids.tolist() != first.grids.tolist()
-        first = second
-    assert new_game(graph=("c",), seed=1).state.grids.tolist() != game.state.grids.tolist()
-
-
 def test_game_ends_at_max_steps():
     game = new_game(max_steps=4)
     for _ in range(4):
@@ -150,13 +133,6 @@ def test_agent_taking_over_remembers_earlier_steps(played, of_the_agent, taken_o
         game.step(action if number < taken_over_after else None)
         np.testing.assert_array_equal(game.state.grids, grids)
     assert game.has_ended
-
-
-def test_agent_plays_another_graph_and_size(played):
-    game = new_game(agent=played, graph=("c",), size=15, max_steps=20)
-    assert (game.graph.name, game.state.size, int(game.state.levels[0].max_steps)) == ("c", 15, 20)
-    game.step()
-    assert int(game.state.levels[0].steps) == 1
 
 
 def test_play_command_starts_the_game(played, monkeypatch):

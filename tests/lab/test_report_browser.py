@@ -1,8 +1,5 @@
 """The charts and the page of a report in a browser, clicked through."""
 
-import math
-
-import evaluated_runs
 import pytest
 from report_page import HOSTILE, hostile_run
 from report_reader import NEEDS_BROWSER, Reader
@@ -59,44 +56,6 @@ def test_goal_names_are_text_in_the_chart(reader):
     assert reader.ask("document.querySelectorAll('#goal-chart .legend a').length") == 0
 
 
-def test_many_goals_have_different_lines(reader):
-    reader.ask(
-        "DATA.goals[0].training = {steps: [1, 2], shares: [...Array(24).keys()].map((n) => [`item ${n}`, [0, 1]])}"
-    )
-    reader.choose("goal-mode", "training")
-    lines = reader.ask("byId('goal-chart').data.map((trace) => trace.line.color + trace.line.dash)")
-    assert len({*lines}) == 24
-
-
-def test_eight_groups_differ_on_dark_pages(browser, tmp_path):
-    for n in range(8):
-        evaluated_runs.make_run(tmp_path / "in" / str(n), {"a": evaluated_runs.line(1 - n / 100)}, gamma=0.9 + n / 100)
-    main([str(tmp_path / "in"), "--replays", "0", "--out", str(tmp_path / "report.html")])
-    reader = Reader(browser, tmp_path / "report.html", scheme="dark")
-    ink = reader.ask("colourOf('ink')")
-    assert ink in reader.ask("byId('learning-chart').data.map((trace) => trace.line.color)")
-    marks = reader.ask("byId('complexity-chart').data.map((trace) => trace.marker.color + trace.marker.symbol[0])")
-    assert len({*marks}) == 8
-    assert ink in {mark[:7] for mark in marks}
-    marks = "byId('complexity-chart').data.map((trace) => [trace.marker.symbol[0], trace.y[0]])"
-    open_marks = [height for symbol, height in reader.ask(marks) if symbol == "triangle-up-open"]
-    assert len({*open_marks}) == len(open_marks) > 1
-    reader.assert_quiet()
-
-
-def test_single_run_on_many_graphs_has_no_bands(browser, tmp_path):
-    curves = dict.fromkeys("abc", evaluated_runs.line(1.0))
-    evaluated_runs.make_run(tmp_path / "run", curves, graph=("a", "b", "c"))
-    main([str(tmp_path / "run"), "--replays", "0", "--out", str(tmp_path / "report.html")])
-    reader = Reader(browser, tmp_path / "report.html")
-    assert reader.ask("byId('learning-chart').data.some((trace) => trace.fill)") is False
-    assert reader.text("learning-said").startswith("Thick lines")
-    reader.choose("curve-graph", "a")
-    assert reader.ask("byId('learning-chart').data.some((trace) => trace.fill)") is True
-    assert "(Wilson)" in reader.text("learning-said")
-    reader.assert_quiet()
-
-
 def test_theme_button_switches_dark_and_light(browser, report):
     for scheme in ("light", "dark"):
         reader = Reader(browser, report, scheme=scheme)
@@ -134,18 +93,4 @@ def test_hostile_run_is_text_in_the_browser(browser, tmp_path):
     assert reader.ask("document.querySelector('h1').textContent") == HOSTILE
     legend = reader.ask("[...document.querySelectorAll('#complexity-chart text')].map((text) => text.textContent)")
     assert "</script><script>alert(2)</script>" in legend
-    reader.assert_quiet()
-
-
-def test_zero_steps_have_a_mark_on_log_axis(browser, tmp_path):
-    for name, start in (("warm", 1.0), ("cold", 0.0)):
-        curve = {"a": evaluated_runs.line(1.0, start)}
-        evaluated_runs.make_run(tmp_path / "in" / name, curve, gamma=0.9 + start / 20)
-    main([str(tmp_path / "in"), "--replays", "0", "--out", str(tmp_path / "report.html")])
-    reader = Reader(browser, tmp_path / "report.html")
-    assert reader.ask("byId('complexity-chart').layout.yaxis.type") == "log"
-    marks = reader.ask("byId('complexity-chart').data.map((trace) => [trace.marker.symbol[0], trace.y[0]])")
-    assert sorted(marks) == [["circle", 950_000], ["triangle-down-open", 475_000]]
-    low, high = reader.ask("byId('complexity-chart')._fullLayout.yaxis.range")
-    assert low < math.log10(475_000) < high
     reader.assert_quiet()

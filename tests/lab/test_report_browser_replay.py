@@ -35,34 +35,6 @@ def test_the_replay_steps_scrubs_and_plays(reader):
     reader.wait(f"Number(byId('scrub').value) === {last} && byId('play').textContent === 'Play'")  # it stops by itself
 
 
-def test_keyboard_controls_the_replay(reader):
-    from selenium.webdriver.common.keys import Keys
-
-    reader.ask("byId('replay').scrollIntoView()")
-    last = reader.ask("DATA.replays[0].episodes[0].actions.length")
-    reader.press(Keys.ARROW_RIGHT * 3 + Keys.ARROW_LEFT)
-    assert reader.step == 2
-    reader.press(Keys.END)
-    assert reader.step == last
-    reader.press(Keys.HOME)
-    assert reader.step == 0
-    reader.press(" ")
-    reader.wait("byId('play').textContent === 'Pause' && Number(byId('scrub').value) > 0")
-    reader.press(" ")
-    assert reader.text("play") == "Play"
-    reader.press(Keys.HOME)
-    before = reader.picture("level")
-    reader.press("f")
-    assert reader.ask("byId('fog').checked")
-    assert reader.picture("level") != before
-    reader.press("f")
-    assert reader.picture("level") == before
-    reader.press(Keys.ARROW_RIGHT, "scrub")  # the slider's own keys
-    assert reader.step == 1
-    reader.press(Keys.ARROW_RIGHT, "metric")  # a select keeps its keys
-    assert reader.step == 1
-
-
 def test_graph_subgoal_probabilities_and_value_follow_the_step(reader):
     episode = "DATA.replays[0].episodes[0]"
     reader.click("last")
@@ -89,23 +61,3 @@ def test_graph_subgoal_probabilities_and_value_follow_the_step(reader):
     reader.ask(f"byId('subgoals').children[{n - 1}].firstChild.click()")
     assert reader.step == reader.ask(f"{episode}.subgoals[{n - 1}].first_step") - 1
     assert reader.ask(f"byId('subgoals').children[{n - 1}].firstChild.getAttribute('aria-current')") == "true"
-
-
-def test_exit_label_covers_no_key(reader):
-    reader.ask(
-        "Object.assign(DATA.replays[0].episodes[0], {colours: [0, 1], graph: "
-        "{name: '', key_rooms: [0, 1], exit_room: 1, places: [[0, 0], [0, 1], [0, 2]]}})"
-    )
-    reader.click("forward")
-    box = "getBoundingClientRect()"
-    label = reader.ask(f"[...byId('graph').querySelectorAll('text')].find((one) => one.textContent === 'exit').{box}")
-    key = reader.ask(f"document.querySelector('#graph .key[data-room=\"2\"]').{box}")
-    assert label["left"] >= key["right"] or label["bottom"] <= key["top"]
-
-
-def test_choosing_an_episode_restarts_the_replay(reader):
-    said = reader.text("replay-said")
-    reader.click("forward")
-    reader.choose("replay-episode", 1)
-    assert reader.text("replay-said") != said
-    assert reader.step == 0

@@ -1,15 +1,13 @@
 """The replays of a report: every state of an episode, and the numbers that its agents computed."""
 
 import json
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import hierroom
 from hierroom.agents.recorder import record
-from hierroom.lab.report.replay import LETTERS, DecisionTape, _chosen, replay
-from hierroom.learners.policy import Decision
+from hierroom.lab.report.replay import LETTERS, DecisionTape, replay
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.session import begin
 from hierroom.turns.records import CONTROLLER, META
@@ -78,16 +76,3 @@ def test_replay_has_the_decisions_of_both_agents(tmp_path, greedy):
         goals = [subgoal.goal for subgoal in episode.subgoals]
         assert (recorded.probabilities[np.arange(len(goals)), goals] > 0).all()  # 13, the last, is no goal, as is -1
         assert_same(replay(episode, decisions, recorded), episode)
-
-
-def test_an_escape_and_a_failure_of_each_graph_are_shown_first():
-    played = [SimpleNamespace(success=letter.isupper(), variant=letter.lower()) for letter in "aaAbABBa"]
-    assert _chosen(played, 8) == [2, 0, 5, 3, 1, 4, 6, 7]
-    assert _chosen(played, 3) == [2, 0, 5]
-    assert _chosen(played[:2], 3) == [0, 1]
-
-
-def test_probabilities_are_over_legal_actions():
-    logits, masks = np.log([[1.0, 2.0, 5.0], [3.0, 1.0, 1.0]]), np.array([[True, True, False], [True, True, True]])
-    decision = Decision(np.arange(2), logits, masks, np.zeros(2))
-    np.testing.assert_allclose(decision.probabilities, [[1 / 3, 2 / 3, 0], [0.6, 0.2, 0.2]])

@@ -8,14 +8,11 @@ from pathlib import Path
 from types import SimpleNamespace
 from unittest.mock import Mock
 
-import pandas as pd
 import pytest
 from tiny_sweep import plan, tiny_words
 
-from hierroom.commands import sweep as sweep_command
 from hierroom.commands.sweep import main
 from hierroom.lab.sweep import job, pool
-from hierroom.lab.sweep.display import Display
 from hierroom.lab.sweep.job import Event, Job
 from hierroom.lab.sweep.plan import Plan, read_plan
 from hierroom.lab.sweep.summary import summarise
@@ -141,40 +138,6 @@ def test_final_evaluations_take_at_most_a_quarter_of_steps(given, steps, length,
     assert asked == [(episodes, {"is_greedy": True}) for episodes in played]
 
 
-@pytest.mark.parametrize(
-    ("rows", "said"),
-    [
-        ({}, ""),
-        ({"success_rate": ["0.5"]}, ""),  # of an earlier version
-        ({"evaluated_episodes": ["1000"], "random_evaluated_episodes": [""]}, ""),
-        (
-            {"evaluated_episodes": ["1000", "300"], "greedy_evaluated_episodes": ["1000", "100"]},
-            "the evaluations at the end of 1 of 2 runs have 100 episodes or more, as 1000 would",
-        ),
-    ],
-)
-def test_note_reports_shortened_evaluations(rows, said):
-    note = sweep_command._on_few_episodes(pd.DataFrame(rows, dtype=str))
-    assert note.startswith(said)
-    assert bool(note) == bool(said)
-
-
-def test_progress_counts_only_the_steps_still_to_train(tmp_path):
-    jobs = []
-    for name in ("one", "two"):
-        (tmp_path / name / "checkpoints").mkdir(parents=True)
-        (tmp_path / name / "checkpoints" / "000000000900.pt").touch()
-        run = SimpleNamespace(name=name, digest=name, config=SimpleNamespace(steps=1000))
-        jobs.append(SimpleNamespace(run=run, folder=tmp_path / name))
-    display = Display(jobs)
-    (bar,) = display._bars.tasks
-    assert (bar.completed, bar.total) == (0, 200)
-    display.show(Event("progressed", jobs[0], (910, "")))
-    assert (bar.completed, bar.total) == (10, 200)
-    display.show(Event("failed", jobs[1], "why"))
-    assert (bar.completed, bar.total) == (10, 100)
-
-
 def test_run_killed_before_its_provenance_keeps_its_variant(tmp_path):
     (run,) = plan("seed=0", "steps=64", "evaluations=0", variants={"mine": {}}).runs()
     folder = RunFolder.create(tmp_path / "run", run.config)
@@ -223,23 +186,6 @@ def test_empty_shard_does_nothing(tmp_path, capsys):
         assert main(["method=hippo", "graph=a", "--shard", "3/8", "--out", str(tmp_path / "out"), *option]) == 0
         assert capsys.readouterr().out == "shard 3/8 holds none of the 1 runs\n"
     assert not (tmp_path / "out").exists()
-
-
-def test_entries_and_options_take_any_order(monkeypatch, capsys, tmp_path):
-    output = []
-    for words in (
-        ("steps=1e3", "gamma=0.9", "--graphs", "a", "b", "--out", "x=y", "--list"),
-        ("--graphs", "a", "b", "steps=1e3", "--out", "x=y", "--list", "gamma=0.9"),
-        ("--out", "x=y", "plan.toml", "--list", "gamma=0.9", "--graphs", "a", "b"),
-    ):
-        monkeypatch.chdir(tmp_path)
-        Path("plan.toml").write_text("steps = 1000\n", encoding="utf-8")
-        assert main(words) == 0
-        output.append(capsys.readouterr().out)
-    assert output[0] == output[1] == output[2]
-    assert len(output[0].splitlines()) == 2
-    with pytest.raises(InputError, match="a graph must be a letter"):
-        main(["--graphs", "gamma=0.9", "--list"])
 
 
 @pytest.mark.parametrize(

@@ -64,18 +64,6 @@ def test_two_sweeps_on_one_folder_share_the_runs(tmp_path, undisturbed):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="children are looked up in /proc")
-def test_terminated_worker_is_replaced(tmp_path, undisturbed):
-    process = start(tmp_path)
-    assert wait_for(lambda: [*tmp_path.glob("runs/*/metrics.csv")], process)
-    for pid in children(process):
-        os.kill(pid, signal.SIGTERM)
-    output = process.communicate(timeout=TIMES_QUIET * 12)[0].decode()
-    assert process.returncode == 0, output
-    assert results(tmp_path / "sweep.csv") == undisturbed
-
-
-@pytest.mark.slow
 def test_stopped_sweep_prints_its_command_and_resumes(tmp_path, undisturbed):
     process = start(tmp_path)
     assert wait_for(lambda: [*tmp_path.glob("runs/*/metrics.csv")], process)

@@ -118,13 +118,6 @@ def test_ended_returns_need_no_bootstrap(network):
 
 
 @both_paths
-def test_features_outside_their_range_are_refused(network):
-    learner, _ = filled(network)
-    with pytest.raises(InputError, match="it is 9 in environment 3"):
-        learner.bootstrap(ENVS, np.where(ENVS[:, None] == 3, 9, NEXT).astype(np.uint8))
-
-
-@both_paths
 def test_truncated_turns_need_their_last_features(network):
     learner = make_learner(N, network, sequence_length=LENGTH)
     learner.act(ENVS, NEXT, EVERYTHING)

@@ -138,18 +138,6 @@ def test_a_network_that_starts_with_nan_is_refused():
         make_learner(network=Unborn)
 
 
-class Masking(PlainTorchNetwork):
-    def __init__(self, space, hidden_size):
-        super().__init__(space, hidden_size)
-        self.register_buffer("mask", torch.full((2,), -torch.inf))  # as attention has one
-
-
-def test_buffers_may_be_infinite():
-    learner = make_learner(network=Masking)
-    learn(learner)
-    assert learner.state_dict()["backend"]["n_steps"] > 0
-
-
 @pytest.mark.parametrize("steps", [0, 1024])
 def test_diverging_run_keeps_its_last_good_checkpoint(tmp_path, monkeypatch, capsys, steps):
     advance, out = Trainer.advance, tmp_path / "my run"

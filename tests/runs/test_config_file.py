@@ -1,19 +1,16 @@
 """Config files: the entries of the command line, and one-line errors."""
 
-import json
 from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from hierroom.goals import GoalGraph
 from hierroom.lab.sweep.plan import read_plan
 from hierroom.runs import session
 from hierroom.runs.config.config import META_PPO, TrainConfig
-from hierroom.runs.config.presets import PRESETS, find_preset
-from hierroom.runs.folder.config_file import OF_ENVIRONMENTS, read_config
+from hierroom.runs.config.presets import find_preset
+from hierroom.runs.folder.config_file import read_config
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError, warn_once
 from hierroom.train import main as train
@@ -80,14 +77,6 @@ def test_learned_meta_implies_learned_preset_in_escape_rooms():
     assert parse(["--task", "workshop:4", "--meta", "learned"]).config.preset == "default"
 
 
-@pytest.mark.parametrize("preset", PRESETS)
-def test_config_file_takes_every_entry(preset):
-    config = find_preset(preset)
-    entries = {name: one for name, one in config.entries.items() if name not in OF_ENVIRONMENTS}
-    lines = [f"{name} = {json.dumps('None' if one is None else one)}" for name, one in entries.items()]
-    assert replace(read_config(write_config("\n".join(lines)), preset="paper"), preset=preset) == config
-
-
 @pytest.mark.parametrize("entry", ['levels = "evaluation"', "env_index = 1"])
 def test_config_file_refuses_levels_and_env_index(entry):
     with pytest.raises(InputError, match=f"there is no entry '{entry.split()[0]}'; "):
@@ -99,46 +88,21 @@ def test_config_file_takes_1e6_as_whole_number():
     assert type(read_config(write_config("steps = 1e6")).steps) is int
 
 
-NUMBERS = st.fixed_dictionaries(
-    {},
-    optional={
-        "gamma": st.floats(0, 1),
-        "learning_rate": st.floats(1e-12, 1e12),
-        "steps": st.integers(1, 10**12),
-        "seed": st.integers(0, 2**62),
-        "hidden_size": st.integers(1, 2**16),
-    },
-)
-
-
-@settings(max_examples=50)
-@given(NUMBERS)
-def test_file_and_command_line_give_equal_configs(numbers):
-    write_config("\n".join(f"{name} = {value!r}" for name, value in numbers.items()))
-    arguments = [word for name, value in numbers.items() for word in (f"--{name.replace('_', '-')}", repr(value))]
-    assert parse(["--config", "own.toml"]).config == parse(arguments).config
-
-
 @pytest.mark.parametrize(
     ("text", "said"),
     [
         ("gama = 1", "there is no entry 'gama'; is it gamma?"),
         ("num-envs = 8", "there is no entry 'num-envs'; is it num_envs?"),
-        ('folder = "x"', "there is no entry 'folder'; there are adam_epsilon, clip, "),
         ("[meta_ppo]\ngam = 1", "there is no entry 'meta_ppo.gam'; is it meta_ppo.gamma?"),
         ("[ppo]\ngamma = 1", "entries stand alone, as on the command line; leave out the table [ppo]"),
         ("meta_ppo = 1", "meta_ppo must be a table of entries, [meta_ppo], not 1"),
         ('"two\\nlines" = 1', "there is no entry 'two\\nlines'; there are "),
         (f"gamma = {10**400}", "gamma must be a number from 0 to 1, not 1000"),
         ('gamma = "high"', "gamma must be a number from 0 to 1, not 'high'"),
-        ("gamma = true", "gamma must be a number from 0 to 1, not True"),
         ("steps = 1e-3", "steps must be a whole number from 1 to 1,000,000,000,000,000, not 0.001"),
         ("graph = 3", "graph must be a text or a table or a list, each a text or a table, not 3"),
-        ("graph = {a = 1}", "a goal graph has key_rooms"),
-        ("subgoal_horizon = false", "subgoal_horizon must be a whole number from 1 to 2**62 - 1 or None, not False"),
         ("seed = 2020-01-01", "seed must be a whole number from 0 to 2**63 - 1, not datetime.date(2020, 1, 1)"),
         ('preset = "best"', "preset must be one of default, "),
-        ("gamma = 1.5", "gamma must be a number from 0 to 1, not 1.5"),
         ("[meta_ppo]\ngamma = 1.5", "meta_ppo.gamma must be a number from 0 to 1, not 1.5"),
     ],
 )
@@ -225,9 +189,3 @@ def test_preset_of_a_config_cannot_be_changed(tmp_path):
     with pytest.raises(InputError, match="cannot be changed to large"):
         read_config(folder.path / "config.json", preset="large")
     assert read_config(folder.path / "config.json", preset="default", seed=3) == config.changed(seed=3)
-
-
-@pytest.mark.parametrize("value", ["many", 2.5, True, None])
-def test_steps_must_be_a_whole_number(value):
-    with pytest.raises(InputError, match=f"steps must be a whole number from 1 to .*, not {value!r}"):
-        find_preset("default").changed(steps=value)

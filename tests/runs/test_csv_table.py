@@ -64,14 +64,6 @@ def test_keep_deletes_rows_after_the_checkpoint(tail, table):
     assert table.path.read_bytes() == whole + b"40,nan,nan\r\n"
 
 
-def test_rows_are_counted(table):
-    assert (table.n_rows, CSVTable(table.path).n_rows, CSVTable(table.path.with_name("none.csv")).n_rows) == (3, 3, 0)
-    table.append([{"steps": 40, "more": 1}, {"steps": 50}])
-    assert table.n_rows == CSVTable(table.path).n_rows == 5
-    assert table.keep(4) == table.n_rows == 4
-    assert steps(table) == [10, 20, 30, 40]
-
-
 def test_keep_counts_rows_written_before_a_new_column(table):
     """A checkpoint counts rows and not bytes, as a new column makes the rows before it longer."""
     n_rows = table.n_rows
@@ -187,13 +179,6 @@ def test_unreadable_header_raises_input_error_without_changes(save, table):
     assert table.path.read_bytes() == saved
 
 
-def test_keep_refuses_a_cut_header(table):
-    table.path.write_bytes(b"steps,lo")
-    with pytest.raises(InputError, match="line 1 is no row of text"):
-        CSVTable(table.path).keep(3)
-    assert table.path.read_bytes() == b"steps,lo"
-
-
 def test_endless_line_raises_input_error(table, monkeypatch):
     monkeypatch.setattr("hierroom.runs.folder.csv_table.MOST_TEXT", 2**22)
     os.truncate(table.path, 2**23)
@@ -270,9 +255,3 @@ def test_pipe_in_place_of_table_raises_input_error(table):
     os.close(reader)
     with pytest.raises(InputError, match=r"cannot write .*metrics\.csv"):
         table.append(ROWS)
-
-
-def test_append_creates_a_deleted_table_again(table):
-    table.path.unlink()
-    table.append(ROWS[1:])
-    assert steps(table) == [20, 30]

@@ -11,7 +11,6 @@ from same_state import equal
 from turns_helpers import make
 
 from hierroom.agents.player import OraclePlayer
-from hierroom.goals import GoalGraph
 from hierroom.meta import make_meta, take_turn
 from hierroom.runs.logs.episode_log import MOST_NAMED, WINDOW, EpisodeLog
 
@@ -142,22 +141,6 @@ def test_options_are_counted_by_the_kind_of_their_goal():
         assert log.reached[f"reached_{name}"] == pytest.approx(share, nan_ok=True)
     log.begin_update()
     assert all(np.isnan(value) for value in log.reached.values())
-
-
-def test_row_names_the_graph_of_its_episode():
-    turns, log = make("expected_steps:20..80", n=12, size=11, max_steps=15), EpisodeLog(WORLD.goals, np.zeros(12, int))
-    seen = set()
-    for t in range(60):
-        graphs = turns.world.sampler.graphs_of(turns.world.state.levels)
-        step = turns.step(np.ones(12, np.int64))
-        log.begin_update()
-        log.add(step, turns, t)
-        for row in log.ended:
-            assert row["graph"] == graphs[row["env"]].name  # pyright: ignore[reportArgumentType]
-            seen.add(row["graph"])
-    assert seen == {graph.name for graph in turns.world.sampler.everything}
-    assert len(seen) > 2
-    assert GoalGraph.named("c").name in seen
 
 
 def test_staggered_clocks_do_not_change_row_lengths():

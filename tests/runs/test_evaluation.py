@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from turns_helpers import make
 
-from hierroom.agents.episode_facts import EndedEpisodes
-from hierroom.agents.evaluation import _first_of_each, evaluate
-from hierroom.agents.player import OraclePlayer, Pair, Play
+from hierroom.agents.evaluation import evaluate
+from hierroom.agents.player import Pair, Play
 from hierroom.agents.recorder import record
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.commands import evaluate as command
@@ -69,19 +68,6 @@ def test_evaluation_without_success_stops_early(asked, num_envs, played):
     assert stopped.episodes == played
     assert repr(stopped) == repr(evaluated(played))  # NaN does not equal NaN
     assert evaluated(asked).episodes == asked
-
-
-def test_successful_evaluation_plays_all_episodes():
-    turns = make([NAMED_GRAPHS["a"]], 10, size=11, measure_shortest=True)
-    assert evaluate(OraclePlayer(), turns, 50, may_stop=True).episodes == 50
-
-
-def test_first_of_each_limits_episodes_per_environment():
-    """Otherwise short episodes would count more often: environment 1 has played three, environment 2 only one."""
-    n, envs = 6, np.array([1, 1, 0, 1, 2, 0])
-    facts = EndedEpisodes(envs, envs, ["a"] * n, np.zeros(n, bool), np.arange(n), np.arange(n), np.zeros(n), [()] * n)
-    assert _first_of_each(facts, 1).lengths.tolist() == [0, 2, 4]
-    assert _first_of_each(facts, 2).lengths.tolist() == [0, 1, 2, 4, 5]
 
 
 @pytest.fixture(scope="module")

@@ -11,14 +11,12 @@ import sys
 from types import ModuleType, SimpleNamespace
 
 import pytest
-from children import run_python
 from stopped_run import stop_at_update
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 import hierroom
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
-from hierroom.runs.logs.events import Events
 from hierroom.runs.logs.logs import Logs, logger_names
 from hierroom.runs.logs.scalars import tag
 from hierroom.support.errors import InputError
@@ -120,12 +118,6 @@ def test_interrupted_run_prints_its_resume_command(wandb, tmp_path, monkeypatch,
     assert f"--resume {tmp_path / 'run'} --log wandb\n" in capsys.readouterr().out
 
 
-def test_log_none_writes_no_logs(tmp_path):
-    hierroom.train(**TINY, evaluations=0, out=tmp_path / "run", log="none")
-    assert not list((tmp_path / "run").glob("events*"))
-    assert not (tmp_path / "run" / "logs.json").exists()
-
-
 def test_failing_logger_warns_once_and_training_continues(wandb, tmp_path, capsys):
     wandb.fails = True
     hierroom.train(**TINY, evaluations=2, evaluation_episodes=5, out=tmp_path / "run", log="wandb,tensorboard")
@@ -163,16 +155,6 @@ def test_missing_logger_package_raises_input_error(tmp_path, monkeypatch):
     assert not (tmp_path / "run").exists()
 
 
-def test_folder_named_wandb_is_no_package(tmp_path):
-    """Weights & Biases keeps its files in a folder ``wandb``, which Python would import."""
-    (tmp_path / "wandb").mkdir()
-    code = "from hierroom.runs.logs.logs import logger_names; logger_names('wandb')"
-    done = run_python("-c", code, cwd=tmp_path)
-    if "InputError" not in done.stderr:
-        pytest.skip("wandb is installed")
-    assert "--log wandb needs the package wandb" in done.stderr
-
-
 @pytest.mark.parametrize(
     "given", ["", "tensorbord", "mlflow", "none,wandb", "wandb,,tensorboard", None, ["tensorboard"], 3]
 )
@@ -185,10 +167,3 @@ def test_unknown_loggers_are_refused(wandb, given):
 def test_logger_names_are_split_and_deduplicated(wandb):
     assert logger_names("wandb, tensorboard,wandb") == ("wandb", "tensorboard")
     assert logger_names("none") == ()
-
-
-@pytest.mark.parametrize("name", ["²", "x", "", "0"])
-def test_events_are_written_despite_oddly_named_files(name, tmp_path):
-    (tmp_path / f"events.out.tfevents.{name}").write_text("")
-    Events(tmp_path, -1).add({"train/success_rate": 0.5}, 64)
-    assert len([path for path in tmp_path.iterdir() if path.stat().st_size]) == 1

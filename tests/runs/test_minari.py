@@ -6,8 +6,7 @@ from dataclasses import replace
 import gymnasium
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from odd_names import ODD_NAMES, counter, counter_task
+from odd_names import counter
 
 import hierroom
 from hierroom.goals import GoalGraph
@@ -113,27 +112,6 @@ def test_minari_dataset_says_what_it_cannot_recover(tmp_path, monkeypatch):
     assert about == "Mine. The environment cannot be recovered: its task is an object, not a name."
     data = hierroom.minari_dataset("learned-v0", hierroom.load("learned-g"), EnvConfig("a", size=11, max_steps=9), 1)
     assert data.storage.metadata["description"].startswith("A recovered environment has no goals: ")
-
-
-@pytest.mark.filterwarnings("ignore")
-def test_minari_dataset_keeps_the_names_of_entries_or_refuses_them_before_play(tmp_path, monkeypatch):
-    pytest.importorskip("minari")
-    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
-    numbers = iter(range(1000))
-
-    @settings(max_examples=25, deadline=None)
-    @given(ODD_NAMES)
-    def check(name):
-        task, dataset_id = counter_task(entry=name), f"{next(numbers)}-v0"
-        if name == "." or any(c in "/\0" or "\ud800" <= c <= "\udfff" for c in name):
-            with pytest.raises(InputError, match=r"^Minari's files cannot hold an entry"):
-                hierroom.minari_dataset(dataset_id, "random", EnvConfig(task=task), 1)
-            assert not (tmp_path / dataset_id).exists()
-        else:
-            data = hierroom.minari_dataset(dataset_id, "random", EnvConfig(task=task), 1)
-            assert task.trial.entries.keys() <= data[0].observations.keys()
-
-    check()
 
 
 def test_missing_minari_raises_input_error(monkeypatch):

@@ -15,7 +15,7 @@ import hierroom
 from hierroom.goals import GoalGraph
 from hierroom.runs import session
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.folder.provenance import describe_git, read_sessions, record_session, version_of_code
+from hierroom.runs.folder.provenance import describe_git, read_sessions, record_session
 from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
 
@@ -132,20 +132,6 @@ def test_describe_git_runs_no_program_of_the_checkout(tmp_path):
     git("config", "filter.a=b.clean", f"touch {tmp_path}/ran; cat")
     assert describe_git(tmp_path) is None
     assert not Path("ran").exists()
-
-
-def test_version_of_code_includes_the_commit(tmp_path, monkeypatch):
-    Path("hierroom").mkdir()
-    commit_files("hierroom/__init__.py")
-    monkeypatch.setattr(hierroom, "__version__", "1.2.dev3+gold")
-    monkeypatch.setattr(hierroom, "__file__", str(tmp_path / "hierroom" / "__init__.py"))
-    commit = describe_git(tmp_path)["commit"]
-    version_of = version_of_code.__wrapped__  # a process keeps its first answer
-    assert version_of() == f"1.2.dev3+g{commit[:9]}"
-    Path("hierroom/__init__.py").write_text("X = 1", encoding="utf-8")
-    assert version_of() == f"1.2.dev3+g{commit[:9]}.dirty"
-    monkeypatch.setattr(hierroom, "__file__", "/nowhere/hierroom/__init__.py")
-    assert version_of() == "1.2.dev3+gold"
 
 
 def test_run_folder_contains_no_secret(tmp_path, monkeypatch):

@@ -187,15 +187,6 @@ def test_rollout_is_the_same_in_every_api(run):
     assert {len(e.start.grids[0]) - 10 for e in hierroom.rollout(agent, None, 2)} == {11}  # where it was trained
 
 
-def test_rollout_uses_the_trained_reward_by_default(run):
-    agent = hierroom.load(run, meta="oracle")
-    own, named = (
-        next(hierroom.rollout(agent, EnvConfig("a", size=11, reward=reward), 1)) for reward in (None, "extrinsic")
-    )
-    np.testing.assert_array_equal(own.actions, named.actions)
-    assert own.rewards.sum() == (own.outcomes == REACHED).sum() > named.rewards.sum()
-
-
 def test_invalid_rollout_arguments_raise_input_error(run):
     agent, in_shop = hierroom.load(run), TrainConfig().changed(task="workshop:4", num_envs=4, meta="learned")
     of_shop = TrainedAgent(in_shop, *make_agents(in_shop), 0)
@@ -234,34 +225,3 @@ def test_agent_turns_use_the_trained_reward_by_default(run):
     for env in (None, agent.env(graph="c"), EnvConfig("c")):
         assert paid.turns(2, env=env).reward.name == "the reward 'bonus'"
     assert paid.turns(2, env=EnvConfig("c", reward="novelty")).reward.name == "the reward 'novelty'"
-
-
-def test_agent_always_plays_evaluation_levels(run):
-    agent = hierroom.load(run)
-    named = replace(agent, config=agent.config.changed(levels="training"))
-    for one in (agent, named):
-        assert one.env().levels is None
-        assert one.turns(2, env=one.env()).config.levels == one.turns(2).config.levels == "evaluation"
-
-
-@pytest.mark.parametrize("drop_key", [False, True])
-def test_unknown_action_is_named_illegal(drop_key):
-    class Sixth:
-        def step(self, turns):
-            return turns.step(np.full(len(turns), turns.world.n_actions))
-
-    (episode,) = hierroom.rollout(Sixth(), EnvConfig("a", drop_key=drop_key, max_steps=5), episodes=1)
-    assert [episode.action_name(step) for step in (1, 5)] == ["illegal action"] * 2
-
-
-def test_load_takes_checkpoint_greedy_and_meta(run):
-    newest, first = hierroom.load(run), hierroom.load(run, checkpoint=0)
-    assert (newest.steps, first.steps) == (512, 0)
-    assert repr(newest).startswith("<TrainedAgent hippo-fixed-dfs-b-seed0-size11-")
-    assert repr(newest).endswith(f", 512 steps, meta FixedDFS, sampled actions, from {run}>")
-    greedy = hierroom.load(run, greedy=True, meta="oracle")
-    assert "meta OracleGoals, greedy actions" in repr(greedy)
-    one, two = (next(hierroom.rollout(greedy, None, 1, num_envs=1)) for _ in range(2))
-    np.testing.assert_array_equal(one.actions, two.actions)
-    with pytest.raises(InputError, match="has checkpoints after 0, 512 steps, not 7"):
-        hierroom.load(run, checkpoint=7)

@@ -3,7 +3,6 @@
 import errno
 import json
 import re
-from pathlib import Path
 
 import pytest
 
@@ -11,7 +10,6 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder import checkpoint
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import CheckpointError, InputError
-from hierroom.support.files import to_json
 from hierroom.worlds.env_config import EnvConfig
 
 SMALL = TrainConfig(EnvConfig("a", size=11))
@@ -24,29 +22,12 @@ def state_after(steps, **mine):
     return {**outline, "tables": tables, "steps": steps, "seconds": 0.0, "compile_seconds": 0.0}
 
 
-def test_file_named_like_a_graph_is_not_read(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path(SMALL.env.graph).write_text("something else", encoding="utf-8")
-    assert RunFolder.create(tmp_path / "run", SMALL).config() == SMALL
-
-
 def test_config_with_lone_surrogate_raises_input_error(tmp_path):
     folder = RunFolder.create(tmp_path / "run", SMALL)
     path = folder.path / "config.json"
     path.write_text(path.read_text().replace('"steps": 1000000', r'"steps": "\udcff"'))
     with pytest.raises(InputError, match=r"config\.json: .*surrogates not allowed"):
         folder.config()
-
-
-def test_a_checkpoint_is_found_by_its_steps(tmp_path):
-    folder = RunFolder.create(tmp_path / "run", SMALL)
-    for steps in (64, 128):
-        folder.save_checkpoint(state_after(steps))
-    (folder.checkpoints / "mine.pt").write_bytes(b"of no concern")
-    assert folder.load_checkpoint()["steps"] == 128
-    assert folder.load_checkpoint(64)["steps"] == 64
-    with pytest.raises(InputError, match="has checkpoints after 64, 128 steps, not 65"):
-        folder.load_checkpoint(65)
 
 
 def test_renamed_checkpoint_raises_checkpoint_error(tmp_path):
@@ -101,10 +82,6 @@ def test_broken_table_leaves_all_tables_unchanged(tmp_path):
     with pytest.raises(InputError, match=r"evaluations\.csv is broken: line 2: success_rate .* 'abc'; mend it, or"):
         RunFolder(folder.path).keep_rows({"tables": dict.fromkeys(checkpoint.TABLES, 1), "steps": 64})
     assert [table.path.read_text() for table in folder.tables] == before
-
-
-def test_to_json_writes_nan_as_null():
-    assert json.loads(to_json({"a": (float("nan"), 1.5), "b": {"c": None}})) == {"a": [None, 1.5], "b": {"c": None}}
 
 
 def test_full_disk_raises_input_error_and_keeps_old_file(tmp_path, monkeypatch):

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-import hierroom
-from hierroom.complexity.graph_set import GraphSet
-from hierroom.goals import NAMED_GRAPHS, GoalGraph
+from hierroom.goals import GoalGraph
 from hierroom.meta import make_meta
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
@@ -96,18 +94,6 @@ def test_agent_env_changes_only_entries_of_the_environment(run):
         agent.env(grpah="g")
 
 
-def test_agent_env_keeps_excluded_graphs_unless_graph_is_given(tmp_path):
-    entries = {"size": 13, "max_steps": 20, "num_envs": 4, "minibatches": 1, "steps": 256, "evaluations": 0}
-    agent = hierroom.train(graph="rooms:4", exclude="g", out=tmp_path / "run", **entries)
-    both = agent.env(exclude="d")
-    assert {graph.canonical() for graph in GraphSet(both.graph, both.exclude).graphs}.isdisjoint(
-        {NAMED_GRAPHS["d"].canonical(), NAMED_GRAPHS["g"].canonical()}
-    )
-    assert agent.env().exclude == agent.config.env.exclude
-    assert agent.env(graph="g").exclude == ()
-    assert agent.env(graph="rooms:4", exclude="d").exclude == ("d",)
-
-
 def test_run_resumes_without_its_goal_graph_files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     own = GoalGraph((0, 1, 1), 3)
@@ -130,12 +116,6 @@ def test_run_resumes_without_its_goal_graph_files(tmp_path, monkeypatch):
     assert played() == names
     assert played(graph=["c", own]) == ["c", "keys-0-1-1-exit-3"]
     assert played(exclude="a") == ["keys-0-1-exit-1", "b", "mine"], "c, which training left out, stays out"
-
-
-def test_run_name_of_many_graphs_is_short():
-    config = SMALL.changed(graph=list("abcdefg"))
-    assert run_name(config).startswith("hippo-fixed-dfs-a-b-c-d-and-3-more-seed0-size11-")
-    assert "on graph a, b, c, d, e, f, g, seed 0" in config.title
 
 
 def test_an_interrupt_at_any_moment_is_saved(tmp_path, monkeypatch, capsys):

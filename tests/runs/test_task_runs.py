@@ -16,8 +16,7 @@ from same_run import differences
 from stopped_run import stop_at_update
 
 import hierroom
-from hierroom.agents.features import Features
-from hierroom.commands import compare, evaluate, report, watch
+from hierroom.commands import evaluate, report, watch
 from hierroom.lab.sweep.plan import read_plan
 from hierroom.learners.fused.backend import FusedBackend
 from hierroom.learners.torch_backend import TorchBackend
@@ -29,7 +28,7 @@ from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
 from hierroom.train import parse
-from hierroom.worlds.make import find_task, world_spec
+from hierroom.worlds.make import find_task
 
 TESTS = Path(__file__).parents[1]
 SMALL = ["--num-envs", "4", "--sequence-length", "8", "--minibatches", "2", "--epochs", "1", "--hidden-size", "8"]
@@ -130,33 +129,12 @@ def test_failing_render_loses_no_results(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "run" / "summary.json").is_file()
 
 
-def test_compare_takes_task_runs(runs, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert compare.main([str(runs / "chest"), str(runs / "lake"), "--by", "task"]) == 0
-    said = capsys.readouterr().out
-    assert "task frozen lake" in said
-    assert "chest_task:lake" not in said
-
-
 def test_task_agent_plays_from_python_if_trusted(runs):
     agent = hierroom.load(runs / "chest", trust=True)
     episodes = list(hierroom.rollout(agent, episodes=3))
     assert [len(episode) for episode in episodes] == [len(one) for one in hierroom.rollout(agent, episodes=3)]
     with pytest.raises(InputError, match="names code that does not ship with hierroom: task 'chest_task:chest'"):
         hierroom.load(runs / "chest")
-
-
-@pytest.mark.parametrize(
-    ("player", "said"),
-    [("random", None), ("oracle", "chest_task:chest has no oracle: its shortest solutions are unknown")],
-)
-def test_random_plays_a_task_and_oracle_raises_input_error(player, said):
-    played = hierroom.rollout(player, hierroom.env(chest_task.chest), 5)
-    if said is None:
-        assert {episode.variant for episode in played} == {"chest_task:chest"}
-        return
-    with pytest.raises(InputError, match=said):
-        list(played)
 
 
 def test_train_takes_the_task_itself_and_stores_its_name(tmp_path):
@@ -171,16 +149,6 @@ def test_train_takes_the_task_itself_and_stores_its_name(tmp_path):
 def test_backend_is_chosen_by_the_observation_space(name, backend):
     trainer = Trainer(find_preset("default").changed(task=f"chest_task:{name}", num_envs=4))
     assert type(trainer.controller.learner._backend) is backend
-
-
-def test_features_cover_each_observation_entry_and_the_goal():
-    spec = world_spec(TrainConfig().changed(task="chest_task:chest").env)
-    features = Features(spec, spec.controller_features)
-    entries = ("observation_goal", "held_coins", "held_key", "picture", "place")
-    assert features.names == (*entries, "symbol", "previous-action")
-    kinds = [array.kind for _, array in features.arrays]
-    assert kinds == ["ids", "numbers", "symbols"]
-    assert len(features.cardinalities) == 1 + 1 + 4 + 5 * 7 * 3 + 4 + 1 + 1
 
 
 @pytest.mark.parametrize(

@@ -1,22 +1,18 @@
 """Results do not depend on other threads of the process, and training does not disturb those threads."""
 
 import sys
-import warnings
 from concurrent.futures import ThreadPoolExecutor
 from threading import Barrier, Event, Thread
 
-import matplotlib
 import numpy as np
 import pytest
 import torch
 from same_run import differences
 from torch import nn
-from torch.overrides import TorchFunctionMode
 
 import hierroom
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
-from hierroom.learners.networks.initial_weights import one_torch_thread, seeded_weights
-from hierroom.runs.plots import drawing
+from hierroom.learners.networks.initial_weights import seeded_weights
 from hierroom.support.output import lasting_output
 
 SMALL = {"graph": "a", "size": 11, "num_envs": 16, "max_steps": 40, "evaluation_episodes": 8, "seed": 0, "log": "none"}
@@ -108,22 +104,6 @@ def test_seeded_weights_do_not_depend_on_other_threads(make, one_thread, request
             assert all(torch.equal(ours, theirs) for ours, theirs in zip(weights, expected, strict=True))
 
 
-@pytest.mark.parametrize("device", ["cuda", "cuda:0", torch.device("cuda"), "cpu", None])
-def test_private_generator_draws_only_on_the_cpu(device):
-    has_generator = []
-
-    class Spy(TorchFunctionMode):
-        def __torch_function__(self, func, types, args=(), kwargs=None):
-            if func is not torch.randn:
-                return func(*args, **(kwargs or {}))
-            has_generator.append("generator" in (kwargs or {}))
-            return torch.empty(2, device="cpu")
-
-    with Spy(), seeded_weights(np.random.SeedSequence(0)):
-        torch.randn(2, device=device)
-    assert has_generator == [device in ("cpu", None)]
-
-
 def test_seeded_weights_do_not_touch_the_global_generator(one_thread):
     torch.manual_seed(3)
     expected = torch.rand(4000)
@@ -141,20 +121,6 @@ def test_seeded_weights_do_not_touch_the_global_generator(one_thread):
     ended.set()
     thread.join()
     assert torch.equal(drawn, expected)
-
-
-def test_one_torch_thread_limits_only_the_current_thread():
-    def of_new_threads():
-        return ThreadPoolExecutor(1).submit(torch.get_num_threads).result()
-
-    before = torch.get_num_threads()
-    try:
-        torch.set_num_threads(2)
-        with one_torch_thread():
-            assert (torch.get_num_threads(), of_new_threads()) == (1, 2)
-        assert (torch.get_num_threads(), of_new_threads()) == (2, 2)
-    finally:
-        torch.set_num_threads(before)
 
 
 def test_lasting_output_restores_streams_in_any_order():
@@ -175,18 +141,6 @@ def test_lasting_output_restores_streams_in_any_order():
 
     run_together(first, second)
     assert (sys.stdout, sys.stderr) == before
-
-
-def test_drawing_in_threads_restores_filters_and_styles():
-    before = [*warnings.filters], matplotlib.rcParams["font.size"]
-
-    def draw(size):
-        for _ in range(20):
-            with drawing({"font.size": size}):
-                assert matplotlib.rcParams["font.size"] == size
-
-    run_together(*(lambda size=size: draw(size) for size in (3, 4, 5)))
-    assert ([*warnings.filters], matplotlib.rcParams["font.size"]) == before
 
 
 @pytest.fixture

@@ -101,14 +101,6 @@ def test_training_does_not_depend_on_gradient_mode_that_an_environment_leaves(tm
     assert equal(found, expected)
 
 
-def test_network_copied_in_inference_mode_can_be_trained():
-    agent = hierroom.load("a")
-    with torch.inference_mode():
-        network = agent.network
-    features = torch.zeros(1, agent.controller.learner.space.n_features, dtype=torch.uint8)
-    network(features, network.initial_state(1))[1].sum().backward()
-
-
 @pytest.mark.parametrize("suffix", [".pt2", ".onnx"])
 @pytest.mark.filterwarnings("ignore")
 def test_export_does_not_depend_on_torch_defaults(suffix, tmp_path):

@@ -8,7 +8,6 @@ import pytest
 from stopped_run import stop_at_update
 
 import hierroom
-from hierroom.runs import session
 from hierroom.support.errors import InputError
 
 SMALL = {"graph": "b", "size": 11, "max_steps": 100, "num_envs": 8, "minibatches": 2, "steps": 512}
@@ -30,23 +29,6 @@ def test_train_from_python_returns_the_agent(tmp_path, monkeypatch, capsys):
         hierroom.train(gprah="a")
     with pytest.raises(InputError, match="is not an empty folder"):
         hierroom.train(config, out="other")
-
-
-def test_learned_meta_controller_implies_its_preset(monkeypatch):
-    given = []
-
-    def begin(config, out):
-        given.append(config)
-        raise InputError("as far as this test goes")
-
-    monkeypatch.setattr(session, "begin", begin)
-    for settings_ in ({"meta": "learned"}, {"meta": "random"}, {"meta": "learned", "task": "workshop:4"}):
-        with pytest.raises(InputError, match="as far as"):
-            hierroom.train(**settings_)
-    learned, random, in_a_task = given
-    assert in_a_task == hierroom.TrainConfig().changed(meta="learned", task="workshop:4")
-    assert learned == hierroom.find_preset("learned").changed(meta="learned")
-    assert random == hierroom.TrainConfig().changed(meta="random")
 
 
 def test_interrupted_train_saves_and_raises_keyboard_interrupt(tmp_path, monkeypatch, capsys):

@@ -143,11 +143,6 @@ def test_trust_option_is_given_for_user_code():
     assert trust.trust_option(SMALL.changed(reward="planted:Code")) == ("--trust-run",)
 
 
-def test_restart_advice_includes_trust_run(run):
-    run.save_config(SMALL.changed(meta="planted:Code"))
-    assert session._restart_advice(run).endswith("/config.json --trust-run and what is to change")
-
-
 def test_train_runs_code_named_in_the_call(run):
     agent = hierroom.train(SMALL, meta="planted:Code", out="python", steps=64, sequence_length=8, evaluations=0)
     assert agent.config.agents.meta == "planted:Code"

@@ -1,15 +1,12 @@
 """Entries that have no effect, and the warning about them."""
 
 import warnings
-from pathlib import Path
 
 import gymnasium
 import pytest
 
 import hierroom
-from hierroom.commands.evaluate import main as evaluate
 from hierroom.commands.sweep import main as sweep
-from hierroom.commands.watch import main as watch
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.presets import PRESETS, find_preset
 from hierroom.runs.config.unread_entries import unread_note
@@ -79,21 +76,3 @@ def test_commands_warn_of_unread_entries(tmp_path, monkeypatch, capsys):
     (tmp_path / "plan.toml").write_text('method = "hippo"\n[[variants]]\nname = "x"\nnovelty_bonus = 0.5\n')
     assert sweep(["plan.toml", "--list"]) == 0
     assert capsys.readouterr().err == "warning: novelty_bonus is given, and has no effect on any run of the sweep\n"
-
-
-def test_evaluate_and_watch_warn_for_a_controller_without_goals(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    words = ["--steps", "300", "--size", "11", "--num-envs", "4", "--minibatches", "1", "--max-steps", "40"]
-    for method in ("ppo", "hippo"):
-        assert train([*words, "--method", method, "--out", method]) == 0
-    capsys.readouterr()
-    Path("ppo").rename("ppo\x1b[41m")
-    for run, unread in (("ppo\x1b[41m", {"meta", "goal_mask"}), ("hippo", set())):
-        for command, words in ((evaluate, ["--episodes", "2"]), (watch, ["--text"])):
-            with warnings.catch_warnings(record=True) as caught:
-                assert command([run, *words, "--meta", "random", "--goal-mask", "none"]) == 0
-            assert {
-                str(one.message).partition(" has no effect on ppo with meta-controller")[0] for one in caught
-            } == unread
-            title = run.replace("\x1b", "\\x1b") + " on graph" if command is evaluate else "graph c"
-            assert capsys.readouterr().out.startswith(title)

@@ -126,21 +126,6 @@ def test_uncopied_modules_are_reported(tmp_path, monkeypatch):
     ]
 
 
-def test_main_script_is_copied_without_its_imports(monkeypatch):
-    Path("my-script.py").write_text("import helper\n" + META, encoding="utf-8")
-    script = ModuleType("__main__")
-    script.__file__ = str(Path("my-script.py").absolute())
-    monkeypatch.setitem(sys.modules, "__main__", script)
-    assert names_of(SMALL.changed(meta="__main__:first")) == ["my-script.py"]
-
-
-def test_linked_module_is_copied_under_the_links_name():
-    Path("elsewhere").mkdir()
-    Path("elsewhere/real.py").write_text(META, encoding="utf-8")
-    Path("mine.py").symlink_to("elsewhere/real.py")
-    assert names_of(load("mine", {"other.py": ""})) == ["mine.py"]
-
-
 def test_modules_of_import_finders_are_found(tmp_path, monkeypatch):
     """As those that ``pip install -e`` makes."""
     (tmp_path / "elsewhere" / "editable_lab").mkdir(parents=True)

@@ -13,17 +13,12 @@ from hierroom.support.tables import csv_text
     ("column", "cell", "said"),
     [
         ("success_rate", "7", "success_rate is a number from 0 to 1, not '7'"),
-        ("greedy_success_low", "-1e-9", "a number from 0 to 1"),
-        ("achieved_key_1", "1.5", "a number from 0 to 1"),
-        ("success_rate", "95%", "a number from 0 to 1, not '95%'"),
         ("success_rate", "0,95", "a number from 0 to 1, not '0,95'"),
         ("length", "-5", r"length is a number of at least 0, not '-5'"),
         ("steps_to_95", "inf", r"a number of at most 4\.6e\+18, not 'inf'"),
-        ("oracle_length", "1e308", "a number of at most"),
         ("episodes", "2.5", "episodes is a whole number of at least 0, not '2.5'"),
         ("return", "-inf", r"return is a number of at least -4\.6e\+18, not '-inf'"),
         ("return", "abc", "return is a number, not 'abc'"),
-        ("loss", "abc", "loss is a number, not 'abc'"),
     ],
 )
 def test_invalid_number_cell_raises_input_error(column, cell, said):

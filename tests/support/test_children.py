@@ -1,12 +1,8 @@
 """Child processes of tests are started by `children`, with its limit."""
 
 import ast
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
-
-import pytest
-from children import TIMES_QUIET, run_python
 
 TESTS = Path(__file__).parents[1]
 
@@ -29,9 +25,3 @@ def limits(source: str) -> Iterator[str]:
 def test_no_test_sets_a_separate_time_limit():
     found = {path.relative_to(TESTS).as_posix(): [*limits(path.read_text())] for path in TESTS.rglob("*.py")}
     assert {name: calls for name, calls in found.items() if calls and name != "children.py"} == {}
-
-
-def test_run_python_allows_ten_times_the_quiet_seconds():
-    with pytest.raises(subprocess.TimeoutExpired) as raised:
-        run_python("-c", "import time; time.sleep(60)", quiet_seconds=0.1)
-    assert raised.value.timeout == TIMES_QUIET * 0.1

@@ -3,11 +3,9 @@
 import time
 
 import numpy as np
-import pytest
 from numba import njit
 
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.time_spent import TimeSpent
 from hierroom.runs.trainer import Trainer
 from hierroom.support.compile_clock import compile_clock
 
@@ -30,20 +28,6 @@ def test_compile_clock_runs_only_while_numba_compiles():
     assert outer(4) == 10
     time.sleep(0.01)
     assert clock.seconds - before == compiled
-
-
-def test_session_seconds_add_up_with_compiling_separate():
-    spent = TimeSpent()
-    spent.end_of_imports()
-    with spent.on("training"):
-        njit(lambda x: x + 1)(2)
-        time.sleep(0.01)
-    seconds = spent.seconds()
-    total = seconds.pop("total")
-    assert total == pytest.approx(sum(seconds.values()))
-    assert seconds["training"] >= 0.01
-    assert seconds["compiling"] > 0.01
-    assert seconds["the rest"] >= 0
 
 
 def test_compile_seconds_are_no_training_seconds(monkeypatch):

@@ -30,7 +30,3 @@ def test_unwrapped_columns_are_whole_at_any_width(width):
     assert "…" not in text
     lines = {len(line) for line in text.splitlines()[1:]}
     assert max(lines) <= max(width, 60)
-
-
-def test_wide_table_folds_no_cell():
-    assert "keys-0-1-2-3-exit-4 │ reached the exit in time │      1,234.5 │" in printed(80)

@@ -48,13 +48,6 @@ def test_thread_pool_works_in_a_forked_process():
     assert pool.each(pow, [3, 4], [2, 2]) == [9, 16]
 
 
-def test_thread_pool_makes_single_calls_in_the_caller():
-    here = threading.get_ident()
-    assert ThreadPool(2).each(lambda _: threading.get_ident(), [0]) == [here]
-    assert ThreadPool(1).each(lambda _: threading.get_ident(), [0, 1]) == [here, here]
-    assert here not in ThreadPool(2).each(lambda _: threading.get_ident(), [0, 1])
-
-
 @pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")  # Python 3.12 warns of forks with threads
 def test_world_with_two_threads_steps_in_a_forked_process():
     n = 2 * MIN_ENVS_PER_THREAD

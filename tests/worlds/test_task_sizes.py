@@ -78,12 +78,6 @@ def test_many_turns_raise_input_error():
         Rollout(1000, 1000, 2000, n_features=600, n_actions=3, state_size=128)
 
 
-@pytest.mark.parametrize(("channels", "kind"), [(17, "symbols"), (18, "pixels")])
-def test_large_images_are_pixels(channels, kind):
-    array = feature_of("image", spaces.Box(0, 255, (31, 31, channels), np.uint8)).array
-    assert (array.kind, array.dtype) == (kind, np.uint8)
-
-
 def test_environments_of_a_large_discrete_number_play():
     task = task_of(spaces.Discrete(10**10))
     env = hierroom.env(task)

@@ -79,16 +79,6 @@ def test_box_has_the_features_of_its_agent(where):
     assert given["features"].nvec.sum() > env.observation_space("controller_0")["features"].nvec.sum()
 
 
-def test_box_has_the_choice_of_a_trained_agent():
-    env = hierroom.add_features(hierroom.parallel_env("a"), hierroom.load("a"))
-    box, (observations, _) = hierroom.box_view(env), env.reset(seed=0)
-    row = box._boxes.vector("meta_0", observations["meta_0"])
-    other = box._boxes.vector(
-        "meta_0", {**observations["meta_0"], "choice": (observations["meta_0"]["choice"] + 1) % 14}
-    )
-    assert (row != other).sum() == 2
-
-
 def make_aec(**settings):
     return hierroom.box_view(hierroom.env(**{"graph": "a", "size": 11, "max_steps": 60, **settings}))
 
@@ -140,13 +130,6 @@ def test_space_attributes_belong_to_the_view(make, view):
     for agent in BOTH:
         assert env.observation_spaces[agent] is env.observation_space(agent)
         assert env.action_spaces[agent] is env.action_space(agent)
-
-
-def test_aec_box_view_refuses_an_unknown_action():
-    env = make_aec()
-    env.reset(seed=0)
-    with pytest.raises(AssertionError, match="action is not in action space"):
-        env.step(14)
 
 
 def test_supersuit_plays_two_thousand_steps():

@@ -186,17 +186,3 @@ def test_invalid_uses_raise_input_error(make, said):
     with pytest.raises(hierroom.InputError, match=said) as caught:
         make()
     assert "\n" not in str(caught.value)
-
-
-def test_box_view_has_features_as_one_hot():
-    plain, env = hierroom.parallel_env(**SETTINGS), hierroom.parallel_env(**SETTINGS)
-    env = hierroom.box_view(add(env, ["direction", "previous-action"]))
-    before, _ = hierroom.box_view(plain).reset(seed=1)
-    now, _ = env.reset(seed=1)
-    for agent in AGENTS:
-        assert now[agent] in env.observation_space(agent)
-        np.testing.assert_array_equal(now[agent][: len(before[agent])], before[agent])
-    extra = now[CONTROLLER][len(before[CONTROLLER]) :]
-    assert extra.sum() == 2  # one direction, one previous action
-    assert extra[4 + 5] == 1  # none before the first
-    assert not now[META][len(before[META]) :].any()

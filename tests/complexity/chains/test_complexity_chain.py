@@ -16,13 +16,10 @@ W = sp.csr_array(np.array([[0.0, 0.5, 0.0], [0.1, 0.0, 0.2], [0.0, 0.0, 0.0]]))
         (("a", "b"), 0, {"exit": (2,)}, "a chain of 3 nodes needs 3 labels, not 2"),
         (("a", "b", "a"), 0, {"exit": (2,)}, "nodes need different names, but two of them are called 'a'"),
         (("a", "b", "c"), 3, {"exit": (2,)}, "a node must be a whole number from 0 to 2, not 3"),
-        (("a", "b", "c"), "a", {"exit": (2,)}, "a node must be a whole number from 0 to 2, not 'a'"),
-        (("a", "b", "c"), 0, {"exit": ("c",)}, "a node must be a whole number from 0 to 2, not 'c'"),
         (("a", "b", "c"), 0, {"key 1": (1,)}, "a chain needs a goal 'exit'; there is 'key 1'"),
         (("a", "b", "c"), 0, {}, "a chain needs a goal 'exit'; there is none"),
         (("a", "b", "c"), 0, {"exit": 2}, "the nodes of a goal must be a list of whole numbers, not 2"),
         (("a", "b", "c"), 0, {"exit": ()}, "the goal 'exit' of a chain must be one node, not 0"),
-        (("a", "b", "c"), 0, {"exit": (1, 2)}, "the goal 'exit' of a chain must be one node, not 2"),
     ],
 )
 def test_invalid_chains_raise_input_error(labels, source, goals, message):

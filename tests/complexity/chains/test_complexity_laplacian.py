@@ -111,17 +111,6 @@ def test_hitting_time_follows_from_visits_before_the_exit(n_rooms, drop_key, wal
         assert report.hitting_time == pytest.approx(by_visits(report.chain, walk.restart), rel=1e-9)
 
 
-@pytest.mark.parametrize("drop_key", [False, True])
-def test_hitting_time_exceeds_100_with_many_start_visits(drop_key):
-    above = 0
-    for n_rooms in range(2, 13):
-        report = analyze(GoalGraph(tuple(range(n_rooms - 1)), n_rooms - 1), drop_key)
-        is_above = expected_visits(report.chain.weights, 0, report.chain.nodes_of("exit"))[0] > 100
-        assert (report.hitting_time > 100) == is_above
-        above += is_above
-    assert 0 < above < 11
-
-
 def test_symmetric_weights_give_the_effective_resistance():
     resistors = np.array([2.0, 3.0, 5.0])
     in_a_row = np.diag(1 / resistors, 1) + np.diag(1 / resistors, -1)
@@ -192,14 +181,6 @@ def test_sensitivity_of_infinite_hitting_time_is_nan():
     w = np.array([[0, 0.5, 0], [0.5, 0, 0], [0.3, 0, 0]])
     assert laplacian_hitting_time(w, 0, 2) == np.inf
     assert np.isnan(laplacian_sensitivity(w, 0, 2).data).all()
-
-
-def test_isolated_nodes_do_not_change_sensitivity():
-    loop = np.array([[0, 0.3, 0], [0.1, 0, 0.2], [0.01, 0, 0]])
-    apart = np.zeros((5, 5))
-    apart[np.ix_([0, 2, 4], [0, 2, 4])] = loop
-    slopes = laplacian_sensitivity(apart, 0, 4).toarray()
-    np.testing.assert_allclose(slopes[np.ix_([0, 2, 4], [0, 2, 4])], laplacian_sensitivity(loop, 0, 2).toarray())
 
 
 def test_sensitivity_with_two_reachable_ends_raises_input_error():

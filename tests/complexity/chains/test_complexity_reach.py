@@ -1,7 +1,5 @@
 """Reach curves: closed forms, both ways to compute them, 10^5 simulated walks, a million steps."""
 
-import re
-
 import networkx as nx
 import numpy as np
 import pytest
@@ -11,7 +9,6 @@ from simulated_walks import simulate_passage_times
 from hierroom.complexity import AugmentedGraph, analyze, expected_states, hitting_probability, reach_probability
 from hierroom.complexity.chains import reach as reach_module
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
-from hierroom.support import slow
 from hierroom.support.errors import InputError
 
 TIMES = np.array([0, 1, 2, 3, 10, 100, 999, 1000, 4097, 10**5, 10**6])
@@ -102,16 +99,6 @@ def test_results_keep_the_shape_of_times():
     assert report.expected_states([]).shape == (0,)
 
 
-def test_huge_times_leave_earlier_values_unchanged():
-    report = analyze(GoalGraph((0,) * 7, 1), drop_key=True)
-    weights, exit_node = report.chain.weights, report.augmented.exit
-    times = np.array([0, 50, 300, 2000, 10**5])
-    expected = reach_probability(weights, 0, exit_node, times)
-    for far in (10**12, 10**16, 2**62):
-        reached = reach_probability(weights, 0, exit_node, [*times, far])
-        np.testing.assert_allclose(reached, [*expected, 1], atol=1e-11)
-
-
 def test_expected_states_without_nodes_are_zero():
     assert expected_states(np.eye(3), 0, [0, 5], nodes=[]).tolist() == [0, 0]
 
@@ -132,29 +119,6 @@ def test_alternating_walk_needs_no_powers(monkeypatch):
     times = np.array([999, 1000, 20_000, 100_001])
     expected = [np.linalg.matrix_power(chances, t)[0, -1] for t in times]
     np.testing.assert_allclose(reach_probability(chances, 0, 109, times), expected, atol=1e-10)
-
-
-def test_powers_are_used_only_if_cheaper_than_steps(monkeypatch):
-    def squared(*_):
-        raise AssertionError("squared")
-
-    monkeypatch.setattr(reach_module, "PATIENCE", 64)
-    monkeypatch.setattr(reach_module, "later_by_squaring", squared)
-    monkeypatch.setattr(reach_module, "_geometric_tail", lambda *_: None)
-    path = sp.diags_array([np.full(999, 0.25), np.full(999, 0.25)], offsets=[1, -1])
-    assert 0 <= reach_probability(path, 0, 999, 5000) <= 1
-    with pytest.raises(AssertionError, match="squared"):
-        reach_probability(path.toarray()[:120, :120], 0, 119, 5000)
-
-
-def test_slow_reach_curve_reports_on_stderr(monkeypatch, capfd):
-    monkeypatch.setattr(slow, "FIRST_SECONDS", 0.01)
-    monkeypatch.setattr(reach_module, "LONG", 0)
-    monkeypatch.setattr(reach_module, "_geometric_tail", lambda *_: None)
-    reach_probability(complete(150), 0, 1, 9000)
-    out, err = capfd.readouterr()
-    assert out == ""
-    assert re.search(r"^computing a reach curve: \d+% done, about \d+ seconds left$", err, re.MULTILINE)
 
 
 def test_multiplicity_of_other_length_raises_input_error():

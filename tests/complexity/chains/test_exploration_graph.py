@@ -8,8 +8,7 @@ import pytest
 import scipy.sparse as sp
 import torch
 
-from hierroom.complexity import Chain, Reading, Walk, analyze, mean_first_passage_time, measure_trajectories
-from hierroom.goals import enumerate_graphs
+from hierroom.complexity import Chain, Walk, analyze, mean_first_passage_time
 from hierroom.support.errors import InputError
 
 SIXTHS = np.full((6, 6), 1 / 6)
@@ -45,17 +44,13 @@ def test_matrix_nodes_take_labels():
         (Chain.from_networkx, (nx.path_graph(3), 0, 7), "no node 7 among the 3 nodes 0, 1, 2"),
         (Chain.from_networkx, (nx.path_graph("sab"), "s", "s"), "two nodes, but both are 's'"),
         (Chain.from_networkx, (nx.DiGraph([(0, 1, {"weight": 0.5}), (1, 0)]), 0, 1), "1 of 2 have it"),
-        (Chain.from_networkx, (nx.DiGraph([(0, 1, {"weight": "much"})]), 0, 1), "must be a number"),
         (Chain.from_networkx, (nx.DiGraph([(1, "1")]), 1, "1"), "two of them are called '1'"),
         (Chain.from_networkx, (nx.DiGraph([(0, 1, {"weight": 1j})]), 0, 1), "it holds complex numbers"),
         (Chain.from_networkx, ([(0, 1)], 0, 1), "must be a networkx graph, not a list"),
         (Chain.from_matrix, ([[0, 1], [1, 0]], 0, 1, 5), "the names of nodes must be a list of short texts"),
         (Chain.from_matrix, (np.eye(3), "attic", 1, ["hall", "cellar", "garden"]), "no node 'attic' among the 3 nodes"),
         (Chain.from_matrix, ([[0, 2], [1, 0]], 0, 1), "with rates=True"),
-        (Chain.from_matrix, ([[0, 1], [1, 0]], 0, 2), "from 0 to 1"),
-        (Chain.from_matrix, ([[0, 1], [1, 0]], 0, 1, ["a"]), "a chain of 2 nodes needs 2 labels, not 1"),
         (Chain.from_matrix, (np.round(SIXTHS, 4), 0, 1), r"row 0 of W sums to 1.0002 \(0.0002 too much\); divide"),
-        (Chain.from_matrix, (SIXTHS + 1e-8, 0, 1), r"row 0 of W sums to 1 \(6e-08 too much\)"),
         (Chain.from_matrix, (np.float32(SIXTHS + 1e-6), 0, 1), r"row 0 of W sums to 1.00001 \(6.*e-06 too much\)"),
         (
             Chain.from_matrix,
@@ -137,33 +132,6 @@ def test_rows_may_exceed_one_by_the_rounding_of_their_dtype(matrix):
         mean_first_passage_time(np.float64(chain.weights.toarray()), 1)[0], rel=1e-6
     )
     assert Walk(*np.array([0.8, 0.19, 0.01], np.float32)).restart == pytest.approx(0.01)
-
-
-def test_edge_weights_may_be_rounded_to_float32():
-    graph = nx.DiGraph()
-    graph.add_weighted_edges_from([(0, j, np.float32(1 / 6)) for j in range(6)] + [(1, 0, np.float32(1))])
-    assert Chain.from_networkx(graph, 0, 1).expected_steps == float("inf")
-
-
-@pytest.mark.parametrize("is_list", [False, True])
-def test_numbers_with_thousands_of_digits_raise_input_error(is_list):
-    huge = [10**5000] if is_list else 10**5000
-    chain = Chain.from_matrix([[0, 1], [1, 0]], 0, 1)
-    for attempt in (
-        lambda: chain.expected_steps_to(huge),
-        lambda: chain.reach_probability(huge),
-        lambda: mean_first_passage_time([[0, 1], [1, 0]], huge),
-        lambda: Chain.from_networkx(nx.path_graph(3), huge, 1),
-        lambda: Chain.from_matrix([[0, 1], [1, 0]], 0, 1, [huge, 1]),
-        lambda: Walk(stay=huge),
-        lambda: Reading(keys=huge),
-        lambda: measure_trajectories([["a", "b"]], 10**5000),
-        lambda: measure_trajectories([["a", "b"], [10**5000, "b"]], "b"),
-        lambda: enumerate_graphs(huge if is_list else -huge),
-    ):
-        with pytest.raises(InputError) as caught:
-            attempt()
-        assert "\n" not in str(caught.value)
 
 
 @pytest.mark.filterwarnings("error")

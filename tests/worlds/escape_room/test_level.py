@@ -114,13 +114,6 @@ def test_level_equals_the_raw_state(mask):
     assert min(met.values()) > 10, met
 
 
-def test_level_belongs_to_the_requested_environment():
-    turns = make("d", 6, seed=2)
-    everywhere, some = turns.situation(np.arange(6)), turns.situation(np.array([4, 1]))
-    assert [some.level(0), some.level(1)] == [everywhere.level(4), everywhere.level(1)]
-    assert len({everywhere.level(m) for m in range(6)}) == 6
-
-
 def test_level_does_not_change_with_later_steps():
     turns = make("c", seed=5)
     situation = turns.situation(np.array([0]))

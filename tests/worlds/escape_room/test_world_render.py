@@ -53,13 +53,6 @@ def test_the_subgoal_is_outlined_and_named(world):
     assert len(captions) == 13
 
 
-def test_held_key_is_not_outlined(world):
-    colour = int(world.state.levels[0].colours[0])
-    for action in shortest_actions(world.state, colour):
-        world.step_within_episode([action])
-    np.testing.assert_array_equal(draw_level(world.state, colour)[:-32], draw_level(world.state)[:-32])
-
-
 def test_drawing_does_not_change_the_state(world):
     before = world.get_state()
     before.levels["seen"] = 0
@@ -147,21 +140,6 @@ def test_window_shows_frames_and_closes(world, monkeypatch):
     assert not pygame.display.get_init()
 
 
-def test_window_reopens_after_another_is_closed(world, monkeypatch):
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    import pygame
-
-    one, other = Window(), Window()
-    frame = draw_level(world.state)
-    for window in (one, other, one):
-        window.show(frame)
-    one.close()
-    other.show(frame)
-    pygame.quit()
-    other.show(frame)
-    other.close()
-
-
 def test_window_without_display_raises_input_error(world, monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "no such driver")
     with pytest.raises(InputError, match=r"cannot open a window \(.*\): it needs a screen; render_mode 'rgb_array'"):
@@ -179,12 +157,6 @@ def test_screen_renders_in_each_mode(world, monkeypatch):
     window.close()
     with pytest.raises(InputError, match="render_mode must be one of ansi, rgb_array, human or None, not 'rgb'"):
         screen(world, "rgb")
-
-
-def test_large_grids_fit_a_screen():
-    frame = screen(Engine([NAMED_GRAPHS["c"]], size=63), "rgb_array").render(0, -1)
-    assert isinstance(frame, np.ndarray)
-    assert frame.shape == (756, 756, 3)
 
 
 def test_invalid_input_raises_input_error(world):

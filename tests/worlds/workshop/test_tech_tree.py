@@ -94,23 +94,6 @@ def breadth_first(task, state):
     return -1
 
 
-@pytest.mark.parametrize("rules", [MELT, tech_tree(9), tech_tree(9, 1, "deep")], ids=lambda rules: rules.name)
-def test_workshop_apply_equals_rules_apply_all(rules):
-    book, rng, n_done = hierroom.workshop(rules).book, np.random.default_rng(0), 0
-    things, n_facts = start_of(book), len(rules.facts)
-    for _ in range(400):
-        marking = things[0, 1, :n_facts].astype(int)
-        goal = int(rng.integers(len(rules.names)))
-        after, applies = rules.apply_all(marking)
-        changes = bool(applies[goal] and (after[goal] != marking).any())
-        assert (can(things, book, goal) and apply(things[0], book.recipes, goal)) == changes
-        assert things[0, 1, :n_facts].tolist() == (after[goal] if changes else marking).tolist()
-        n_done += changes
-        if things[0, 1, book.recipes.target]:
-            things = start_of(book)
-    assert n_done > 50
-
-
 def test_tech_tree_name_has_size_seed_and_shape():
     assert workshop_of("8").rules == tech_tree_of("8:0:mixed") == tech_tree(8)
     assert workshop_of("8:3:deep").rules == tech_tree(8, 3, "deep")
