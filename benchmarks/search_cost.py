@@ -21,10 +21,9 @@ from benchmarks.searching import Searching
 from hierroom.agents.evaluation import evaluate
 from hierroom.goals import spec_names
 from hierroom.meta import make_meta
-from hierroom.runs.assembly import evaluation_seed
+from hierroom.runs.assembly import evaluation_seed, make_turns
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.presets import find_preset
-from hierroom.runs.environments import make_turns
 from hierroom.runs.trainer import MAX_EVALUATION_ENVS
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError

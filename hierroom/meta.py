@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import NO_GOAL
+from hierroom.support.arrays import read_only
 from hierroom.support.errors import InputError, shown, text_of, user_code
 from hierroom.support.plugins import load_plugin
-from hierroom.support.read_only import read_only
 from hierroom.turns.records import META, Step
 from hierroom.turns.situation import Situation
 from hierroom.turns.turns import Turns

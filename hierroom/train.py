@@ -69,7 +69,7 @@ def parse(argv: Sequence[str]) -> TrainArguments:
     named = {name: None if word == "None" and name in _CODE else word for name, word in words.items()}
     if known.resume:
         from hierroom.runs.folder.run_folder import RunFolder  # imports torch
-        from hierroom.runs.folder.trust import require_trust
+        from hierroom.runs.folder.user_code import require_trust
 
         default = RunFolder.open(known.resume).config()
         require_trust(known.resume, default, trust=trust, named=named)
@@ -121,7 +121,7 @@ def train(
         >>> agent.is_finished, hierroom.load("run").steps
         (True, 256)
     """
-    from hierroom.runs.time_spent import TimeSpent
+    from hierroom.support.clocks import TimeSpent
 
     spent = TimeSpent()
     from hierroom.learners.networks.initial_weights import plain_torch  # slow to load, as is the session
@@ -158,7 +158,7 @@ def main(argv: Sequence[str]) -> int:
     arguments = parse(argv)
     from hierroom.runs.logs.logs import logger_names
     from hierroom.runs.session import begin, resume, run_session  # slow to load, and --help does not need it
-    from hierroom.runs.time_spent import TimeSpent
+    from hierroom.support.clocks import TimeSpent
 
     spent = TimeSpent(started=hierroom._started)
     loggers = logger_names(arguments.log)

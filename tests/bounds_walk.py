@@ -14,7 +14,7 @@ from hierroom.commands.compile import compile_all
 from hierroom.goals import NO_GOAL
 from hierroom.learners.config import PPOConfig
 from hierroom.runs.trainer import Trainer
-from hierroom.support.kernel_folder import kernel_folder
+from hierroom.support.kernel import kernel_folder
 from hierroom.turns.records import AGENTS, CONTROLLER, META
 from hierroom.turns.turns import Turns
 from hierroom.worlds.escape_room.constants import MIN_SIZE

@@ -20,8 +20,8 @@ from benchmarks.paper.table2 import Table2
 from benchmarks.paper.table3 import Table3
 from hierroom.lab.compare.style import COLOURS, DASHES, STYLE, save
 from hierroom.lab.sweep.sweep import Sweep
-from hierroom.support.drawing import drawing
 from hierroom.support.errors import InputError
+from hierroom.support.pictures import drawing
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -25,7 +25,7 @@ from benchmarks.study.tables import Row, first_seeds, measures_for, read_rows
 from benchmarks.study.trained import Milestone, milestone_of
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
-from hierroom.support.reading import read_toml
+from hierroom.support.files import read_toml
 from hierroom.support.tables import markdown_table
 
 

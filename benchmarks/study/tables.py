@@ -8,7 +8,7 @@ from pathlib import Path
 from benchmarks.committed import ROOT
 from hierroom.support.cells import text_of_cell
 from hierroom.support.errors import InputError
-from hierroom.support.reading import read_csv
+from hierroom.support.files import read_csv
 
 MEASURES_PATH = Path("benchmarks/results/study/measures.csv")
 NEEDED = {"graph", "twin_of", "rooms", "goals", "settings"}

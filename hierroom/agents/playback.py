@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from hierroom.agents.episode import Episode
 from hierroom.goals import NO_GOAL, Rules
-from hierroom.support.animation import FORMATS, animate, require_format
-from hierroom.support.drawing import side_by_side
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json, usable_path, write_atomically
+from hierroom.support.pictures import FORMATS, animate, require_format, side_by_side
 
 FILE_FORMATS = (*FORMATS, ".txt", ".json")
 CARD_FRAMES = 10

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hierroom.agents.curiosity import Curiosity
 from hierroom.agents.features import Features
-from hierroom.agents.warm_up import WarmUp
+from hierroom.agents.scripted_agent import WarmUp
 from hierroom.controller import Observation
 from hierroom.learners.policy import Decision, Policy
 from hierroom.learners.ppo import UPDATE_STATISTICS, Learner

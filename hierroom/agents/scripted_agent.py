@@ -1,7 +1,8 @@
-"""Any meta-controller as an agent: a built-in or a custom one, which may learn."""
+"""Any meta-controller as an agent: a built-in or a custom one, which may learn; and the warm-up of a learned one."""
 
 from __future__ import annotations
 
+from collections import deque
 from copy import deepcopy
 from typing import Any
 
@@ -9,8 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.controller import Observation
-from hierroom.meta import META_CONTROLLERS, LevelMeta, MetaController, checked_meta, choose_goals, running, show_step
+from hierroom.meta import (
+    META_CONTROLLERS,
+    LevelMeta,
+    MetaController,
+    checked_meta,
+    choose_goals,
+    random_choice,
+    running,
+    show_step,
+)
 from hierroom.support.errors import user_code
+from hierroom.support.schema import Flag, Items, Table
 from hierroom.turns.records import Step
 from hierroom.turns.situation import Situation
 from hierroom.turns.turns import Turns
@@ -80,3 +91,42 @@ def unsaved_memory(meta: MetaController) -> str | None:
     if attributes := ", ".join(getattr(meta, "__dict__", {})):
         remembers.append(f"attributes ({attributes})")
     return " and ".join(remembers) or None
+
+
+WINDOW = 100
+"""Number of last episodes over which success is measured to end the warm-up."""
+
+
+class WarmUp:
+    """Chooses legal goals at random, preferring those seen this episode, until enough episodes reach the target.
+
+    At first the controller reaches no goal, so an option's reward says nothing about its goal. The warm-up ends
+    (``has_ended``) when a share ``start_success`` of the last `WINDOW` episodes has reached the target.
+    """
+
+    def __init__(self, start_success: float) -> None:
+        self.has_ended = start_success == 0
+        self._start_success = start_success
+        self._successes: deque[bool] = deque(maxlen=WINDOW)
+
+    def choose(self, situation: Situation) -> NDArray[np.integer]:
+        """Return goal ids [M]; G or -1 is no goal."""
+        likely = situation.masks.copy()
+        likely[:, :-1] &= situation.seen
+        is_any = likely.any(axis=1, keepdims=True)
+        return random_choice(np.where(is_any, likely, situation.masks), situation.uniforms)
+
+    def add(self, step: Step) -> None:
+        """Count the episodes that a step ended."""
+        self._successes.extend(step.success[step.episode_ended].tolist())
+        rate = sum(self._successes) / WINDOW
+        self.has_ended = len(self._successes) == WINDOW and rate >= self._start_success
+
+    def state_dict(self) -> dict:
+        """Return the complete state, as plain types."""
+        return {"has_ended": self.has_ended, "successes": list(self._successes)}
+
+    def load_state_dict(self, state: dict) -> None:
+        """Restore what `state_dict` returned."""
+        Table({"has_ended": Flag(), "successes": Items(Flag(), 0, WINDOW)}).check(state, "warm_up")
+        self.has_ended, self._successes = state["has_ended"], deque(state["successes"], WINDOW)

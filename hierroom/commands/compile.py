@@ -16,7 +16,7 @@ from typing import Any
 from hierroom.support.cli import read_arguments
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
-from hierroom.support.slow import said_when_slow
+from hierroom.support.output import said_when_slow
 
 PACKAGE = Path(__file__).parents[1]
 LEARNERS = f"""
@@ -42,7 +42,7 @@ def main(argv: Sequence[str]) -> int:
     read_arguments(CompileArguments, "compile", argv)
     from numba.core import config
 
-    from hierroom.support.kernel_folder import kernel_folder
+    from hierroom.support.kernel import kernel_folder
 
     if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
         raise InputError("NUMBA_DISABLE_JIT is set, so there is nothing to compile; unset it")
@@ -63,7 +63,7 @@ def compile_all(folder: Path) -> int:
 
     In the end, this process calls all of them and loads from ``folder`` those that the other process has compiled.
     """
-    from hierroom.support.compile_clock import compile_clock
+    from hierroom.support.clocks import compile_clock
 
     before = n_kernels(folder)
     compile_clock().may_speak = False  # the line below says more

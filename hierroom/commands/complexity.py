@@ -19,8 +19,7 @@ from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, Rules, graph_spe
 from hierroom.support.cli import Flag, given, read_arguments
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
-from hierroom.support.output import warn
-from hierroom.support.slow import said_in_turn, said_when_slow
+from hierroom.support.output import said_in_turn, said_when_slow, warn
 from hierroom.support.tables import named_table, print_table
 from hierroom.worlds.env_config import GRAPHS, LAYOUTS
 from hierroom.worlds.escape_room.level_map import as_maps

@@ -14,7 +14,7 @@ from hierroom.support.errors import InputError, require_number
 from hierroom.worlds.env_config import GRAPHS, LAYOUTS, NOVELTY_BONUS, EnvConfig
 
 if TYPE_CHECKING:
-    from hierroom.lab.play.game import Game
+    from hierroom.lab.play import Game
 
 
 @dataclass(frozen=True)
@@ -53,12 +53,12 @@ class PlayArguments:
 def main(argv: Sequence[str]) -> int:
     """Run the command with its arguments."""
     arguments = read_arguments(PlayArguments, "play", argv)
+    os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+    from hierroom.lab.play import App
+
     require_number("seed", arguments.seed, 0, 2**63 - 1, is_whole=True)
     game = make_game(arguments)
     game.has_fog = arguments.fog
-    os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
-    from hierroom.lab.play.app import App
-
     App(game).run()
     return 0
 
@@ -66,7 +66,7 @@ def main(argv: Sequence[str]) -> int:
 def make_game(arguments: PlayArguments) -> Game:
     """Return the game that the options describe."""
     from hierroom.gym_env import EscapeRoom  # imports torch, which --help does not need
-    from hierroom.lab.play.game import Game
+    from hierroom.lab.play import Game
     from hierroom.runs.trained_agent import load
     from hierroom.wrappers.features import add_features
 

@@ -23,7 +23,7 @@ from hierroom.goals import (
     spec_names,
 )
 from hierroom.support.errors import InputError, require_number
-from hierroom.support.slow import said_in_turn
+from hierroom.support.output import said_in_turn
 
 _INTERVAL = re.compile(r"(hitting_time|expected_steps):(\d+(?:\.\d+)?)\.\.(\d+(?:\.\d+)?)", re.ASCII)
 _Assumed: TypeAlias = tuple[bool, Walk, Reading]

@@ -20,7 +20,7 @@ from hierroom.complexity.moves import MoveFinder, Moves
 from hierroom.complexity.requirements import relevant_rules
 from hierroom.goals import Rules
 from hierroom.support.errors import InputError
-from hierroom.support.slow import said_when_slow
+from hierroom.support.output import said_when_slow
 
 MAX_COUNTS = 25_000_000
 """Most counts of facts in all rules, such as 5,000 rules over 5,000 facts; markings may have eight times as many."""

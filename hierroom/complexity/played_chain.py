@@ -31,7 +31,7 @@ from hierroom.complexity.observed import (
 from hierroom.complexity.report import ComplexityReport
 from hierroom.complexity.walk_report import REPORT_TIMES, by_time
 from hierroom.support.errors import InputError, require_number, shown
-from hierroom.support.slow import said_in_turn
+from hierroom.support.output import said_in_turn
 from hierroom.support.tables import html_table, text_table
 
 

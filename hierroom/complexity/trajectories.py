@@ -15,7 +15,7 @@ from hierroom.complexity.observed import EpisodeCounts
 from hierroom.complexity.played_chain import PlayedChain
 from hierroom.support.env_results import reset_results, unpaid_step
 from hierroom.support.errors import InputError, require_number, shown, user_code
-from hierroom.support.slow import told_or_said
+from hierroom.support.output import told_or_said
 
 NO_STEP = "a trajectory must have at least one step, from a node that is not the target"
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hierroom.complexity.chains.chain import EXIT, Chain, EdgeSensitivity
 from hierroom.complexity.chains.walk import Walk
-from hierroom.support.slow import said_in_turn
+from hierroom.support.output import said_in_turn
 from hierroom.support.tables import html_table
 
 if TYPE_CHECKING:

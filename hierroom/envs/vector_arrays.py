@@ -10,7 +10,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.controller import Observation
-from hierroom.support.array_pool import ArrayPool
+from hierroom.support.arrays import ArrayPool
 from hierroom.support.kernel import Compiled
 from hierroom.turns.kernels import write_results
 from hierroom.turns.records import CONTROLLER, LEDGER, STEP, Step

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hierroom.support.arrays import freeze
 from hierroom.support.errors import InputError, shown
-from hierroom.support.read_only import freeze
 
 MAX_GOALS = 63
 """Most goals of a world: the goals that a step achieves are bits of a signed 64-bit integer."""

@@ -16,9 +16,8 @@ from hierroom.goals.alternatives import read_name, toml_text
 from hierroom.goals.rules import Rules
 from hierroom.goals.tree import canonical_rooms, child_rooms, open_goals
 from hierroom.support.errors import InputError, require_number, shown
-from hierroom.support.files import write_atomically
-from hierroom.support.reading import as_utf8, read_toml
-from hierroom.support.slow import said_when_slow
+from hierroom.support.files import as_utf8, read_toml, write_atomically
+from hierroom.support.output import said_when_slow
 
 if TYPE_CHECKING:
     import networkx as nx

@@ -21,10 +21,9 @@ from hierroom.goals.alternatives import (
     toml_key,
     toml_text,
 )
+from hierroom.support.arrays import freeze
 from hierroom.support.errors import InputError, shown
-from hierroom.support.files import write_atomically
-from hierroom.support.read_only import freeze
-from hierroom.support.reading import as_utf8, read_toml
+from hierroom.support.files import as_utf8, read_toml, write_atomically
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,9 @@
-"""Make the two agents of a config, and copies of trained agents that only play."""
+"""Make the environments and the two agents of a config, and copies of trained agents that only play."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -16,17 +17,62 @@ from hierroom.agents.goal_network import GoalNetwork
 from hierroom.agents.networks import make_network
 from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
-from hierroom.agents.scripted_agent import ScriptedAgent
-from hierroom.agents.warm_up import WarmUp
+from hierroom.agents.scripted_agent import ScriptedAgent, WarmUp
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.learners.ppo import Learner
 from hierroom.meta import LEARNED, make_meta
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.environments import controller_features, meta_features
 from hierroom.support.errors import InputError
 from hierroom.turns.records import CONTROLLER, META
+from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import LevelsName
 from hierroom.worlds.make import world_spec
+
+
+def make_turns(
+    config: TrainConfig,
+    num_envs: int,
+    seed: int,
+    *,
+    levels: LevelsName,
+    autoreset: bool = True,
+    measure_shortest: bool = False,
+) -> Turns:
+    """Make the environments of a config, and their turns; only training levels come in stages of the curriculum."""
+    method = config.resolved_method
+    stages = config.env.curriculum_stages if levels == "training" else 1
+    memories = controller_features(config).memories  # parts of an episode that these features need
+    if method.meta == LEARNED:
+        memories += meta_features(config).memories
+    return Turns(
+        replace(config.env, reward=method.reward, levels=levels, curriculum_stages=stages),
+        num_envs,
+        seed=seed,
+        autoreset=autoreset,
+        measure_shortest=measure_shortest,
+        threads=config.threads,
+        memories=memories,
+    )
+
+
+def controller_features(config: TrainConfig) -> Features:
+    """Return the features of a config's controller."""
+    world = world_spec(config.env)
+    features = Features(world, config.agents.features or world.controller_features)
+    if config.resolved_method.sees_goal:
+        return features
+    names = features.subset(of_goal=False)
+    if not names:
+        named = ", ".join(features.names)
+        raise InputError(f"method {config.agents.method} does not see goals, so features must name more than {named}")
+    return Features(features.world, names)
+
+
+def meta_features(config: TrainConfig) -> Features:
+    """Return the features of a config's learned meta-controller."""
+    world = world_spec(config.env)
+    return Features(world, config.agents.meta_features or world.meta_features, META)
 
 
 def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:

@@ -1,29 +1,37 @@
-"""The results of a run at its end: summary, learning curve, a picture of an episode, and a table."""
+"""The results of a run at its end: summary, learning curve, a film of an episode, and a table."""
 
 from __future__ import annotations
 
-from typing import Any
+import io
+from pathlib import Path
+from typing import Any, cast
 
+import numpy as np
 from rich.console import Console
 from rich.table import Column, Table
 
 from hierroom.agents.episode import Episode
-from hierroom.agents.playback import save_episodes
+from hierroom.agents.playback import MOST_IN_GIF, save_episodes
+from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import FILMS, RunFolder
-from hierroom.runs.folder.trust import trust_option
+from hierroom.runs.folder.user_code import trust_option
 from hierroom.runs.logs.episode_log import WINDOW
 from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
-from hierroom.runs.plots import plot_learning_curve
 from hierroom.runs.rollout import rollout
-from hierroom.runs.time_spent import TimeSpent
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.runs.trainer import Trainer
 from hierroom.support.cli import shell_words
-from hierroom.support.errors import InputError
-from hierroom.support.files import delete
+from hierroom.support.clocks import TimeSpent
+from hierroom.support.errors import InputError, one_line
+from hierroom.support.files import delete, write_atomically
 from hierroom.support.output import warn
+from hierroom.support.pictures import drawing
 from hierroom.support.tables import print_table
 from hierroom.turns.records import META
+from hierroom.worlds.make import find_task
+from hierroom.worlds.task.parts import TaskParts
+from hierroom.worlds.task.task import Task
+from hierroom.worlds.task.trial import picture_seconds
 
 MANY_ILLEGAL = 0.1
 """A larger share of illegal goals suggests a mistake in the meta-controller."""
@@ -112,3 +120,61 @@ def _table(curve: LearningCurve | None, summary: dict[str, Any]) -> Table:
     for row in rows.items():
         table.add_row(*row)
     return table
+
+
+def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path) -> None:
+    """Plot success rate and episode length over the steps trained, as a PNG; ``curve`` has the evaluations."""
+    from matplotlib.figure import Figure  # imported here, because it loads slowly
+
+    rows = run.metrics.numbers()
+    unit, name = step_unit(max((row["steps"] for row in rows), default=0))
+    steps = [row["steps"] / unit for row in rows]
+    figure = Figure(figsize=(8, 3.2), layout="constrained")
+    panels = figure.subplots(1, 2)
+    windows = [100 * row["success_rate"] for row in rows], [row["episode_length"] for row in rows]
+    evaluated = None if curve is None else (100 * curve.success, curve.length)
+    for n, axes in enumerate(panels):
+        axes.plot(steps, windows[n], color="tab:orange", linewidth=1, label=f"training, last {WINDOW} episodes")
+        if curve is not None and evaluated is not None:
+            axes.plot(curve.steps / unit, evaluated[n], color="tab:blue", marker="o", markersize=3, label="evaluated")
+        axes.set_xlabel(f"primitive steps ({name})")
+        axes.grid(alpha=0.3)
+    panels[0].set(ylim=(-2, 102), ylabel="success (%)", title="reached the target")
+    longest = np.nanmax([1, *windows[1], *(() if curve is None else curve.length)])  # NaN before an episode ends
+    panels[1].set(ylim=(0, 1.05 * longest), ylabel="steps", title="episode length")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    figure.suptitle(one_line(run.path.name), parse_math=False)
+    picture = io.BytesIO()
+    with drawing():
+        figure.savefig(picture, format="png", dpi=120)
+    write_atomically(path, picture.getvalue())
+
+
+def step_unit(most: float) -> tuple[float, str]:
+    """Return the number of steps per unit for an axis that ends at ``most`` steps, and the unit's name."""
+    return (1e6, "millions") if most >= 200_000 else (1e3, "thousands")
+
+
+MOST_SECONDS, MOST_SHARE = 10.0, 0.1
+"""A film may take so many seconds, or such a share of the time that the environments take, whichever is longer."""
+
+
+def decide(config: TrainConfig) -> TrainConfig:
+    """Return the config of a new run, with its open entries decided if its task is the user's; say what it leaves out.
+
+    The config is saved with the decisions, so a resumed run does the same.
+    """
+    task = find_task(config.env.task)
+    if not isinstance(task, Task) or config.film is not None:
+        return config
+    limit, step = config.env.max_steps or task.max_steps, task.trial.step_seconds
+    try:
+        seconds = (N_PICTURED + 1) * limit * step + min(limit, MOST_IN_GIF) * picture_seconds(cast(TaskParts, task))
+    except InputError as error:
+        task.replayer.no_picture = str(error)
+        warn(f"there is no film of an episode: {error}")
+        return config.changed(film=False)
+    if seconds <= max(MOST_SECONDS, MOST_SHARE * config.steps * step):
+        return config.changed(film=True)
+    warn(f"there is no film of an episode, which may take {seconds:,.0f} seconds; --film True writes one")
+    return config.changed(film=False)

@@ -11,7 +11,7 @@ from hierroom.agents.player import Pair, Player, make_player
 from hierroom.agents.recorder import record
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.support.errors import InputError, require_number, user_code
-from hierroom.support.slow import told_or_said
+from hierroom.support.output import told_or_said
 from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig

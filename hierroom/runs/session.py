@@ -16,19 +16,18 @@ from hierroom.learners.networks.initial_weights import one_torch_thread
 from hierroom.runs.assembly import evaluation_seed
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
-from hierroom.runs.decisions import decide
 from hierroom.runs.folder import checkpoint
 from hierroom.runs.folder.provenance import misfits_explained, record_session
 from hierroom.runs.folder.run_folder import RunFolder, claim_folder
-from hierroom.runs.folder.trust import named_code, trust_option
+from hierroom.runs.folder.user_code import named_code, trust_option
 from hierroom.runs.folder.weights import digest
 from hierroom.runs.logs.learning_curve import LearningCurve, evaluation_points, evaluation_rows
 from hierroom.runs.logs.logs import DEFAULT, NONE, Logs
 from hierroom.runs.logs.scalars import evaluation_scalars, metric_scalars
-from hierroom.runs.results import write_results
-from hierroom.runs.time_spent import TimeSpent
+from hierroom.runs.results import decide, write_results
 from hierroom.runs.trainer import Trainer
 from hierroom.support.cli import shell_words
+from hierroom.support.clocks import TimeSpent
 from hierroom.support.errors import DivergenceError, InputError, RunError
 from hierroom.support.files import to_json
 from hierroom.support.interrupt import Interrupt, awaited

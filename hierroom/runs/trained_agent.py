@@ -23,14 +23,13 @@ from hierroom.learners.networks.export import export
 from hierroom.learners.networks.initial_weights import plain_torch
 from hierroom.learners.policy import Policy
 from hierroom.meta import MetaController, make_meta
-from hierroom.runs.assembly import freeze, make_agents, meta_seed
+from hierroom.runs.assembly import freeze, make_agents, make_turns, meta_seed
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
 from hierroom.runs.config.unread_entries import warn_of_unread
-from hierroom.runs.environments import make_turns
 from hierroom.runs.folder.provenance import misfits_explained
 from hierroom.runs.folder.run_folder import RunFolder
-from hierroom.runs.folder.trust import require_trust
+from hierroom.runs.folder.user_code import require_trust
 from hierroom.runs.folder.weights import SHIPPED, SUFFIX, SavedAgent, weights_file
 from hierroom.support.errors import InputError, require_number, shown, user_code
 from hierroom.support.files import usable_path

@@ -15,13 +15,12 @@ from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.goals import GraphSpecs
 from hierroom.learners.networks.initial_weights import plain_torch
 from hierroom.meta import MetaSpec, make_meta
-from hierroom.runs.assembly import evaluation_seed, freeze, make_agents
+from hierroom.runs.assembly import evaluation_seed, freeze, make_agents, make_turns
 from hierroom.runs.config.config import MOST_EVALUATION_EPISODES, TrainConfig
-from hierroom.runs.environments import make_turns
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.weights import SavedAgent, weights_file
 from hierroom.runs.logs.episode_log import EpisodeLog
-from hierroom.support.compile_clock import compile_clock
+from hierroom.support.clocks import compile_clock
 from hierroom.support.errors import DivergenceError, InputError, require_number
 from hierroom.support.files import to_json
 from hierroom.support.schema import Schema, Table, as_array, of_records

@@ -15,10 +15,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 from matplotlib.path import Path as Line
 
-from hierroom.support.drawing import drawing
 from hierroom.support.errors import InputError
 from hierroom.support.files import usable_path, write_atomically
 from hierroom.support.layers import Edge, Point, place_layers
+from hierroom.support.pictures import drawing
 
 PICTURE_FORMATS = (".png", ".pdf", ".svg")
 MARGIN, SIZE, PAD, LONGEST = 18.0, 9.0, 5.0, 24

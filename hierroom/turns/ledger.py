@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hierroom.support.arrays import read_only
 from hierroom.support.kernel import Compiled
-from hierroom.support.read_only import read_only
 from hierroom.turns.kernels import record_turns, take_goals
 from hierroom.turns.records import LEDGER, RULES, STEP, ledger_at_reset
 

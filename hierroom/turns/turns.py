@@ -14,9 +14,8 @@ from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.controller import Observation, observation_spaces
-from hierroom.support.array_pool import ArrayPool
+from hierroom.support.arrays import ArrayPool, freeze, read_only
 from hierroom.support.errors import InputError
-from hierroom.support.read_only import freeze, read_only
 from hierroom.turns.ledger import Ledger
 from hierroom.turns.records import META, N_OUTCOMES, REWARDED, RULES, STEP, Step, clear_steps, ledger_schema
 from hierroom.turns.rewards import make_reward

@@ -11,9 +11,9 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.goals.goal_set import GoalSet
+from hierroom.support.arrays import Shown, freeze
 from hierroom.support.errors import InputError
 from hierroom.support.kernel import Compiled
-from hierroom.support.read_only import Shown, freeze
 from hierroom.support.schema import Array, Table, record_type
 from hierroom.worlds.base_view import BaseView
 from hierroom.worlds.dependencies import Dependencies

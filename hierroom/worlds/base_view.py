@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals.goal_set import GoalSet
-from hierroom.support.read_only import freeze
+from hierroom.support.arrays import freeze
 from hierroom.worlds.dependencies import Dependencies
 from hierroom.worlds.env_config import SPLITS
 from hierroom.worlds.world import Feature

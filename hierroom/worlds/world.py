@@ -13,9 +13,9 @@ from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.goals.goal_set import GoalSet
+from hierroom.support.arrays import freeze
 from hierroom.support.byte_array import ByteArray
 from hierroom.support.errors import InputError
-from hierroom.support.read_only import freeze
 from hierroom.worlds.observation_writer import ObservationWriter
 
 _INT64 = np.dtype(np.int64)

@@ -11,9 +11,8 @@ from hierroom.agents.ppo_agent import FrozenAgent, PPOAgent
 from hierroom.goals import EXIT_GOAL, N_GOALS
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import RecurrentActorCritic
-from hierroom.runs.assembly import make_agents
+from hierroom.runs.assembly import make_agents, make_turns
 from hierroom.runs.config.presets import find_preset
-from hierroom.runs.environments import make_turns
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trained_agent import load
 from hierroom.runs.trainer import Trainer

@@ -14,8 +14,8 @@ from hierroom.commands import watch
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trainer import Trainer
-from hierroom.support.animation import animate
 from hierroom.support.errors import InputError
+from hierroom.support.pictures import animate
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.render import draw_level, legible_tile_size
 from hierroom.worlds.window import Window

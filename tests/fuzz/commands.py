@@ -19,7 +19,7 @@ from rich.progress import track
 
 from hierroom.__main__ import main
 from hierroom.goals import GoalGraph
-from hierroom.lab.play import app
+from hierroom.lab import play
 from hierroom.lab.sweep import pool
 from hierroom.runs import session
 from hierroom.runs.config.config import TrainConfig
@@ -117,7 +117,7 @@ def end_of(name: str, argv: Sequence[str]) -> tuple[object, str]:
         contextlib.redirect_stderr(output),
         mock.patch.object(session, "run_session", return_value=0),
         mock.patch.object(pool, "work_here", return_value=(event for event in ())),
-        mock.patch.object(app, "App"),
+        mock.patch.object(play, "App"),
     ):
         try:
             run(lambda: main([name, *argv]))

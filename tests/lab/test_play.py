@@ -8,8 +8,7 @@ import pygame
 import pytest
 
 from hierroom.commands.play import PlayArguments, main, make_game
-from hierroom.lab.play.app import App
-from hierroom.lab.play.picture import FOG, game_picture
+from hierroom.lab.play import FOG, App, game_picture
 from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.constants import FORWARD, LEFT, OPEN, PICKUP

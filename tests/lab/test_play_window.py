@@ -7,8 +7,7 @@ import pygame
 import pytest
 
 from hierroom.commands.play import PlayArguments, make_game
-from hierroom.lab.play.app import FRAMES_PER_STEP, App
-from hierroom.lab.play.picture import FOG, PANEL
+from hierroom.lab.play import FOG, FRAMES_PER_STEP, PANEL, App
 from hierroom.worlds.escape_room.constants import FORWARD, LEFT, OPEN, PICKUP, RIGHT
 from hierroom.worlds.escape_room.oracle import shortest_actions
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 import chest_task
 import pytest
 
-from hierroom.runs import decisions
+from hierroom.runs import results
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.decisions import decide
 from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.results import decide
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
 
@@ -36,7 +36,7 @@ def test_film_of_a_task_depends_on_the_speed_of_its_trial(
 ):
     task = replace(chest_task.chest, max_steps=1000)
     task.__dict__["trial"] = replace(chest_task.chest.trial, step_seconds=step_seconds)
-    monkeypatch.setattr(decisions, "picture_seconds", picture_seconds)
+    monkeypatch.setattr(results, "picture_seconds", picture_seconds)
     assert decide(TrainConfig().changed(task=task, **entries)).film is film
     printed = capsys.readouterr().err
     assert said in printed
@@ -53,8 +53,8 @@ def test_shipped_worlds_and_measured_times_decide_nothing_else():
 def test_run_keeps_its_decision_when_it_is_resumed(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     with monkeypatch.context() as slow:
-        slow.setattr(decisions, "MOST_SECONDS", 0.0)
-        slow.setattr(decisions, "MOST_SHARE", 0.0)
+        slow.setattr(results, "MOST_SECONDS", 0.0)
+        slow.setattr(results, "MOST_SHARE", 0.0)
         assert train([*SMALL, "--steps", "64"]) == 0
     (run,) = (tmp_path / "runs").iterdir()
     assert "film" not in run.name

@@ -189,7 +189,7 @@ def test_resume_refuses_a_damaged_table_without_changes(fixed, tmp_path):
 
 
 def test_unwritable_events_warn_once(fixed, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("hierroom.runs.logs.events.append_whole", lambda *_: (_ for _ in ()).throw(InputError("full")))
+    monkeypatch.setattr("hierroom.runs.logs.logs.append_whole", lambda *_: (_ for _ in ()).throw(InputError("full")))
     options, folder = fixed
     assert train([*options, "--out", str(tmp_path / "run")]) == 0
     assert capsys.readouterr().err == "warning: full; training goes on without TensorBoard\n"

@@ -23,7 +23,7 @@ from hierroom.learners.torch_backend import TorchBackend
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.presets import find_preset
 from hierroom.runs.folder.run_folder import RunFolder
-from hierroom.runs.folder.trust import named_code
+from hierroom.runs.folder.user_code import named_code
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.train import main as train

@@ -14,7 +14,7 @@ from hierroom.lab.measure import measure_named
 from hierroom.meta import make_meta
 from hierroom.runs import session
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.folder import trust
+from hierroom.runs.folder import user_code
 from hierroom.runs.folder.config_file import read_config
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.logs.learning_curve import evaluation_rows
@@ -104,9 +104,9 @@ def test_no_command_runs_code_named_in_a_folder(run, entry, call):
     "spec", ["hierroom.train:main", "hierroom.meta:FixedDFS", "an-entry-point", "http.server:test"]
 )
 def test_named_code_includes_entry_points_and_hierroom_names(spec):
-    assert trust.named_code(SMALL.changed(meta=spec)) == {"meta": spec}
+    assert user_code.named_code(SMALL.changed(meta=spec)) == {"meta": spec}
     for meta in ("fixed-dfs", "learned", "random", None):
-        assert trust.named_code(SMALL.changed(meta=meta)) == {}
+        assert user_code.named_code(SMALL.changed(meta=meta)) == {}
 
 
 def test_read_run_runs_no_code(run):
@@ -139,8 +139,8 @@ def test_naming_other_code_does_not_trust_a_run(run):
 
 
 def test_trust_option_is_given_for_user_code():
-    assert trust.trust_option(SMALL) == ()
-    assert trust.trust_option(SMALL.changed(reward="planted:Code")) == ("--trust-run",)
+    assert user_code.trust_option(SMALL) == ()
+    assert user_code.trust_option(SMALL.changed(reward="planted:Code")) == ("--trust-run",)
 
 
 def test_train_runs_code_named_in_the_call(run):

@@ -14,9 +14,9 @@ import pytest
 import hierroom
 from hierroom.commands import evaluate
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.folder import user_modules
+from hierroom.runs.folder import user_code
 from hierroom.runs.folder.provenance import changed_modules, read_sessions, record_session
-from hierroom.runs.folder.user_modules import MAX_BYTES, MAX_FILES, find_module_files, user_code_digest
+from hierroom.runs.folder.user_code import MAX_BYTES, MAX_FILES, find_module_files, user_code_digest
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
 from hierroom.worlds.env_config import EnvConfig
@@ -90,7 +90,7 @@ def test_installed_package_is_copied_without_its_imports(monkeypatch, tmp_path):
     monkeypatch.setattr(sys, "path", [str(site), *sys.path])
     load("plugin.meta", {"plugin/__init__.py": "", "plugin/meta.py": "import other\n" + META, "other.py": ""})
     point = EntryPoint("nearest", "plugin.meta:first", "hierroom.meta_controllers")
-    monkeypatch.setattr(user_modules, "entry_points", lambda name: [point] if name == "nearest" else [])
+    monkeypatch.setattr(user_code, "entry_points", lambda name: [point] if name == "nearest" else [])
     assert names_of(SMALL.changed(meta="nearest")) == ["plugin/__init__.py", "plugin/meta.py"]
 
 

@@ -11,8 +11,8 @@ import torch
 from hierroom.learners import ppo
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.torch_backend import TorchBackend
+from hierroom.runs.assembly import make_turns
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.environments import make_turns
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trained_agent import load
 from hierroom.runs.trainer import Trainer

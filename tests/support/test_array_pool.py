@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hierroom.support.array_pool import ArrayPool
+from hierroom.support.arrays import ArrayPool
 
 
 def make():

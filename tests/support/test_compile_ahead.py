@@ -8,13 +8,13 @@ from children import run_python
 
 from hierroom.commands import compile
 from hierroom.commands.compile import is_complete
-from hierroom.support.kernel_folder import kernel_folder
+from hierroom.support.kernel import kernel_folder
 
 LATER = """
 import numpy as np
 import hierroom
 from hierroom.commands.compile import play_as_trained, play_in_worlds, play_with_learners
-from hierroom.support.compile_clock import compile_clock
+from hierroom.support.clocks import compile_clock
 from hierroom.support.kernel import KERNELS
 
 pole = hierroom.Task("CartPole-v1", {"left": lambda env, info: env.unwrapped.state[0] < 0}, target="left")

@@ -7,7 +7,7 @@ from numba import njit
 
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.trainer import Trainer
-from hierroom.support.compile_clock import compile_clock
+from hierroom.support.clocks import compile_clock
 
 
 def test_compile_clock_runs_only_while_numba_compiles():

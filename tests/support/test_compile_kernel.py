@@ -16,18 +16,18 @@ from children import run_python
 from numba.core import caching
 
 import hierroom
-from hierroom.support import errors, kernel, kernel_folder
-from hierroom.support.compile_clock import LINE
+from hierroom.support import errors, kernel
+from hierroom.support.clocks import LINE
 
 PACKAGE = Path(hierroom.__file__).parent
-DIGEST = kernel_folder.digest_of_kernels(PACKAGE)[:16]
+DIGEST = kernel.digest_of_kernels(PACKAGE)[:16]
 PRINT_FOLDER = """
 import hierroom
 from hierroom.worlds.random_kernels import mix
 hierroom.env(graph='a')
 print(mix.stats.cache_path)
 """
-SLOW = "from hierroom.support import compile_clock; compile_clock.PATIENCE_SECONDS = 0.0\n"
+SLOW = "from hierroom.support import clocks; clocks.PATIENCE_SECONDS = 0.0\n"
 COMPILE = """
 from hierroom.support.kernel import njit
 def double(x):
@@ -89,8 +89,8 @@ def test_first_writable_cache_folder_is_used_without_a_warning(unwritable, tempo
 @pytest.mark.parametrize("planted", ["link", "open", "file", "other's"])
 def test_private_folder_refuses_folders_open_to_others(temporary, planted, monkeypatch):
     """Compiled code is run when it is read, so a folder in which others may write is a way in."""
-    path = kernel_folder._private_folder()
-    assert path == kernel_folder._private_folder() == temporary / f"hierroom-{os.getuid()}"
+    path = kernel._private_folder()
+    assert path == kernel._private_folder() == temporary / f"hierroom-{os.getuid()}"
     if planted == "open":
         path.chmod(0o770)
     elif planted == "other's":
@@ -103,12 +103,12 @@ def test_private_folder_refuses_folders_open_to_others(temporary, planted, monke
             path.symlink_to(temporary / "theirs")
         else:
             path.write_bytes(b"")
-    assert kernel_folder._private_folder() is None
+    assert kernel._private_folder() is None
 
 
 def test_kernels_without_cache_folder_compile_with_a_warning(monkeypatch):
-    monkeypatch.setattr(kernel_folder, "_can_write", lambda folder: False)
-    monkeypatch.setattr(kernel, "kernel_folder", kernel_folder.kernel_folder.__wrapped__)  # not the cached answer
+    monkeypatch.setattr(kernel, "_can_write", lambda folder: False)
+    monkeypatch.setattr(kernel, "kernel_folder", kernel.kernel_folder.__wrapped__)  # not the cached answer
     with pytest.warns(RuntimeWarning, match="is lost at the end of each process.*NUMBA_CACHE_DIR"):
         twice = kernel.njit(cache=True)(lambda x: 2 * x)
     assert twice(21) == 42
@@ -264,6 +264,6 @@ def test_digest_covers_every_constant_of_kernels():
                     if node.module and node.module.startswith("hierroom"):
                         here = {one.name for one in node.names if one.name.isupper()} & names
                         taken |= {(module, name, defining_file(node.module, name)) for name in here}
-    assert {path.name for _, _, path in taken} >= {*kernel_folder.CONSTANTS}
+    assert {path.name for _, _, path in taken} >= {*kernel.CONSTANTS}
     for module, name, path in taken:
-        assert path.name in kernel_folder.CONSTANTS or "njit(" in path.read_text(), (module, name, path)
+        assert path.name in kernel.CONSTANTS or "njit(" in path.read_text(), (module, name, path)

@@ -10,9 +10,9 @@ import pytest
 from hierroom.goals import GoalGraph, Rules
 from hierroom.lab.sweep.plan import read_plan
 from hierroom.runs.folder.config_file import read_config
-from hierroom.support import reading
+from hierroom.support import files
 from hierroom.support.errors import InputError
-from hierroom.support.reading import read_bytes, read_csv, read_json, read_text, read_toml
+from hierroom.support.files import read_bytes, read_csv, read_json, read_text, read_toml
 
 READERS = (read_bytes, read_text, read_json, read_csv, lambda path: read_toml(path, "config"))
 
@@ -37,7 +37,7 @@ def sparse(path: Path, size: int) -> None:
 )
 @pytest.mark.parametrize("read", READERS)
 def test_unreadable_or_too_large_file_raises_input_error(read, plant, said, tmp_path, monkeypatch):
-    monkeypatch.setattr(reading, "MOST_TABLE", 2**20)
+    monkeypatch.setattr(files, "MOST_TABLE", 2**20)
     monkeypatch.setattr(read_bytes, "__defaults__", (2**20, ""))
     monkeypatch.setattr(read_text, "__defaults__", (2**20, ""))
     plant(path := tmp_path / "there")

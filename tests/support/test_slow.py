@@ -6,37 +6,37 @@ import time
 import pytest
 
 import hierroom
-from hierroom.support import slow
+from hierroom.support import output
 from hierroom.support.output import silence
 
 
 @pytest.fixture(autouse=True)
 def at_once(monkeypatch):
-    monkeypatch.setattr(slow, "FIRST_SECONDS", 0.05)
-    monkeypatch.setattr(slow, "NEXT_SECONDS", 60.0)
+    monkeypatch.setattr(output, "FIRST_SECONDS", 0.05)
+    monkeypatch.setattr(output, "NEXT_SECONDS", 60.0)
 
 
 def test_lines_have_the_share_and_the_time_left(capsys):
     for share in (0.25, 0.0):
-        with slow.said_when_slow("stirring 8 pots") as tell:
+        with output.said_when_slow("stirring 8 pots") as tell:
             tell(share)
             time.sleep(0.2)
     first, second = capsys.readouterr().err.splitlines()
     assert re.fullmatch(r"stirring 8 pots: 25% done, about \d+ seconds left", first)
     assert re.fullmatch(r"stirring 8 pots: \d+ seconds", second)
-    assert [slow._duration(seconds) for seconds in (119, 121, 7300)] == ["119 seconds", "2 minutes", "2 hours"]
+    assert [output._duration(seconds) for seconds in (119, 121, 7300)] == ["119 seconds", "2 minutes", "2 hours"]
 
 
 def test_quick_or_silenced_work_writes_nothing(capsys):
-    for _ in slow.said_in_turn("counting", range(3)):
+    for _ in output.said_in_turn("counting", range(3)):
         pass
-    with silence(), slow.said_when_slow("sleeping"):
+    with silence(), output.said_when_slow("sleeping"):
         time.sleep(0.2)
     assert capsys.readouterr().err == ""
 
 
 def test_rollout_writes_lines_unless_progress_is_given(monkeypatch, capsys):
-    monkeypatch.setattr(slow, "FIRST_SECONDS", 0.0)
+    monkeypatch.setattr(output, "FIRST_SECONDS", 0.0)
     env, done = hierroom.EnvConfig("a", size=11, max_steps=20), []
     for progress in (None, done.append):
         for _ in hierroom.rollout("random", env, 4, progress=progress):

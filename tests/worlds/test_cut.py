@@ -17,7 +17,7 @@ from hierroom.worlds.make import world_spec
 
 CUT_OFF = ("turns", "agents", "learners", "runs", "envs", "lab")
 CUT_OFF_FILES = ("aec_env", "parallel_env", "gym_env", "vector_env", "meta")
-KNOWS_LEVELS = {"lab/report/replay.py", "lab/play/app.py", "lab/play/picture.py", "lab/play/game.py"}
+KNOWS_LEVELS = {"lab/report/replay.py", "lab/play.py"}
 """Files that draw levels, or play them."""
 
 

@@ -112,7 +112,7 @@ def test_missing_stable_baselines3_raises_input_error(monkeypatch):
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     for name in [name for name in sys.modules if name.startswith("stable_baselines3.")]:
         monkeypatch.delitem(sys.modules, name)
-    monkeypatch.delitem(sys.modules, "hierroom.wrappers.sb3_vec_env", raising=False)
+    monkeypatch.delitem(sys.modules, "hierroom.wrappers.sb3", raising=False)
     with pytest.raises(InputError, match=r"^sb3_view needs Stable-Baselines3: pip install stable-baselines3$"):
         make()
 

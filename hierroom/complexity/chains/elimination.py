@@ -24,7 +24,7 @@ from scipy.sparse.linalg import splu
 
 from hierroom.support.errors import InputError
 from hierroom.support.kernel import njit
-from hierroom.support.slow import said_when_slow
+from hierroom.support.output import said_when_slow
 
 LEAST_RATE = 1e-290
 """Least rate at which a node may be left; with smaller ones, rates would underflow and means overflow."""

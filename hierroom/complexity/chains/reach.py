@@ -35,7 +35,7 @@ from hierroom.complexity.chains.weights import (
     with_staying,
 )
 from hierroom.support.errors import InputError
-from hierroom.support.slow import said_when_slow
+from hierroom.support.output import said_when_slow
 
 TOLERANCE = 1e-12
 """Largest error of a probability due to the geometric tail; rounding may add more for very slow walks."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hierroom.complexity.drawing.draw import draw_rules
 from hierroom.goals import Rules
-from hierroom.support.drawing import drawing
+from hierroom.support.pictures import drawing
 from hierroom.support.sheet import FAINT, INK, Sheet
 
 DONE, PAPER, PURSUED = "#bfe5c8", "#ffffff", "#f28e2b"

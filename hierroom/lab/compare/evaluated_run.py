@@ -20,8 +20,7 @@ from hierroom.runs.folder.provenance import code_of, variant_of
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.cells import join_names
 from hierroom.support.errors import InputError, one_line
-from hierroom.support.files import usable_path
-from hierroom.support.reading import read_bytes, read_csv
+from hierroom.support.files import read_bytes, read_csv, usable_path
 
 _TABLE = "evaluations.csv"
 T = TypeVar("T")

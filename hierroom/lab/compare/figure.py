@@ -13,8 +13,8 @@ from hierroom.lab.compare.comparison import Comparison, GroupSummary
 from hierroom.lab.compare.curve import METRICS
 from hierroom.lab.compare.style import DASHES, STYLE, line_style, save
 from hierroom.lab.compare.tasks import ALL, OWN, Place
-from hierroom.runs.plots import step_unit
-from hierroom.support.drawing import drawing, legend_text
+from hierroom.runs.results import step_unit
+from hierroom.support.pictures import drawing, legend_text
 
 MAX_PANELS = 12  # with more graphs, only the panel over all is drawn
 _COLUMN, _PAGE = 3.3, 6.8  # inches: the width of a column and of a page of a paper in two columns

@@ -20,8 +20,8 @@ from hierroom.goals.tree import tree_places
 from hierroom.lab.report.curves import rounded
 from hierroom.learners.policy import Decision
 from hierroom.runs.trained_agent import TrainedAgent
-from hierroom.support.animation import gif
 from hierroom.support.errors import InputError
+from hierroom.support.pictures import gif
 from hierroom.turns.records import CONTROLLER, META, Step
 from hierroom.turns.turns import Turns
 from hierroom.worlds.escape_room.constants import EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, UNSEEN, WALL

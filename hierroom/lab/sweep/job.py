@@ -18,12 +18,12 @@ from hierroom.lab.sweep.plan import PlannedRun
 from hierroom.runs.folder.provenance import changed_modules, version_of_code
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.run_lock import RunLock, RunLockedError
-from hierroom.runs.folder.user_modules import find_module_files, user_code_digest
+from hierroom.runs.folder.user_code import find_module_files, user_code_digest
 from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
 from hierroom.runs.results import write_results
 from hierroom.runs.session import begin, resume, train
-from hierroom.runs.time_spent import TimeSpent
 from hierroom.runs.trainer import Trainer
+from hierroom.support.clocks import TimeSpent
 from hierroom.support.errors import CheckpointError, InputError
 from hierroom.support.interrupt import Interrupt
 from hierroom.support.output import lasting_output

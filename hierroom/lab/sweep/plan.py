@@ -19,9 +19,8 @@ from hierroom.runs.config.run_name import run_name
 from hierroom.runs.folder.config_file import flat_entries, flat_entry_types, hint_of
 from hierroom.support.cells import join_names
 from hierroom.support.errors import InputError, require_number, shown, warn_once
-from hierroom.support.files import to_json, usable_path
-from hierroom.support.reading import read_toml
-from hierroom.support.slow import said_in_turn
+from hierroom.support.files import read_toml, to_json, usable_path
+from hierroom.support.output import said_in_turn
 from hierroom.support.typed_value import typed_value
 from hierroom.worlds.env_config import OF_ESCAPE_ROOMS
 from hierroom.worlds.make import find_task, ships

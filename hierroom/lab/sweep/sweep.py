@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 
 from hierroom.lab.sweep.plan import Plan, PlannedRun
 from hierroom.lab.sweep.table import SweepTable
-from hierroom.runs.folder.user_modules import user_code_digest
+from hierroom.runs.folder.user_code import user_code_digest
 from hierroom.support.errors import InputError, require_number
 from hierroom.support.files import usable_path
-from hierroom.support.slow import said_in_turn
+from hierroom.support.output import said_in_turn
 
 if TYPE_CHECKING:
     import pandas as pd

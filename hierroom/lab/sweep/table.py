@@ -13,8 +13,7 @@ from filelock import FileLock
 from hierroom.lab.sweep.plan import PlannedRun
 from hierroom.support.cells import has_range, read_number, text_of_cell
 from hierroom.support.errors import InputError
-from hierroom.support.files import refuse_foreign, write_atomically
-from hierroom.support.reading import read_csv
+from hierroom.support.files import read_csv, refuse_foreign, write_atomically
 from hierroom.support.tables import csv_text
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from hierroom.learners.networks.actor_critic import AgentSpace, OneTurn
 from hierroom.learners.networks.initial_weights import plain_torch
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
-from hierroom.support.slow import said_when_slow
+from hierroom.support.output import said_when_slow
 
 FORMATS = (".pt2", ".onnx")
 _NAMES = {"input_names": ("features", "state"), "output_names": ("logits", "values", "new_state")}

@@ -10,8 +10,7 @@ from typing import Any
 from hierroom.runs.config.config import ENTRIES, META_PART, OF_META, PARTS, TrainConfig
 from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.support.errors import InputError, shown, warn_once
-from hierroom.support.files import usable_path
-from hierroom.support.reading import read_toml
+from hierroom.support.files import read_toml, usable_path
 from hierroom.support.typed_value import entry_types, typed_value
 
 OF_ENVIRONMENTS = ("env_index", "levels")
@@ -33,7 +32,7 @@ def read_config(path: str | Path, *, trust: bool = False, **entries: Any) -> Tra
     path = Path(path)
     if path.name == "config.json":
         from hierroom.runs.folder.run_folder import RunFolder  # it imports torch
-        from hierroom.runs.folder.trust import require_trust
+        from hierroom.runs.folder.user_code import require_trust
 
         config = RunFolder.open(path.parent).config().changed(**entries)
         require_trust(path.parent, config, trust=trust, named=entries)

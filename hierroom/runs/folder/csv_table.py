@@ -12,8 +12,7 @@ from typing import Never
 
 from hierroom.support.cells import plain_cell, read_number, text_of_cell
 from hierroom.support.errors import InputError, shown
-from hierroom.support.files import append_whole, open_regular, sync, truncate, write_atomically
-from hierroom.support.reading import MOST_TEXT
+from hierroom.support.files import MOST_TEXT, append_whole, open_regular, sync, truncate, write_atomically
 
 _FIRST = "steps"
 _LONGEST, _LONGEST_CELL = 2**20, 2**16  # bytes of a line, characters of a text; csv.reader takes twice as many

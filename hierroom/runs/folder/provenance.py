@@ -18,13 +18,11 @@ import torch
 
 import hierroom
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.folder.trust import COPIES, named_code
-from hierroom.runs.folder.user_modules import ModuleFile, find_module_files
+from hierroom.runs.folder.user_code import COPIES, ModuleFile, find_module_files, named_code
 from hierroom.support.cli import shell_words
 from hierroom.support.errors import InputError
-from hierroom.support.files import to_json, write_atomically
+from hierroom.support.files import read_json, read_text, to_json, write_atomically
 from hierroom.support.output import warn
-from hierroom.support.reading import read_json, read_text
 
 FILE = "provenance.json"
 PACKAGES = ("numba", "numpy", "scipy", "torch", "gymnasium", "pettingzoo")

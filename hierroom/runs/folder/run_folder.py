@@ -15,8 +15,11 @@ from hierroom.runs.folder.csv_table import CSVTable
 from hierroom.runs.folder.run_lock import RunLock, RunLockedError
 from hierroom.support.errors import CheckpointError, InputError
 from hierroom.support.files import (
+    MOST_STATE,
     delete,
     is_unfinished,
+    read_bytes,
+    read_json,
     refuse_foreign,
     remove_unfinished,
     to_json,
@@ -24,7 +27,6 @@ from hierroom.support.files import (
     write_atomically,
 )
 from hierroom.support.output import warn
-from hierroom.support.reading import MOST_STATE, read_bytes, read_json
 
 _INTERRUPTED = "-interrupted"
 FILMS = ("escape.gif", "success.gif", "failure.gif")

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.goals import GoalGraph
+from hierroom.support.arrays import read_only
 from hierroom.support.errors import InputError
 from hierroom.support.kernel import Compiled
-from hierroom.support.read_only import read_only
 from hierroom.support.schema import Whole
 from hierroom.support.thread_pool import Shares
 from hierroom.worlds.env_config import SPLITS

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, MAX_GRID_ROOMS, N_COLOURS, NO_GOAL, GoalGraph
+from hierroom.support.arrays import freeze
 from hierroom.support.errors import InputError
-from hierroom.support.read_only import freeze
 from hierroom.support.schema import Whole, record_type
 from hierroom.worlds.escape_room.constants import (
     DOORWAYS,

@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 
 from hierroom.goals import COLOURS, GoalGraph, is_graph_name
 from hierroom.support.errors import InputError, shown
-from hierroom.support.reading import as_utf8, read_text
+from hierroom.support.files import as_utf8, read_text
 from hierroom.worlds.escape_room.constants import MAX_SIZE, MIN_SIZE
 from hierroom.worlds.escape_room.map_rooms import Cell, Drawn, MapRooms, read_rooms
 

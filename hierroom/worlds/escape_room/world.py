@@ -22,8 +22,8 @@ from hierroom.goals import (
     room_goals,
 )
 from hierroom.goals.goal_set import GoalSet
+from hierroom.support.arrays import freeze
 from hierroom.support.errors import InputError
-from hierroom.support.read_only import freeze
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.features import FEATURES

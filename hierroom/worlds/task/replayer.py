@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import NO_GOAL
-from hierroom.support.drawing import side_by_side
 from hierroom.support.errors import InputError
+from hierroom.support.pictures import side_by_side
 from hierroom.worlds.dependencies import Dependencies
 from hierroom.worlds.env_config import SPLITS
 from hierroom.worlds.task.local_envs import LocalEnvs

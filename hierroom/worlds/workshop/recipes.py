@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from hierroom.goals import Rules
 from hierroom.goals.goal_set import MAX_GOALS
+from hierroom.support.arrays import freeze
 from hierroom.support.errors import InputError
-from hierroom.support.read_only import freeze
 
 MAX_COUNT = 254
 MAX_THINGS = 127

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hierroom.support.arrays import freeze, read_only
 from hierroom.support.errors import InputError
 from hierroom.support.kernel import Compiled
-from hierroom.support.read_only import freeze, read_only
 from hierroom.support.schema import Whole
 from hierroom.support.thread_pool import Shares
 from hierroom.worlds.base import OUTCOME, BaseWorld

@@ -10,8 +10,8 @@ from hierroom.agents.config import AgentsConfig
 from hierroom.agents.features import Features
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, NAMED_GRAPHS, NO_GOAL
 from hierroom.meta import make_meta, take_turn
+from hierroom.runs.assembly import make_turns
 from hierroom.runs.config.presets import find_preset
-from hierroom.runs.environments import make_turns
 from hierroom.turns.records import META
 from hierroom.worlds.escape_room.constants import COL_STEP, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, VIEW
 from hierroom.worlds.escape_room.features import UNKNOWN_DISTANCE

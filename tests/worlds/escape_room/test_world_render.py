@@ -7,8 +7,8 @@ import pictures
 import pytest
 
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS
-from hierroom.support.animation import animate
 from hierroom.support.errors import InputError
+from hierroom.support.pictures import animate
 from hierroom.worlds.escape_room import constants
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.oracle import shortest_actions

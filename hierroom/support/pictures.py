@@ -1,11 +1,15 @@
-"""Write a sequence of pictures as an animation: a GIF or an MP4."""
+"""Pictures side by side, matplotlib's settings for one thread at a time, and animations: a GIF or an MP4."""
 
 from __future__ import annotations
 
 import io
+import warnings
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from itertools import chain
 from pathlib import Path
+from threading import Lock
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +17,31 @@ from PIL import Image
 
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
+
+_one_draws = Lock()
+
+
+def side_by_side(*pictures: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return pictures [H, W, 3] side by side as one picture, with white below those that are less high."""
+    height = max(map(len, pictures))
+    below = [np.full((height - len(one), one.shape[1], 3), 255, np.uint8) for one in pictures]
+    return np.concatenate([np.concatenate(pair) for pair in zip(pictures, below, strict=True)], axis=1)
+
+
+def legend_text(name: str) -> str:
+    """Return a name as a label; matplotlib leaves labels that begin with an underscore out of legends."""
+    return f" {name}" if name.startswith("_") else name
+
+
+@contextmanager
+def drawing(style: dict[Any, Any] | None = None) -> Iterator[None]:
+    """Draw in a style, one thread at a time, as matplotlib's settings and warning filters are those of the process."""
+    import matplotlib  # imported here, because it loads slowly
+
+    with _one_draws, matplotlib.rc_context(style), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"Glyph \d+")  # names may have glyphs that the font lacks
+        yield
+
 
 FORMATS = (".gif", ".mp4")
 FRAMES_PER_SECOND = 10

@@ -1,1 +1,0 @@
-"""Play levels by hand, in a window."""
