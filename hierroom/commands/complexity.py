@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass, fields, replace
+from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,7 +16,7 @@ from hierroom.complexity.report import analyze
 from hierroom.complexity.tables import COLUMNS, ColumnName, list_text, report_cells, value_of
 from hierroom.complexity.walk_report import WalkReport
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, Rules, graph_specs, is_graph_set
-from hierroom.support.cli import Flag, given, read_arguments
+from hierroom.support.cli import Flag, given, names_of, read_arguments
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
 from hierroom.support.output import said_in_turn, said_when_slow, warn
@@ -27,120 +27,133 @@ from hierroom.worlds.make import find_task
 
 MAX_LISTED_ROOMS = 8  # with 612 goal graphs; the 1,747 of 9 rooms would take most of a minute
 FORMATS = ("json", "csv", "latex", "markdown")
-OF_PLAY = ("episodes", "size", "max_steps", "trust_run")  # options of --from-play alone
-WITH_RULES = ("sort", *FORMATS, "draw", "walk")  # options that --rules and --task allow
-WITH_PLAY = ("graph", "layout", "drop", "walk", "reading", "json", "draw", *OF_PLAY, "seed")
-WITH_PLAYED_RULES = ("task", "graph", "layout", "drop", "walk", "from_play", "out", "json", "draw", *OF_PLAY, "seed")
+_ONE_FORMAT = tyro.conf.create_mutex_group(required=False, title="formats, one at a time")
+_ONE_SOURCE = tyro.conf.create_mutex_group(required=False, title="goal graphs, given in one way; by default all")
 
 
 @dataclass(frozen=True)
-class ComplexityArguments:
-    """Measure how hard goal graphs are to explore, before training: depth, width and passage times.
-
-    Give one graph, or one file of rules, for its full report, or several for a list. By default the paper's seven
-    graphs are listed.
+class WalkArguments:
+    """What every input takes.
 
     Args:
-        rules: TOML files of rules, dependencies of any kind, instead of goal graphs; see hierroom.Rules.
-        task: a task instead, by its rules: package.module:name of a hierroom.Task, or a built-in world.
-        graph: letters from a to g, names such as keys-0-1-exit-2 (the room of each key, and of the exit), TOML files,
-            rooms:N for every graph of N rooms, 2 to 8, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH.
-        layout: your own levels instead, as paths of text maps (see train); each gives its goal graph.
-        exclude: goal graphs to leave out, in the same forms; they may have any number of rooms.
-        all: list the paper's seven graphs.
-        drop: let the controller drop keys.
-        sort: sort the list by this column in ascending order.
         json: print everything that the reports contain as JSON.
-        csv: print the list as CSV.
-        latex: print the list as a LaTeX table, for the package booktabs.
-        markdown: print the list as a Markdown table.
         draw: draw the goals, with their augmented graph or marking chain if it is not too large, or --from-play's reach
             curves, into this .png, .pdf or .svg file.
         walk: probabilities of one step of the assumed walk: to stay, to move, to start again.
+    """
+
+    json: Annotated[Flag, _ONE_FORMAT] = False
+    draw: Path | None = None
+    walk: Annotated[tuple[float, float, float], tyro.conf.arg(metavar="STAY MOVE RESTART")] = astuple(PAPER_WALK)
+
+
+@dataclass(frozen=True)
+class ListArguments(WalkArguments):
+    """What inputs take that may be several.
+
+    Args:
+        sort: sort the list by this column in ascending order.
+        csv: print the list as CSV.
+        latex: print the list as a LaTeX table, for the package booktabs.
+        markdown: print the list as a Markdown table.
+    """
+
+    sort: ColumnName | None = None
+    csv: Annotated[Flag, _ONE_FORMAT] = False
+    latex: Annotated[Flag, _ONE_FORMAT] = False
+    markdown: Annotated[Flag, _ONE_FORMAT] = False
+
+    def print_reports(self, reports: Sequence[WalkReport], is_list: bool, title: str) -> None:
+        """Print the reports in the chosen format, as a list or as one report, and draw a single one."""
+        if self.draw is not None and len(reports) != 1:
+            raise InputError(f"--draw draws one graph, named by --graph, or one file of --rules, not {len(reports)}")
+        if self.sort is not None and len(reports) == 1:
+            warn("--sort has no effect, as there is one report")
+        if is_list:
+            for report in said_in_turn(f"measuring {len(reports)} goal graphs or sets of rules", reports):
+                report_cells(report)  # the report keeps its numbers
+        if (column := self.sort) is not None:
+            reports = sorted(reports, key=lambda report: value_of(report, column))
+        if self.draw is not None:
+            with said_when_slow(f"drawing {reports[0].nodes:,} nodes"):
+                reports[0].draw(self.draw)
+        formats = [name for name in FORMATS if getattr(self, name)]
+        if self.json:
+            tables = [report.to_dict() for report in reports]
+            print(to_json(tables if is_list else tables[0]))
+        elif formats:
+            print(list_text(reports, formats[0]), end="")
+        elif is_list:
+            headings = [heading for heading, _ in COLUMNS.values()]
+            table = named_table(headings, map(report_cells, reports), title=title, padding=0)  # as names are long
+            table.columns[0].no_wrap = True
+            print_table(table)
+            restart = self.walk[2]
+            print(f"hitting time: the paper's (Table 2){f', saturates near {1 / restart:.4g}' if restart else ''}")
+            print("expected steps, std: first passage of the same walk to the exit")
+        else:
+            print(reports[0])
+
+
+@dataclass(frozen=True)
+class GraphArguments(ListArguments):
+    """Measure how hard goal graphs are to explore, before training: depth, width and passage times.
+
+    Give one graph for its full report, or several for a list. By default the paper's seven graphs are listed. Other
+    inputs, with options of their own (add --help): --rules FILE measures dependencies of any kind, --task TASK the
+    rules of a task, and --from-play RUN a chain or rules from episodes of play.
+
+    Args:
+        graph: letters from a to g, names such as keys-0-1-exit-2 (the room of each key, and of the exit), TOML files,
+            rooms:N for every graph of N rooms, 2 to 8, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH.
+        layout: your own levels instead, as paths of text maps (see train); each gives its goal graph.
+        all: list the paper's seven graphs.
+        exclude: goal graphs to leave out, in the same forms; they may have any number of rooms.
+        drop: let the controller drop keys.
         reading: interpretation of the paper's augmented graph. KEYS: from where a key is picked up (accessible, way to
             the start, own room). ROOMS: where a room leads (accessible, neighbours, through the start). DROP: where
             dropping a key leads (accessible, key room, start).
-        from_play: measure the chain from play instead of assuming the random walk. Give a run's folder for its trained
-            agents, random for random actions, or oracle for shortest solutions; by default on the run's graph, or c.
-            With --task or --out: estimate from play which goals need which others, an upper bound of the true needs.
-        out: with --from-play, write the rules that play showed into this .toml file.
-        size: cells of the grid's side in play; by default the run's, or 19 for random and oracle.
-        max_steps: steps after which an episode of play is truncated; by default the run's, or 1000.
-        episodes: number of episodes to play.
-        seed: seed of the levels, the actions and the bootstrap.
-        trust_run: run custom code that the run's config names (a network, a reward, a meta-controller).
+    """
+
+    graph: Annotated[GraphSpecs, GRAPHS, _ONE_SOURCE] = ()
+    layout: Annotated[Any, LAYOUTS, _ONE_SOURCE] = ()
+    all: Annotated[Flag, _ONE_SOURCE] = False
+    exclude: Annotated[GraphSpecs, GRAPHS] = ()
+    drop: Flag = False
+    reading: Annotated[tuple[str, str, str], tyro.conf.arg(metavar="KEYS ROOMS DROP")] = astuple(TABLE_READING)
+
+    def show(self) -> None:
+        """Print or draw the reports on goal graphs."""
+        walk, reading = Walk(*self.walk), Reading(*self.reading)
+        specs = graph_specs(self.graph) or tuple(one.graph for one in as_maps(self.layout)) or tuple(NAMED_GRAPHS)
+        if reading.drop != TABLE_READING.drop and not self.drop:
+            warn("DROP of --reading has no effect without --drop")
+        chosen = GraphSet(specs, self.exclude, self.drop, MAX_LISTED_ROOMS, walk, reading)
+        for note in chosen.notes:
+            warn(note)
+        reports = [analyze(graph, self.drop, walk, reading) for graph in chosen.graphs]
+        plural, drop = "s" * (len(reports) > 1), "with" if self.drop else "without"
+        title = f"{len(reports)} goal graph{plural}, {drop} drop"
+        self.print_reports(reports, len(specs) > 1 or any(map(is_graph_set, specs)), title)
+
+
+@dataclass(frozen=True)
+class RulesArguments(ListArguments):
+    """Measure how hard it is to reach the target of rules, before training: depth, width and passage times.
+
+    Args:
+        rules: TOML files of rules, dependencies of any kind; see hierroom.Rules.
+        task: a task, by its rules: package.module:name of a hierroom.Task, or a built-in world.
     """
 
     rules: tuple[Path, ...] = ()
     task: str | None = None
-    graph: Annotated[GraphSpecs, GRAPHS] = ()
-    layout: Annotated[Any, LAYOUTS] = ()
-    exclude: Annotated[GraphSpecs, GRAPHS] = ()
-    all: Flag = False
-    drop: Flag = False
-    sort: ColumnName | None = None
-    json: Flag = False
-    csv: Flag = False
-    latex: Flag = False
-    markdown: Flag = False
-    draw: Path | None = None
-    walk: Annotated[tuple[float, float, float], tyro.conf.arg(metavar="STAY MOVE RESTART")] = astuple(PAPER_WALK)
-    reading: Annotated[tuple[str, str, str], tyro.conf.arg(metavar="KEYS ROOMS DROP")] = astuple(TABLE_READING)
-    from_play: str | None = None
-    out: Path | None = None
-    size: int | None = None
-    max_steps: int | None = None
-    episodes: int = 1000
-    seed: int = 0
-    trust_run: Flag = False
 
-    def allow_only(self, names: Sequence[str], what: str, subject: Sequence[str] = ()) -> None:
-        """Refuse other options than ``names`` and those that ``what``, the beginning of the message, is about."""
-        for entry in fields(self):
-            if entry.name not in (*names, *subject) and getattr(self, entry.name) != entry.default:
-                allowed = ", ".join(f"--{name}" for name in names)
-                raise InputError(f"{what} only {allowed}, not --{entry.name}".replace("_", "-"))
-
-
-def show(options: ComplexityArguments) -> None:
-    """Print or draw the results for the options."""
-    formats = [name for name in FORMATS if getattr(options, name)]
-    if len(formats) > 1:
-        raise InputError(f"choose one of {', '.join(f'--{name}' for name in FORMATS)}, not {len(formats)}")
-    walk, reading = Walk(*options.walk), Reading(*options.reading)
-    if options.draw is not None:
-        from hierroom.support.sheet import picture_file  # matplotlib loads slowly, and few commands draw
-
-        picture_file(options.draw)  # check it before long play or computation
-    if options.out is not None and options.from_play is None:
-        raise InputError("--out writes the rules that play showed, and goes with --from-play, which is missing")
-    if options.from_play is not None and (options.task is not None or options.out is not None):
-        _show_played_rules(options, options.from_play, walk)
-        return
-    if options.rules or options.task is not None:
-        options.allow_only(WITH_RULES, f"--{'rules' if options.rules else 'task'} allows", ("rules", "task"))
-        rules = [*map(Rules.from_toml, options.rules), *([] if options.task is None else [_rules_of(options.task)])]
-        reports = [analyze(one, walk=walk) for one in rules]
-        _show_reports(options, reports, len(reports) > 1)
-        return
-    if options.from_play is not None:
-        _show_play(options, options.from_play, walk, reading)
-        return
-    if any(getattr(options, name) != getattr(ComplexityArguments, name) for name in (*OF_PLAY, "seed")):
-        options_of_play = "--episodes, --seed, --size, --max-steps and --trust-run"
-        raise InputError(f"{options_of_play} go with --from-play, which is missing")
-    maps = as_maps(options.layout)
-    specs = graph_specs(options.graph)
-    if bool(specs) + bool(maps) + options.all > 1:
-        raise InputError("choose graphs by only one of --graph, --layout and --all, not by several")
-    specs = specs or tuple(one.graph for one in maps) or tuple(NAMED_GRAPHS)
-    if reading.drop != TABLE_READING.drop and not options.drop:
-        warn("DROP of --reading has no effect without --drop")
-    chosen = GraphSet(specs, options.exclude, options.drop, MAX_LISTED_ROOMS, walk, reading)
-    for note in chosen.notes:
-        warn(note)
-    reports = [analyze(graph, options.drop, walk, reading) for graph in chosen.graphs]
-    _show_reports(options, reports, len(specs) > 1 or any(map(is_graph_set, specs)))
+    def show(self) -> None:
+        """Print or draw the reports on rules."""
+        rules = [*map(Rules.from_toml, self.rules), *([] if self.task is None else [_rules_of(self.task)])]
+        reports = [analyze(one, walk=Walk(*self.walk)) for one in rules]
+        self.print_reports(reports, len(reports) > 1, f"{len(reports)} sets of rules")
 
 
 def _rules_of(task: str) -> Rules | GoalGraph:
@@ -151,98 +164,102 @@ def _rules_of(task: str) -> Rules | GoalGraph:
     return replace(rules, label=found.name)
 
 
-def _show_reports(options: ComplexityArguments, reports: Sequence[WalkReport], is_list: bool) -> None:
-    if options.draw is not None and len(reports) != 1:
-        raise InputError(f"--draw draws one graph, named by --graph, or one file of --rules, not {len(reports)}")
-    if options.sort is not None and len(reports) == 1:
-        warn("--sort has no effect, as there is one report")
-    if is_list:
-        for report in said_in_turn(f"measuring {len(reports)} goal graphs or sets of rules", reports):
-            report_cells(report)  # the report keeps its numbers
-    if (column := options.sort) is not None:
-        reports = sorted(reports, key=lambda report: value_of(report, column))
-    if options.draw is not None:
-        with said_when_slow(f"drawing {reports[0].nodes:,} nodes"):
-            reports[0].draw(options.draw)
-    formats = [name for name in FORMATS if getattr(options, name)]
-    if options.json:
-        tables = [report.to_dict() for report in reports]
-        print(to_json(tables if is_list else tables[0]))
-    elif formats:
-        print(list_text(reports, formats[0]), end="")
-    elif is_list:
-        _print_table(options, reports)
-    else:
-        print(reports[0])
+@dataclass(frozen=True)
+class PlayedArguments(WalkArguments):
+    """Measure a chain or rules from play instead of assuming the random walk.
+
+    Args:
+        from_play: a run's folder for its trained agents, random for random actions, or oracle for shortest solutions.
+            With --task or --out: estimate from play which goals need which others, an upper bound of the true needs.
+        task: play in a task: package.module:name of a hierroom.Task, or a built-in world.
+        out: write the rules that play showed into this .toml file.
+        graph: the goal graph, given as in training; by default the run's, or c.
+        layout: your own level instead, as the path of a text map: see train.
+        drop: let the controller drop keys.
+        reading: interpretation of the paper's augmented graph, as without --from-play.
+        size: cells of the grid's side in play; by default the run's, or 19 for random and oracle.
+        max_steps: steps after which an episode of play is truncated; by default the run's, or 1000.
+        episodes: number of episodes to play.
+        seed: seed of the levels, the actions and the bootstrap.
+        trust_run: run custom code that the run's config names (a network, a reward, a meta-controller).
+    """
+
+    from_play: str = "random"
+    task: str | None = None
+    out: Path | None = None
+    graph: Annotated[GraphSpecs, GRAPHS] = ()
+    layout: Annotated[Any, LAYOUTS] = ()
+    drop: Flag = False
+    reading: Annotated[tuple[str, str, str], tyro.conf.arg(metavar="KEYS ROOMS DROP")] = astuple(TABLE_READING)
+    size: int | None = None
+    max_steps: int | None = None
+    episodes: int = 1000
+    seed: int = 0
+    trust_run: Flag = False
+
+    def show(self) -> None:
+        """Play, and print or draw what play showed."""
+        specs = graph_specs(self.graph)
+        if len(specs) + len(self.layout) > 1 or any(map(is_graph_set, specs)):
+            raise InputError("--from-play measures one goal graph, not several")
+        entries = given(self, "task", "layout", "size", "max_steps") | ({"graph": specs[0]} if specs else {})
+        show = self._show_chain if self.task is None and self.out is None else self._show_rules
+        show(entries)
+
+    def _show_chain(self, entries: dict[str, Any]) -> None:
+        from hierroom.lab.measure import measure_named  # imports the world and the learners
+
+        walk, reading, played = Walk(*self.walk), Reading(*self.reading), (self.episodes, self.seed)
+        report = measure_named(self.from_play, entries, self.drop, *played, walk, reading, self.trust_run)
+        if self.draw is not None:
+            from hierroom.complexity.drawing.draw_reach import figure_of_reach
+            from hierroom.support.sheet import save_figure
+
+            save_figure(figure_of_reach(report), self.draw)
+        print(to_json(report.to_dict()) if self.json else report)
+
+    def _show_rules(self, entries: dict[str, Any]) -> None:
+        if self.reading != astuple(TABLE_READING):
+            raise InputError("--reading is for chains on goal graphs, not for rules from play")
+        if self.out is not None and (self.out.suffix != ".toml" or not self.out.parent.is_dir()):
+            raise InputError(f"rules are written to a .toml file in a folder that is there, not to {self.out}")
+        from hierroom.lab.measure import play_rules_named  # imports the world and the learners
+
+        found = play_rules_named(self.from_play, entries, self.drop, self.episodes, self.seed, self.trust_run)
+        seen = {"episodes": found.episodes, "seen": dict(found.seen)}
+        if not self.json:
+            print(found)
+        elif not found.ways:
+            print(to_json(seen))
+        rules = found.rules_to(found.furthest)
+        if rules.target != found.target:
+            missed = found.missed(found.target)
+            warn(f"{missed}. The rules are those of {rules.target!r}, which was achieved least often")
+        if self.json:
+            print(to_json(seen | rules.to_dict()))
+        if self.out is not None:
+            # before the report, which may refuse rules that long play has found
+            rules.to_toml(self.out)
+            print(self.out, file=sys.stderr if self.json else sys.stdout)
+        if not self.json or self.draw is not None:
+            report = analyze(rules, walk=Walk(*self.walk))
+            if not self.json:
+                print(f"\n{report}")
+            if self.draw is not None:
+                report.draw(self.draw)
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run the command with its arguments."""
-    show(read_arguments(ComplexityArguments, "complexity", argv))
+    """Run the command with the arguments of the kind of input that they name."""
+    given_names = names_of(argv)
+    kinds = {"--from-play": PlayedArguments, "--rules": RulesArguments, "--task": RulesArguments}
+    option, kind = next(((name, kind) for name, kind in kinds.items() if name in given_names), ("", GraphArguments))
+    if {"-h", "--help"} & {*given_names}:
+        argv = ["--help"]  # without the option, which may lack its value
+    arguments = read_arguments(kind, f"complexity {option}".strip(), argv)
+    if arguments.draw is not None:
+        from hierroom.support.sheet import picture_file  # matplotlib loads slowly, and few commands draw
+
+        picture_file(arguments.draw)  # check it before long play or computation
+    arguments.show()
     return 0
-
-
-def _show_play(options: ComplexityArguments, player: str, walk: Walk, reading: Reading) -> None:
-    options.allow_only(WITH_PLAY, "--from-play measures one goal graph and allows", ("from_play",))
-    specs = graph_specs(options.graph)
-    if len(specs) + len(options.layout) > 1 or any(map(is_graph_set, specs)):
-        raise InputError("--from-play measures one goal graph, not several")
-    from hierroom.lab.measure import measure_named  # imports the world and the learners
-
-    entries = given(options, "layout", "size", "max_steps") | ({"graph": specs[0]} if specs else {})
-    report = measure_named(
-        player, entries, options.drop, options.episodes, options.seed, walk, reading, options.trust_run
-    )
-    if options.draw is not None:
-        from hierroom.complexity.drawing.draw_reach import figure_of_reach
-        from hierroom.support.sheet import save_figure
-
-        save_figure(figure_of_reach(report), options.draw)
-    print(to_json(report.to_dict()) if options.json else report)
-
-
-def _show_played_rules(options: ComplexityArguments, player: str, walk: Walk) -> None:
-    options.allow_only(WITH_PLAYED_RULES, "rules from play allow")
-    if options.out is not None and (options.out.suffix != ".toml" or not options.out.parent.is_dir()):
-        raise InputError(f"rules are written to a .toml file in a folder that is there, not to {options.out}")
-    from hierroom.lab.measure import play_rules_named  # imports the world and the learners
-
-    specs = graph_specs(options.graph)
-    if len(specs) > 1:
-        raise InputError(f"rules are estimated from play in one goal graph, not in {len(specs)}")
-    entries = given(options, "task", "layout", "size", "max_steps") | ({"graph": specs[0]} if specs else {})
-    found = play_rules_named(player, entries, options.drop, options.episodes, options.seed, options.trust_run)
-    seen = {"episodes": found.episodes, "seen": dict(found.seen)}
-    if not options.json:
-        print(found)
-    elif not found.ways:
-        print(to_json(seen))
-    rules = found.rules_to(found.furthest)
-    if rules.target != found.target:
-        warn(f"{found.missed(found.target)}. The rules are those of {rules.target!r}, which was achieved least often")
-    if options.json:
-        print(to_json(seen | rules.to_dict()))
-    if options.out is not None:
-        # before the report, which may refuse rules that long play has found
-        rules.to_toml(options.out)
-        print(options.out, file=sys.stderr if options.json else sys.stdout)
-    if not options.json or options.draw is not None:
-        report = analyze(rules, walk=walk)
-        if not options.json:
-            print(f"\n{report}")
-        if options.draw is not None:
-            report.draw(options.draw)
-
-
-def _print_table(options: ComplexityArguments, reports: Sequence[WalkReport]) -> None:
-    plural, drop = "s" * (len(reports) > 1), "with" if options.drop else "without"
-    title = f"{len(reports)} goal graph{plural}, {drop} drop"
-    if options.rules:
-        title = f"{len(reports)} sets of rules"
-    headings = [heading for heading, _ in COLUMNS.values()]
-    table = named_table(headings, map(report_cells, reports), title=title, padding=0)  # no padding, as names are long
-    table.columns[0].no_wrap = True
-    print_table(table)
-    restart = options.walk[2]
-    print(f"hitting time: the paper's (Table 2){f', saturates near {1 / restart:.4g}' if restart else ''}")
-    print("expected steps, std: first passage of the same walk to the exit")

@@ -43,6 +43,11 @@ def read_arguments(kind: type[T], command: str, argv: Sequence[str], default: T 
     return tyro.cli(kind, prog=f"python -m hierroom {command}", args=argv, default=start, registry=_NUMBERS)
 
 
+def names_of(argv: Sequence[str]) -> list[str]:
+    """Return the words of a command line without values, and options as they are written with dashes."""
+    return [word.partition("=")[0].replace("_", "-") if word.startswith("--") else word for word in argv]
+
+
 def given(arguments: object, *names: str) -> dict[str, Any]:
     """Return the named options that have a value."""
     values = {name: getattr(arguments, name) for name in names}
@@ -86,7 +91,7 @@ def progress_bar() -> Progress:
 
 def _refuse_lost_values(argv: Sequence[str]) -> None:
     """Refuse a list option without values, or given twice: tyro would read no values, or drop the first ones."""
-    given = [word.partition("=")[0].replace("_", "-") if word.startswith("--") else word for word in argv]
+    given = names_of(argv)
     for option in LISTS:
         if given.count(option) > 1:
             raise InputError(f"{option} is given twice; give it once, with all its values")

@@ -9,7 +9,7 @@ import sys
 import pytest
 from children import run_child
 
-from hierroom.commands.complexity import ComplexityArguments, main, show
+from hierroom.commands.complexity import main
 from hierroom.support.errors import InputError
 
 
@@ -19,8 +19,8 @@ def command(*arguments):
 
 @pytest.fixture
 def printed(capsys):
-    def show_and_read(**options):
-        show(ComplexityArguments(**options))
+    def show_and_read(words):
+        assert main(words.split()) == 0
         return capsys.readouterr().out
 
     return show_and_read
@@ -28,11 +28,10 @@ def printed(capsys):
 
 def test_complexity_prints_graphs_as_text_json_and_csv(printed):
     assert "hitting time    15.07" in command("--graph", "c").stdout
-    assert json.loads(printed(graph="c", json=True))["nodes"] == 9
-    listed = ({"all": True}, "abcdefg"), ({"exclude": ("g", "b")}, "acdef"), ({"graph": "hitting_time:8..9"}, "a")
-    for options, graphs in listed:
-        assert [report["graph"] for report in json.loads(printed(**options, json=True))] == list(graphs)
-    rows = list(csv.DictReader(io.StringIO(printed(graph="rooms:4", drop=True, sort="hitting_time", csv=True))))
+    assert json.loads(printed("--graph c --json"))["nodes"] == 9
+    for words, graphs in (("--all", "abcdefg"), ("--exclude g b", "acdef"), ("--graph hitting_time:8..9", "a")):
+        assert [report["graph"] for report in json.loads(printed(f"{words} --json"))] == list(graphs)
+    rows = list(csv.DictReader(io.StringIO(printed("--graph rooms:4 --drop --sort hitting_time --csv"))))
     values = [float(row["hitting_time"]) for row in rows]
     assert len(rows) == 9
     assert values == sorted(values)
@@ -42,8 +41,8 @@ def test_complexity_prints_graphs_as_text_json_and_csv(printed):
 def test_graph_option_takes_toml_file_and_interval(tmp_path, printed):
     path = tmp_path / "own.toml"
     path.write_text("key_rooms = [0, 1]\nexit_room = 2\n")
-    assert printed(graph=str(path)) == printed(graph="c").replace("goal graph c", "goal graph own")
-    assert "\n g " in printed(graph="hitting_time:27.4..27.6")
+    assert printed(f"--graph {path}") == printed("--graph c").replace("goal graph c", "goal graph own")
+    assert "\n g " in printed("--graph hitting_time:27.4..27.6")
 
 
 def test_several_graphs_are_all_listed(tmp_path):
@@ -67,31 +66,58 @@ def test_json_output_names_every_number(printed):
         is_array = isinstance(value, list) and any(not isinstance(entry, (dict, str)) for entry in value)
         return [value, *within] if is_array else within
 
-    report = json.loads(printed(graph="d", json=True))
+    report = json.loads(printed("--graph d --json"))
     assert report["key_rooms"] == {"key 1": 0, "key 2": 0, "key 3": 1}
     assert arrays_of_numbers(report) == []
-    assert arrays_of_numbers(json.loads(printed(graph="rooms:3", json=True))) == []
-    assert arrays_of_numbers(json.loads(printed(from_play="oracle", graph="a", episodes=3, json=True))) == []
+    assert arrays_of_numbers(json.loads(printed("--graph rooms:3 --json"))) == []
+    assert arrays_of_numbers(json.loads(printed("--from-play oracle --graph a --episodes 3 --json"))) == []
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--graph", "a", "--all"], "by only one of --graph, --layout and --all"),
         (["--graph", "rooms:40"], "rooms:N takes a number of rooms from 2 to 8, not 40"),
-        (["--json", "--csv"], "choose one of --json, --csv, --latex, --markdown, not 2"),
         (["--draw", "x.png"], "--draw draws one graph"),
         (["--graph", "a", "--draw", "x.gif"], "drawings are written as .png, .pdf, .svg, not as x.gif"),
-        (
-            ["--graph", "a", "--seed", "3"],
-            "--episodes, --seed, --size, --max-steps and --trust-run go with --from-play",
-        ),
+        (["--from-play", "random", "--graph", "hitting_time:8..9"], "measures one goal graph"),
+        (["--from-play", "random", "--episodes", "0"], "episodes must be at least 1, not 0"),
+        (["--from-play", "no-such-run"], "there is no run no-such-run, and the agents that ship"),
         (["--walk=-0.5", "1", "0.5"], "the probability stay of a walk must be from 0 to 1, not -0.5"),
     ],
 )
 def test_invalid_input_raises_input_error(arguments, message):
     with pytest.raises(InputError, match=re.escape(message)):
         main(arguments)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("--graph a --all", "--graph and --all are not allowed together"),
+        ("--json --csv", "--json and --csv are not allowed together"),
+        ("--graph a --seed 3", "Unrecognized options: --seed"),
+        ("--rules x.toml --drop", "Unrecognized options: --drop"),
+        ("--from-play random --exclude b", "Unrecognized options: --exclude"),
+        ("--from-play random --task my:task --csv", "Unrecognized options: --csv"),
+    ],
+)
+def test_options_of_another_kind_of_input_are_refused(words, message, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(words.split())
+    assert ended.value.code == 2
+    assert message in capsys.readouterr().err
+
+
+def test_each_kind_of_input_has_its_help(capsys):
+    for words, option in (
+        ("-h", "--from-play RUN"),
+        ("--rules --help", "--rules"),
+        ("--from-play --help", "--episodes"),
+    ):
+        with pytest.raises(SystemExit) as ended:
+            main(words.split())
+        assert ended.value.code == 0
+        assert option in capsys.readouterr().out
 
 
 def test_error_is_one_line_with_exit_code_2():
@@ -103,5 +129,5 @@ def test_error_is_one_line_with_exit_code_2():
 
 def test_complexity_notes_equal_graphs(tmp_path, printed, capsys):
     (tmp_path / "mine.toml").write_text('name = "mine"\nkey_rooms = [2, 0]\nexit_room = 1\n')
-    show(ComplexityArguments(graph=("c", str(tmp_path / "mine.toml"))))
+    main(["--graph", "c", str(tmp_path / "mine.toml")])
     assert capsys.readouterr().err.startswith("warning: goal graphs c and mine are the same")

@@ -5,7 +5,7 @@ import pandas
 import pytest
 from pictures import pixels
 
-from hierroom.commands.complexity import ComplexityArguments, show
+from hierroom.commands.complexity import main
 from hierroom.complexity import analyze, measure_trajectories, to_frame
 from hierroom.complexity.drawing.draw_reach import figure_of_reach
 from hierroom.complexity.observed import EpisodeCounts
@@ -68,22 +68,22 @@ def test_to_frame_of_played_chains():
 
 
 def test_walk_and_reading_options_change_the_report(capsys):
-    show(ComplexityArguments(graph="c", walk=(0.5, 0.4, 0.1), markdown=True))
+    main(["--graph", "c", "--walk", "0.5", "0.4", "0.1", "--markdown"])
     assert "| c | 4 | 1 | 9 | 14 | 10.61 | 60.8 | 53.2 |" in capsys.readouterr().out
-    show(ComplexityArguments(graph="c", reading=("own room", "neighbours", "start"), drop=True, markdown=True))
+    main(["--graph", "c", "--reading", "own room", "neighbours", "start", "--drop", "--markdown"])
     assert "| c | 4 | 1 | 9 | 13 | 35.23 | 123.4 | 94.6 |" in capsys.readouterr().out
     for wrong, message in (
-        ({"walk": (0.5, 0.4, 0.4)}, "must sum to 1, not 1.3"),
-        ({"reading": ("x", "y", "z")}, "not 'x'"),
+        ("--walk 0.5 0.4 0.4", "must sum to 1, not 1.3"),
+        ("--reading x y z", "not 'x'"),
     ):
         with pytest.raises(InputError, match=message):
-            show(ComplexityArguments(**wrong))
+            main(wrong.split())
 
 
 def test_from_play_takes_size_max_steps_and_draw(tmp_path, capsys):
     path = tmp_path / "reach.png"
-    options = {"from_play": "random", "graph": "a", "episodes": 12, "size": 11, "max_steps": 50, "draw": path}
-    show(ComplexityArguments(**options))
+    words = f"--from-play random --graph a --episodes 12 --size 11 --max-steps 50 --draw {path}"
+    main(words.split())
     text = capsys.readouterr().out
     assert "truncated after 50 steps" in text
     assert pixels(path).shape[:2] == (600, 900)

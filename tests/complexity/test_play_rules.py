@@ -186,7 +186,5 @@ def test_command_prints_and_writes_played_rules(tmp_path, monkeypatch, capsys):
     assert Path("found.png").stat().st_size > 0
     with pytest.raises(InputError, match="the chain of a task is not measured from play"):
         graph_of(Turns(EnvConfig(task="chest_task:free"), 1))
-    with pytest.raises(InputError, match=r"rules from play allow only --task, .* not --csv"):
-        complexity(["--task", "chest_task:free", "--from-play", "random", "--csv"])
-    with pytest.raises(InputError, match="--out writes the rules that play showed, and goes with --from-play"):
-        complexity(["--task", "chest_task:free", "--out", "found.toml"])
+    with pytest.raises(InputError, match="--reading is for chains on goal graphs"):
+        complexity([*few, "--reading", "own room", "accessible", "accessible"])

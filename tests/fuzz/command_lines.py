@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 
 from hierroom.commands.compare import CompareArguments
-from hierroom.commands.complexity import ComplexityArguments
+from hierroom.commands.complexity import GraphArguments, PlayedArguments, RulesArguments
 from hierroom.commands.evaluate import EvaluateArguments
 from hierroom.commands.play import PlayArguments
 from hierroom.commands.report import ReportArguments
@@ -38,10 +38,11 @@ NUMBERS = (
 _FLAT = [name for name in TrainConfig().entries if name != "env_index"]
 _ARGUMENTS = {
     **{"evaluate": EvaluateArguments, "watch": WatchArguments, "compare": CompareArguments},
-    **{"complexity": ComplexityArguments, "sweep": SweepArguments, "report": ReportArguments, "play": PlayArguments},
+    **{"sweep": SweepArguments, "report": ReportArguments, "play": PlayArguments},
 }
 OPTIONS: Mapping[str, Sequence[str]] = {
     "train": [*_FLAT, "out", "resume", "config", "trust_run"],
+    "complexity": [*vars(GraphArguments()), *vars(RulesArguments()), *vars(PlayedArguments())],
     **{name: [*arguments.__dataclass_fields__] for name, arguments in _ARGUMENTS.items()},
 }
 ENTRIES: Mapping[str, Sequence[str]] = {"sweep": _FLAT}

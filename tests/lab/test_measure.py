@@ -7,7 +7,7 @@ import pytest
 from turns_helpers import make
 
 from hierroom.agents.player import OraclePlayer, RandomPlayer
-from hierroom.commands.complexity import ComplexityArguments, show
+from hierroom.commands.complexity import main as complexity
 from hierroom.complexity import AugmentedGraph, Node
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
 from hierroom.lab.measure import count_transitions, graph_of, measure
@@ -133,29 +133,15 @@ def test_measuring_needs_one_graph_and_an_episode():
         count_transitions(turns_in(graph, n=2), OraclePlayer(), 0)
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (ComplexityArguments(from_play="no-such-run"), "there is no run no-such-run, and the agents that ship"),
-        (ComplexityArguments(from_play="random", graph="hitting_time:8..9"), "measures one goal graph"),
-        (ComplexityArguments(from_play="random", graph="a", exclude="b"), "measures one goal graph"),
-        (ComplexityArguments(from_play="random", episodes=0), "episodes must be at least 1, not 0"),
-    ],
-)
-def test_invalid_from_play_options_raise_input_error(options, message):
-    with pytest.raises(InputError, match=message):
-        show(options)
-
-
 def test_a_trained_agent_is_measured_from_its_run_folder(tmp_path, capsys):
     config = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=4)
     folder = RunFolder.create(tmp_path / "run", config)
     folder.save_checkpoint(Trainer(config).state_dict())
-    show(ComplexityArguments(from_play=str(folder.path), episodes=8, json=True))
+    complexity(["--from-play", str(folder.path), "--episodes", "8", "--json"])
     table = json.loads(capsys.readouterr().out)
     assert (table["graph"], table["drop_key"], table["episodes"]) == ("a", False, 8)
     with pytest.raises(InputError, match="trained without drop, so it cannot play with --drop"):
-        show(ComplexityArguments(from_play=str(folder.path), drop=True))
+        complexity(["--from-play", str(folder.path), "--drop"])
 
 
 @pytest.mark.slow
@@ -164,9 +150,9 @@ def test_agent_of_many_graphs_is_measured_on_one(tmp_path, capsys):
     folder = RunFolder.create(tmp_path / "run", config)
     folder.save_checkpoint(Trainer(config).state_dict())
     with pytest.raises(InputError, match=r"trained on \d+ goal graphs; name one by --graph"):
-        show(ComplexityArguments(from_play=str(folder.path)))
+        complexity(["--from-play", str(folder.path)])
     own = tmp_path / "own.toml"
     GoalGraph((0, 1), 1).to_toml(own)
-    show(ComplexityArguments(from_play=str(folder.path), graph=(str(own),), episodes=4, json=True))
+    complexity(["--from-play", str(folder.path), "--graph", str(own), "--episodes", "4", "--json"])
     table = json.loads(capsys.readouterr().out)
     assert (table["graph"], table["key_rooms"], table["exit_room"]) == ("own", {"key 1": 0, "key 2": 1}, 1)
