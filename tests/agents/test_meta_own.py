@@ -8,9 +8,9 @@ import pytest
 from turns_helpers import make
 
 from hierroom import InputError
-from hierroom.agents.scripted_agent import ScriptedAgent, unsaved_memory
+from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.gym_env import EscapeRoom
-from hierroom.meta import META_CONTROLLERS, make_meta, take_turn
+from hierroom.meta import make_meta, take_turn
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.trainer import Trainer
 from hierroom.turns.records import META
@@ -159,23 +159,3 @@ def test_observe_is_called_for_every_gymnasium_step():
     for _ in range(25):
         rooms.step(np.ones(3, int))
     check_watched(many.seen, 3, 25)
-
-
-def test_unsaved_memory_names_method_and_attributes():
-    class Saved(Watcher):
-        def state_dict(self):
-            return {}
-
-        def load_state_dict(self, state):
-            pass
-
-    class Plain:
-        def choose(self, observations, legal, situation):
-            return legal.argmax(axis=1)
-
-    assert unsaved_memory(Watcher()) == "the method observe and attributes (seen)"
-    assert unsaved_memory(make_meta(Plain())) is None
-    assert unsaved_memory(Saved()) is None
-    assert unsaved_memory(make_meta(lambda level: None)) is None
-    for name in META_CONTROLLERS:
-        assert unsaved_memory(make_meta(name)) is None

@@ -157,12 +157,6 @@ MINE = """
         def get_extra_state(self):
             return {"a": 1}
 
-    class Late(Mine):
-        def sequence(self, features, state, resets):
-            if len(features) > 3:
-                raise RuntimeError("too long for me")
-            return super().sequence(features, state, resets)
-
     class Sizeless(Mine):
         def __init__(self, space):
             super().__init__(space, 1)

@@ -10,7 +10,6 @@ from turns_helpers import goal_ids, make
 from hierroom.agents.ppo_agent import FrozenAgent, PPOAgent
 from hierroom.goals import EXIT_GOAL, N_GOALS
 from hierroom.learners.config import PPOConfig
-from hierroom.learners.networks.actor_critic import RecurrentActorCritic
 from hierroom.runs.assembly import make_agents, make_turns
 from hierroom.runs.config.presets import find_preset
 from hierroom.runs.folder.run_folder import RunFolder
@@ -123,20 +122,6 @@ def test_horizon_and_time_limit_do_not_terminate():
     assert outcomes == [TIMED_OUT, OTHER]  # the last from before the reset
     assert valued[0] is None
     np.testing.assert_array_equal(valued[1], observed_last[1:])
-
-
-def test_algorithm1_preset_chooses_by_the_view():
-    config = find_preset("algorithm1").changed(num_envs=8, size=11, graph="a", max_steps=40, sequence_length=8)
-    trainer = Trainer(config.changed(meta_ppo=META_PPO))
-    agent, seen = trainer.agents[META], []
-    assert agent.is_learning
-    assert type(agent.learner.network) is RecurrentActorCritic
-    act = agent.learner.act
-    agent.learner.act = lambda envs, features, masks: seen.append((envs, features)) or act(envs, features, masks)
-    views = trainer.turns.observe(META, np.arange(8)).tiles.reshape(8, 49)
-    trainer.advance()
-    envs, features = seen[0]
-    np.testing.assert_array_equal(features, views[envs])
 
 
 @pytest.mark.parametrize("mask", ["existing", "seen", "none", "reachable"])

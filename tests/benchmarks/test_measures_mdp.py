@@ -51,11 +51,6 @@ def test_effective_horizon_of_a_lock_by_hand():
     assert samples_of(3, 2, found.value) == 9 * 8
 
 
-def test_the_planning_window_of_a_lock_is_its_length():
-    """Nothing but the last step earns anything, so that a shorter plan cannot tell the actions apart."""
-    assert [effective_planning_window(lock(n), n) for n in (1, 2, 3, 5)] == [1, 2, 3, 5]
-
-
 def test_a_distractor_needs_one_step_of_lookahead():
     """Random play earns 1 after the bad action and 3/2 at best, but on average 1/2, after the good one."""
     transitions = np.array([[1, 2], [3, 3], [3, 3], [3, 3]])

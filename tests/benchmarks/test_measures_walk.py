@@ -19,20 +19,12 @@ from benchmarks.measures.walk import (
     stationary_distribution,
 )
 from hierroom.complexity import analyze
-from hierroom.support.errors import InputError
 
 
 def uniform_walk(graph, stay=0.0):
     """W of the walk that leaves a node by each edge alike."""
     adjacency = nx.to_numpy_array(graph)
     return (1 - stay) * adjacency / adjacency.sum(axis=1, keepdims=True)
-
-
-def random_chain(seed, n=6):
-    rng = np.random.default_rng(seed)
-    weights = rng.random((n, n)) * (rng.random((n, n)) < 0.6) + 0.01
-    np.fill_diagonal(weights, 0)
-    return weights / weights.sum(axis=1, keepdims=True) * rng.uniform(0.1, 1.0, (n, 1))
 
 
 @given(st.floats(0.01, 1.0), st.floats(0.01, 1.0))
@@ -91,15 +83,6 @@ def test_spectral_gap_of_a_corridor_in_any_order(n, most_dense_nodes, monkeypatc
     order = np.random.default_rng(1).permutation(n)
     for one in (weights, weights[order][:, order]):
         assert spectral_gap(one) == pytest.approx(1 - 0.6 * math.cos(math.pi / n), rel=1e-9)
-
-
-def test_sparse_spectral_gap_equals_dense_gap(monkeypatch):
-    weights = random_chain(1, n=12)
-    expected = spectral_gap(weights)
-    monkeypatch.setattr("benchmarks.measures.walk.MAX_DENSE_NODES", 5)
-    assert spectral_gap(weights) == pytest.approx(expected)
-    with pytest.raises(InputError, match="up to 5 nodes, not 12"):
-        mixing_time(weights)
 
 
 def test_measures_of_the_papers_walk():

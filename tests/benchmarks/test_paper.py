@@ -11,7 +11,6 @@ from PIL import Image
 
 from benchmarks.paper.__main__ import main
 from benchmarks.paper.cells import cells_where_reached, table_3
-from benchmarks.paper.figures import _limited
 from benchmarks.paper.order import PairCounts, method_orders, pair_counts, prediction
 from benchmarks.paper.published import PAPER_TABLE_3
 from benchmarks.paper.runs import PaperRuns, mean_and_interval
@@ -146,11 +145,6 @@ def test_cells_where_reached_compare_at_the_papers_success():
     assert "Success where our HiPPO first has the paper's (after the steps that the median" in " ".join(output.split())
     assert "| our steps |  | 1,124 |" in output
     assert "By success where HiPPO first has the paper's: Of 1 pairs of methods" in output
-
-
-def test_missed_goal_counts_as_the_step_limit():
-    points = pd.DataFrame({"achieved_key_1": [0.25, 0, np.nan], "steps_to_key_1": [100, np.nan, np.nan]})
-    assert [*_limited({"d": points}, "key_1")["d"]["steps_to_key_1"]] == [0.25 * 100 + 0.75 * 1000, 1000]
 
 
 def test_invalid_paper_runs_raise_input_error(tmp_path):

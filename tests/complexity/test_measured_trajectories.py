@@ -125,17 +125,6 @@ def test_random_actions_do_not_repeat_the_draws_of_the_environment():
     assert max(first) > 1, "guessed at once in 20 of 20 episodes"
 
 
-def test_markov_test_rejects_trajectories_with_memory():
-    """From the left the fork always leads right, but the chain of places says that one in two turns back."""
-    walks = [["left", "fork", "right", "goal"], ["left", "start", "left", "fork", "right", "goal"]] * 20
-    walks += [["left", "start", "right", "fork", "left", "fork", "right", "goal"]] * 20
-    played = replace(measure_trajectories(walks, "goal"), n_resamples=5)
-    assert played.markov.is_rejected
-    assert "play is NOT Markov" in str(played)
-    assert played.chain.expected_steps == pytest.approx(np.mean([3, 5, 7]))
-    assert "play is NOT Markov" in played._repr_html_()
-
-
 class TwoArms(gymnasium.Env):
     """The left arm ends the episode in failure after two steps, the right one reaches the goal after three."""
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from plain_rules import TUNNEL, matrix, random_rules, unroll
 from scipy.stats import spearmanr
-from simulated_walks import simulate_passage_times
 
 from hierroom import GoalGraph, Rules, enumerate_graphs
 from hierroom.commands import complexity as command
@@ -103,19 +102,6 @@ def test_marking_chain_equals_plain_python(seed):
     assert report.hitting_time == pytest.approx(b @ np.linalg.pinv(laplacian) @ b)
     assert sum(report.goal_sensitivity().values()) <= 1e-9
     assert report.exit_depth + 1 <= report.fewest
-
-
-@pytest.mark.parametrize("rules", [LIFE, TUNNEL, WATER, random_rules(10)])
-def test_simulated_walks_agree_within_their_interval(rules):
-    report, n = analyze(rules), 100_000
-    weights = matrix(unroll(rules))
-    steps = simulate_passage_times(weights, 0, len(weights) - 1, n, np.random.default_rng(1))
-    assert abs(steps.mean() - report.expected_steps) < 4.5 * report.std / n**0.5
-    assert steps.std() == pytest.approx(report.std, rel=0.05)
-    times = np.array([5, 20, 60, 150, 400])
-    exact = report.reach_probability(times)
-    error = np.sqrt(exact * (1 - exact) / n) + 1 / n
-    assert (abs((steps[:, None] <= times).mean(axis=0) - exact) < 4.5 * error).all()
 
 
 def test_depth_width_and_fewest_by_hand():

@@ -8,16 +8,12 @@ from children import run_python
 from run_contents import check_picture, check_run
 
 import hierroom
-from hierroom.agents.player import Pair, Play
-from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trainer import Trainer
 from hierroom.train import main as train
-from hierroom.turns.records import CONTROLLER, META
-from hierroom.turns.turns import Turns
+from hierroom.turns.records import META
 from hierroom.worlds.env_config import EnvConfig
-from hierroom.worlds.escape_room.oracle import shortest_actions
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SHORT = ["--size", "11", "--num-envs", "16", "--evaluations", "2", "--evaluation-episodes", "20"]
@@ -98,35 +94,3 @@ def test_a_meta_controller_with_a_memory_is_resumed_exactly(meta):
     for one, other in zip(ours, theirs, strict=True):
         np.testing.assert_array_equal(one, other)
         assert np.any(np.asarray(one))
-
-
-def test_a_meta_controller_that_watches_makes_episodes_shorter():
-    """With a controller that takes the shortest way to goals in reach, and turns on the spot for others."""
-    from own_watching_meta import OthersFirst
-
-    class Blind(OthersFirst):
-        def observe(self, step, turns):
-            pass
-
-    class Controller:
-        def act(self, observation):
-            state, goals = turns.world.get_state(), observation.goals
-            reachable = turns.situation(observation.envs).reachable
-            return np.array(
-                [
-                    shortest_actions(state[n], int(goal))[0] if goal >= 0 and reachable[n, goal] else 1
-                    for n, goal in enumerate(goals)
-                ]
-            )
-
-        def record(self, step, turns):
-            pass
-
-    lengths = {}
-    for kind in (OthersFirst, Blind):
-        turns = Turns(EnvConfig("f", goal_mask="existing", subgoal_horizon=50), 20, seed=0)
-        pair = Pair({META: ScriptedAgent(kind(20)), CONTROLLER: Controller()})
-        played = Play(turns, pair, 20)
-        ended = [step.lengths[played.counted[step.episode_ended[played.counted]]] for step in played]
-        lengths[kind] = np.concatenate(ended).mean()
-    assert lengths[OthersFirst] < 0.8 * lengths[Blind]

@@ -33,17 +33,6 @@ def features_of(*shape, seed=1):
     return torch.stack(of_numbers, dim=-1).to(torch.uint8)
 
 
-def test_sequence_equals_single_turns(network):
-    features, resets = features_of(7, 5), torch.rand(7, 5, generator=torch.Generator().manual_seed(2)) < 0.3
-    state = torch.randn(5, 2 * HIDDEN, dtype=torch.float64)
-    logits, values = network.sequence(features, state, resets)
-    for t in range(7):
-        state = torch.where(resets[t][:, None], network.initial_state(5), state)
-        step_logits, step_values, state = network.step(features[t], state)
-        torch.testing.assert_close(logits[t], step_logits)
-        torch.testing.assert_close(values[t], step_values)
-
-
 def test_symbol_selects_its_own_actor_critic(network):
     features, state = features_of(9), torch.randn(9, 2 * HIDDEN, dtype=torch.float64)
     logits, values, states = network.step(features, state)

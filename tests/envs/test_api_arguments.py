@@ -13,7 +13,6 @@ from fuzz.apis import ID, NATIVE
 
 import hierroom
 from hierroom import GoalGraph, InputError
-from hierroom.complexity import GraphSet
 from hierroom.vector_env import EscapeRooms
 from hierroom.worlds.env_config import EnvConfig
 
@@ -94,26 +93,3 @@ def test_each_api_takes_several_graphs_and_exclusions(api, row_file):
         assert turns_of(env).world.complexity.graph == ROW  # the hardest
         assert [graph.name for graph in turns_of(env).world.sampler.everything][:2] == ["a", "c"]
         env.close()
-
-
-@pytest.fixture(
-    scope="module", params=[("hitting_time:8..16", 1), ("expected_steps:20..70", 1), ("hitting_time:8..16", 2)]
-)
-def interval(request):
-    """Return an interval, its number of stages, its graphs, and the graphs that the parallel environment draws."""
-    spec, n_stages = request.param
-    whole = GraphSet(spec)
-    first = whole.stages(n_stages)[0]
-    drawn = graphs_of(hierroom.parallel_env(spec, curriculum_stages=n_stages))
-    assert (len(first) < len(whole.graphs)) == (n_stages > 1)
-    assert 1 < len(set(drawn) & set(first)) == len(set(drawn))
-    return spec, n_stages, whole.graphs, drawn
-
-
-@pytest.mark.parametrize("api", MADE)
-def test_each_api_draws_the_same_graphs_from_an_interval(api, interval):
-    spec, n_stages, whole, drawn = interval
-    env = MADE[api](graph=spec, curriculum_stages=n_stages)
-    assert graphs_of(env) == drawn
-    assert turns_of(env).world.complexity.graph == whole[-1]
-    env.close()

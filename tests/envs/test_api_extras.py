@@ -2,7 +2,6 @@
 
 import gymnasium
 import numpy as np
-import pygame
 import pytest
 from minigrid.wrappers import FullyObsWrapper
 
@@ -22,14 +21,6 @@ def test_action_masks_method_equals_the_observed_mask(drop_key):
     masks = env.get_wrapper_attr("action_masks")()
     assert masks.dtype == bool
     assert masks.tolist() == observation["action_mask"].astype(bool).tolist() == [True] * (5 + drop_key)
-
-
-@pytest.mark.parametrize("drop_key", [False, True])
-def test_each_action_has_a_keyboard_key(drop_key):
-    keys = gymnasium.make(ID, drop_key=drop_key).get_wrapper_attr("get_keys_to_action")()
-    assert list(keys.values()) == list(range(5 + drop_key))
-    assert keys[(pygame.K_UP,)] == 0
-    assert keys[(pygame.K_SPACE,)] == 4
 
 
 @pytest.mark.parametrize("make", [hierroom.parallel_env, hierroom.env], ids=["parallel", "aec"])
@@ -98,10 +89,3 @@ def test_final_state_shows_the_pursued_goal(make):
                     env.step(action)
         assert env.state()[..., 3].sum() == 1
     assert all(env.truncations.values()) if make is hierroom.env else not env.agents
-
-
-def test_render_modes_are_separate_lists():
-    classes = EscapeRoom, hierroom.raw_env, hierroom.parallel_env
-    modes = [one.metadata["render_modes"] for one in classes]
-    assert all(type(one) is list for one in modes)
-    assert len({id(one) for one in modes}) == 3

@@ -17,8 +17,6 @@ from hierroom.vector_env import EscapeRooms
     ("arguments", "said"),
     [
         ({"graph": "h"}, "a graph must be a letter from a to g, a name such as keys-0-1-exit-2, a GoalGraph or a path"),
-        ({"graph": "nowhere.toml"}, "cannot read the goal graph nowhere.toml: No such file or directory"),
-        ({"graph": "broken.toml"}, "broken.toml is not a TOML file"),
         ({"graph": hierroom.GoalGraph((0,) * 7, 1)}, "a grid holds at most 7 rooms"),
         ({"size": 10}, "size must be a whole number from 11 to 63, not 10"),
         ({"max_steps": 0}, "max_steps must be a whole number"),
@@ -26,19 +24,14 @@ from hierroom.vector_env import EscapeRooms
         ({"goal_mask": "all"}, "goal_mask must be one of reachable, existing, seen, none, not 'all'"),
         ({"subgoal_horizon": 0}, "subgoal_horizon must be a whole number from 1 to 2**62 - 1 or None, not 0"),
         ({"novelty_bonus": 10**400}, "novelty_bonus must be a number from 0 to 1,000,000, not 1000"),
-        ({"novelty_bonus": np.zeros((2, 9))}, "novelty_bonus must be a number from 0 to 1,000,000, not a ndarray"),
+        ({"levels": "test"}, "levels must be one of training, evaluation or None, not 'test'"),
         ({"env_index": -1}, "env_index must be a whole number from 0 to 2**62 - 1, not -1"),
         ({"drop_key": "no"}, "drop_key must be True or False, not 'no'"),
-        ({"graph": "hitting_time:16"}, "a set of goal graphs must be rooms:N, hitting_time:LOW..HIGH or expected_step"),
-        ({"graph": "expected_steps:1..2"}, "no goal graph of up to 7 rooms has "),
         ({"curriculum_stages": 2, "graph": "b"}, "a curriculum of 2 stages needs several graphs, as of rooms:4, not b"),
-        ({"graph": ["a", "b"], "exclude": "c"}, "cannot exclude c: it is not among the goal graphs of a and b"),
         ({"curriculum_stages": 0}, "curriculum_stages must be a whole number from 1 to 2**62 - 1, not 0"),
     ],
 )
-def test_invalid_arguments_raise_input_error(api, arguments, said, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "broken.toml").write_text("key_rooms = [0,")
+def test_invalid_arguments_raise_input_error(api, arguments, said):
     with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
         api(**arguments)
     assert "\n" not in str(caught.value)
@@ -56,7 +49,6 @@ def test_invalid_arguments_raise_input_error(api, arguments, said, tmp_path, mon
             lambda: gymnasium.make_vec("hierroom/Task-v0", 10**9, task="workshop:3"),
             "num_envs must be a whole number from 1 to 1",
         ),
-        (lambda: EscapeRoom(meta="best"), "a meta-controller is one of fixed-dfs, random, oracle, none, "),
         (lambda: hierroom.raw_env().reset(seed=-1), "a seed must be a whole number from 0 to 2**63 - 1, not -1"),
         (lambda: EscapeRooms(2).reset(seed=[1, -2]), "a seed must be a whole number from 0 to 2**63 - 1, not -2"),
         (lambda: EscapeRooms(2).reset(seed=[1]), "seeds are one for all environments or 2 of them, not 1"),
@@ -65,9 +57,7 @@ def test_invalid_arguments_raise_input_error(api, arguments, said, tmp_path, mon
         (lambda: vector_env_after_reset().step([0, 0, 0]), "actions must be 2 whole numbers"),
         (lambda: vector_env_after_reset().step([[0], [1, 2]]), "actions must be 2 whole numbers"),
         (lambda: step_parallel_env({"meta_0": 13, "controller_0": None}), "an action must be a whole number, not None"),
-        (lambda: EscapeRoom(reward=[]), "a reward is a function of a step or has a method rewards(step); the reward l"),
         (lambda: EscapeRooms(2).reset(seed=0, options=[1]), "options of a reset are a dict or None, not a list"),
-        (lambda: hierroom.parallel_env().reset(0, 5), "options of a reset are a dict or None, not 5"),
         (lambda: EscapeRooms(2).step([0, 0]), "reset the environment before its first step"),
         (lambda: hierroom.parallel_env().step({}), "reset the environment before its first step"),
         (lambda: hierroom.raw_env().last(), "reset the environment before its first step"),

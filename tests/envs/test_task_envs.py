@@ -12,7 +12,6 @@ import hierroom
 from hierroom.gym_env import EscapeRoom
 from hierroom.support.errors import InputError
 from hierroom.vector_env import EscapeRooms
-from hierroom.worlds.env_config import EnvConfig
 
 
 def holds(kind):
@@ -135,11 +134,6 @@ def test_task_state_and_complexity_follow_its_rules():
     assert env.state_space.contains(env.state())
     assert env.complexity.expected_steps == hierroom.complexity.analyze(chest_task.chest.rules).expected_steps
     assert hierroom.env(chest_task.free).unwrapped.complexity is None
-
-
-def test_rollout_plays_a_task_config_at_random():
-    episodes = list(hierroom.rollout("random", EnvConfig(task=unlock), 2, num_envs=2))
-    assert [len(episode) for episode in episodes] == [60, 60]
 
 
 def test_float64_bounds_become_infinite_without_a_warning(recwarn):

@@ -161,10 +161,3 @@ def test_curve_without_first_value_has_no_area():
     np.testing.assert_array_equal(late.at(np.array([0.0, 5, 10, 15, 20])), [np.nan, np.nan, 3, 2, 1])
     assert np.isnan(late.area)
     assert late.between(10, 20).area == 2
-
-
-@given(arrays(float, 5, elements=st.floats(0, 1)), st.lists(st.integers(1, 99), max_size=6, unique=True))
-def test_interpolated_points_leave_the_area_unchanged(values, more):
-    coarse = curve([0, 20, 50, 70, 100], values)
-    steps = np.union1d(coarse.steps, more)
-    assert Curve(steps, coarse.at(steps)).area == pytest.approx(coarse.area)

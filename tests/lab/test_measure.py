@@ -18,7 +18,6 @@ from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.layout import NO_MAPS
 from hierroom.worlds.escape_room.node_map import NodeMap
-from hierroom.worlds.escape_room.oracle import shortest_lengths
 
 
 def turns_in(*graphs, n=20, seed=3, **settings):
@@ -59,16 +58,6 @@ def test_node_map_equals_the_plain_mapping(drop_key):
             assert [augmented.nodes[i] for i in nodes] == [node_by_hand(level) for level in levels]
             seen |= {augmented.nodes[i].kind for i in nodes}
     assert seen == {"room", "key"}
-
-
-def test_oracle_takes_the_shortest_solutions():
-    turns = turns_in(NAMED_GRAPHS["f"], n=10)
-    shortest = shortest_lengths(turns.world.get_state())
-    counts = count_transitions(turns, OraclePlayer(), episodes=10)
-    assert counts.escaped.all()
-    assert counts.lengths.tolist() == shortest.tolist()
-    report = measure(turns_in(NAMED_GRAPHS["f"], n=10), OraclePlayer(), episodes=10)
-    assert report.chain.expected_steps == pytest.approx(shortest.mean(), rel=1e-9)
 
 
 def test_measured_random_policy_matches_its_episode_lengths():

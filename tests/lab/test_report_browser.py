@@ -1,6 +1,5 @@
 """The charts and the page of a report in a browser, clicked through."""
 
-import pytest
 from report_page import HOSTILE, hostile_run
 from report_reader import NEEDS_BROWSER, Reader
 
@@ -46,44 +45,6 @@ def test_charts_are_drawn_zoomed_and_toggled(reader):
     assert reader.ask("byId('complexity-chart').layout.xaxis.title.text") == "exit depth"
     depths = reader.ask("byId('complexity-chart').data.map((trace) => trace.x).flat()")
     assert sorted(depths) == [2, 2]
-
-
-def test_goal_names_are_text_in_the_chart(reader):
-    name = '<a href="https://example.org">key</a> 1'
-    reader.browser.execute_script("DATA.goals[0].training = {steps: [1, 2], shares: [[arguments[0], [0, 1]]]}", name)
-    reader.choose("goal-mode", "training")
-    assert reader.ask("document.querySelector('#goal-chart .legend').textContent") == name
-    assert reader.ask("document.querySelectorAll('#goal-chart .legend a').length") == 0
-
-
-def test_theme_button_switches_dark_and_light(browser, report):
-    for scheme in ("light", "dark"):
-        reader = Reader(browser, report, scheme=scheme)
-        paper = "getComputedStyle(document.body).backgroundColor"
-        ink = "byId('learning-chart').layout.font.color"
-        colours = reader.ask(paper), reader.ask(ink)
-        assert (colours[0] == "rgb(255, 255, 255)") == (scheme == "light")
-        reader.click("theme")
-        other = reader.ask(paper), reader.ask(ink)
-        assert other[0] != colours[0]
-        assert other[1] != colours[1]
-        assert reader.ask("document.documentElement.dataset.theme") == ("dark" if scheme == "light" else "light")
-        reader.browser.refresh()  # the choice is kept
-        assert reader.ask(paper) == other[0]
-        reader.assert_quiet()
-
-
-@pytest.mark.parametrize("width", [1280, 768, 390, 320])
-def test_page_fits_wide_and_narrow_screens(browser, report, width):
-    reader = Reader(browser, report, width=width)
-    assert reader.ask("document.documentElement.scrollWidth") <= width
-    assert 0.9 * min(width, 500) * 0.85 <= reader.ask("byId('level').getBoundingClientRect().width") <= width
-    for button in ("first", "back", "play", "forward", "last"):
-        box = reader.ask(f"byId('{button}').getBoundingClientRect().toJSON()")
-        assert box["left"] >= 0
-        assert box["right"] <= width
-        assert min(box["width"], box["height"]) >= 35  # large enough for a finger
-    reader.assert_quiet()
 
 
 def test_hostile_run_is_text_in_the_browser(browser, tmp_path):

@@ -45,14 +45,6 @@ def test_file_and_command_line_make_a_plan(tmp_path):
     }
 
 
-def test_seed_and_graph_words_override_the_file(tmp_path):
-    path = tmp_path / "sweep.toml"
-    path.write_text('graphs = ["a", "b"]\nseeds = 2\nmethod = "hippo"\n')
-    assert len(read_plan(path).runs()) == 4
-    (run,) = read_plan(path, ("seed=7", "graph=c")).runs()
-    assert (run.config.seed, run.identity["graph"]) == (7, "c")
-
-
 def test_words_override_the_variants_of_the_file(tmp_path):
     path = tmp_path / "sweep.toml"
     path.write_text('[[variants]]\nname = "long"\ngamma = 0.99\nsize = 31\n[[variants]]\nname = "short"\ngamma = 0.9\n')
@@ -93,11 +85,6 @@ def test_invalid_plan_words_raise_input_error(words, message):
         plan(*words).runs()
 
 
-def test_equal_variants_raise_input_error_with_names():
-    with pytest.raises(InputError, match=r"two runs of the sweep are the same: .* with variant two; leave one out"):
-        Plan({}, variants={"one": {"gamma": [0.9]}, "two": {"gamma": [0.9]}}).runs()
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -134,14 +121,6 @@ def test_digest_changes_only_with_deciding_entries():
     digests = {plan("seed=0", *change).runs()[0].digest for change in changes} | {plan("seed=1").runs()[0].digest}
     digests |= {plan("seed=0", episodes=5).runs()[0].digest, plan("seed=0", metas=("random",)).runs()[0].digest}
     assert len({one.digest, *digests}) == len(changes) + 4
-
-
-def test_digest_of_excluded_graphs_has_an_extra_part(monkeypatch):
-    decided = []
-    monkeypatch.setattr("hierroom.lab.sweep.plan.to_json", lambda decides: decided.append(decides) or to_json(decides))
-    for words in ((), ("exclude=b",)):
-        plan("seed=0", "graph=rooms:3", *words).runs()
-    assert [len(decides) for decides in decided] == [4, 5]
 
 
 def test_digest_ignores_entries_at_their_default():

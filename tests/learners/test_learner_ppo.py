@@ -10,7 +10,6 @@ from learner_envs import SPACE, PlainTorchNetwork, RandomEnvs, make_learner
 from same_state import equal
 
 from hierroom.learners.config import PPOConfig
-from hierroom.learners.distillation import RandomNetworkDistillation
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.learners.ppo import Learner
 from hierroom.learners.torch_backend import TorchBackend
@@ -238,11 +237,6 @@ def test_the_learning_rate_is_annealed_linearly():
     np.testing.assert_allclose(rates, [0.1, 0.06, 0.02])
 
 
-def test_learner_does_not_seed_cuda_generators(monkeypatch):
-    monkeypatch.setattr(torch.cuda, "manual_seed_all", lambda seed: pytest.fail("CUDA's generators are not ours"))
-    make_learner()
-
-
 def test_learner_draws_from_its_seed_and_no_global_generator():
     torch.manual_seed(0)
     np.random.seed(0)  # noqa: NPY002
@@ -267,23 +261,3 @@ def test_wrong_spaces_and_networks_are_refused():
         Learner(SPACE, 3, PPOConfig(), seed=0)
     with pytest.raises(InputError, match=r"feature 1 has 3 values, so its vectors must have shape \[3, d\]"):
         RecurrentActorCritic(AgentSpace((2, 3), 2), 8, feature_vectors=[None, [[0.0], [1.0]]])
-
-
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda: make_learner(hidden_size=64).network,
-        lambda: RandomNetworkDistillation((100, 64, 30), 4, gamma=0.9, seed=1, hidden_size=64).predictor,
-    ],
-)
-def test_weights_depend_on_the_seed_alone(make):
-    """Orthogonal weights are rounded differently by two threads than by one, and torch may have been used before."""
-    before, threads = [weight.clone() for weight in make().parameters()], torch.get_num_threads()
-    torch.set_num_threads(2 if threads == 1 else 1)
-    torch.rand(7)
-    try:
-        after = list(make().parameters())
-        assert torch.get_num_threads() != threads
-    finally:
-        torch.set_num_threads(threads)
-    assert all(torch.equal(ours, theirs) for ours, theirs in zip(before, after, strict=True))

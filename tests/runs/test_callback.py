@@ -1,10 +1,6 @@
 """The `callback` and `quiet` arguments of `hierroom.train`."""
 
-import importlib
 import os
-import sys
-from pathlib import Path
-from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
@@ -16,7 +12,6 @@ from hierroom.train import main
 
 SMALL = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 8, "sequence_length": 16, "minibatches": 2}
 SMALL |= {"steps": 1024, "evaluations": 2, "evaluation_episodes": 4, "log": "none"}
-EXAMPLES = Path(__file__).parents[2] / "examples" / "clients"
 
 
 def stop_at(steps, seen):
@@ -81,28 +76,3 @@ def test_invalid_callback_or_quiet_raises_input_error(tmp_path):
         with pytest.raises(InputError, match=message):
             hierroom.train(**SMALL, out=tmp_path / "run", **named)
     assert not (tmp_path / "run").exists()
-
-
-@pytest.mark.parametrize("is_behind", [True, False])
-def test_optuna_example_prunes_only_when_behind(is_behind, monkeypatch):
-    optuna = ModuleType("optuna")
-    optuna.__dict__.update(Trial=object, TrialPruned=type("TrialPruned", (Exception,), {}))
-    monkeypatch.setitem(sys.modules, "optuna", optuna)
-    monkeypatch.syspath_prepend(EXAMPLES)
-    monkeypatch.delitem(sys.modules, "optuna_pruning", raising=False)
-    optuna_pruning = importlib.import_module("optuna_pruning")
-
-    monkeypatch.setattr(optuna_pruning, "SETTINGS", {name: value for name, value in SMALL.items() if name != "log"})
-    reports = []
-    trial = SimpleNamespace(
-        suggest_float=lambda name, low, high, log: 1e-3,
-        report=lambda value, step: reports.append((value, step)),
-        should_prune=lambda: is_behind and len(reports) == 3,
-    )
-    if is_behind:
-        with pytest.raises(optuna.TrialPruned):
-            optuna_pruning.objective(trial)
-    else:
-        assert 0 <= optuna_pruning.objective(trial) <= 1
-    assert [step for _, step in reports] == list(range(128, 512 if is_behind else 1152, 128))[: 3 if is_behind else 8]
-    assert all(0 <= value <= 1 for value, _ in reports)

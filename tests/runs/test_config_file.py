@@ -83,11 +83,6 @@ def test_config_file_refuses_levels_and_env_index(entry):
         read_config(write_config(entry))
 
 
-def test_config_file_takes_1e6_as_whole_number():
-    assert read_config(write_config("steps = 1e6")).steps == 1_000_000
-    assert type(read_config(write_config("steps = 1e6")).steps) is int
-
-
 @pytest.mark.parametrize(
     ("text", "said"),
     [

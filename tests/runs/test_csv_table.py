@@ -130,14 +130,6 @@ def test_keep_refuses_a_row_beyond_the_steps_taken(table):
         table.keep(3, 30)
 
 
-def test_blank_lines_are_ignored(table):
-    header, *rows = table.path.read_bytes().splitlines(keepends=True)
-    table.path.write_bytes(b"\r\n" + header + b"\r\n".join(rows))
-    assert steps(table) == [10, 20, 30]
-    assert table.keep(2) == 2
-    assert steps(table) == [10, 20]
-
-
 def test_missing_header_is_refused_unless_no_row_is_kept(table):
     without = b"".join(table.path.read_bytes().splitlines(keepends=True)[1:])
     table.path.write_bytes(without)
@@ -147,15 +139,6 @@ def test_missing_header_is_refused_unless_no_row_is_kept(table):
     assert table.keep(0) == 0
     table.append(ROWS)
     assert steps(table) == [10, 20, 30]
-
-
-def test_table_with_byte_order_mark_is_appended_to(table):
-    table.path.write_bytes(codecs.BOM_UTF8 + table.path.read_bytes())
-    saved = CSVTable(table.path)
-    assert saved.keep(2) == 2
-    saved.append([{"steps": 40, "more": 1}])
-    assert [row["more"] for row in saved.read()] == ["nan", "nan", "1"]
-    assert steps(CSVTable(table.path)) == [10, 20, 40]
 
 
 @pytest.mark.parametrize(

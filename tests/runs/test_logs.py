@@ -81,8 +81,9 @@ def test_all_loggers_receive_the_same_values(wandb, tmp_path):
         assert shown[key] == pytest.approx(value, abs=1e-6)
     assert all(math.isfinite(value) for value in shown.values())
     events = EventAccumulator(str(tmp_path / "run")).Reload()
-    for name, steps in shown:
-        assert steps in [one.step for one in events.Scalars(name)]
+    for (name, steps), value in shown.items():
+        assert {one.step: one.value for one in events.Scalars(name)}[steps] == pytest.approx(value, rel=1e-5, abs=1e-6)
+    assert "_hparams_/session_start_info" in events.summary_metadata
 
 
 def test_wandb_logger_reports_the_run(wandb, tmp_path, monkeypatch):

@@ -25,13 +25,8 @@ def named(arguments: str) -> str:
 @pytest.mark.parametrize(
     ("arguments", "name"),
     [
-        ("", "hippo-fixed-dfs-c-seed0"),
-        ("--method ppo --graph g --seed 3", "ppo-g-seed3"),
-        ("--meta learned", "hippo-learned-c-seed0"),
         ("--meta learned --task workshop:4 --preset learned", "hippo-learned-workshop-4-seed0-learned"),
-        ("--num-envs 8 --gamma 0.9", "hippo-fixed-dfs-c-seed0-gamma0.9-num_envs8"),
         ("--preset paper --gamma 0.9", "hippo-fixed-dfs-c-seed0-paper"),  # it does not differ
-        ("--steps 2_000_000", "hippo-fixed-dfs-c-seed0-steps2M"),
         ("--drop-key --no-normalize-advantages", "hippo-fixed-dfs-c-seed0-drop_key-no-normalize_advantages"),
         ("--goal-mask existing --subgoal-horizon 50", "hippo-fixed-dfs-c-seed0-subgoal_horizon50-goal_mask-existing"),
         ("--meta-ppo.gamma 0.99", "hippo-fixed-dfs-c-seed0-meta_ppo.gamma0.99"),

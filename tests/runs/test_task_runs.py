@@ -18,8 +18,6 @@ from stopped_run import stop_at_update
 import hierroom
 from hierroom.commands import evaluate, report, watch
 from hierroom.lab.sweep.plan import read_plan
-from hierroom.learners.fused.backend import FusedBackend
-from hierroom.learners.torch_backend import TorchBackend
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.presets import find_preset
 from hierroom.runs.folder.run_folder import RunFolder
@@ -145,12 +143,6 @@ def test_train_takes_the_task_itself_and_stores_its_name(tmp_path):
     assert repr(agent).startswith("<TrainedAgent hippo-fixed-dfs-chest_task-chest-seed0-")
 
 
-@pytest.mark.parametrize(("name", "backend"), [("chest", TorchBackend), ("lake", FusedBackend)])
-def test_backend_is_chosen_by_the_observation_space(name, backend):
-    trainer = Trainer(find_preset("default").changed(task=f"chest_task:{name}", num_envs=4))
-    assert type(trainer.controller.learner._backend) is backend
-
-
 @pytest.mark.parametrize(
     ("entries", "said"),
     [
@@ -165,8 +157,6 @@ def test_backend_is_chosen_by_the_observation_space(name, backend):
             {"task": "chest_task:chest", "method": "ppo-novelty"},
             "asks for: visited; ppo-rnd rewards novelty without it",
         ),
-        ({"task": "chest_task:chest", "size": 31}, "size is for EscapeRooms; chest_task:chest has no such entry"),
-        ({"task": "chest_task:chest", "goal_mask": "seen"}, "goal_mask of chest_task:chest is one of reachable"),
     ],
 )
 def test_invalid_task_entries_raise_input_error(entries, said):

@@ -21,9 +21,6 @@ NETWORK = '''
 import torch
 from hierroom.learners.networks.actor_critic import RecurrentActorCritic
 
-class Plain(RecurrentActorCritic):
-    pass
-
 class Own(RecurrentActorCritic):
     """Draws in its constructor, uses dropout in training, and keeps the features of its last step."""
 
@@ -180,23 +177,3 @@ def test_threads_sharing_an_agent_play_like_one(agent, tmp_path, user_network):
         assert play() == alone
     for together in run_together(*[play] * 3):
         assert together == alone
-
-
-@pytest.mark.parametrize("entries", [{"network": "own"}, {"method": "ppo-rnd"}])
-@pytest.mark.parametrize("mode", [torch.no_grad, torch.inference_mode])
-def test_training_does_not_depend_on_torch_settings(mode, entries, tmp_path, user_network):
-    if "network" in entries:
-        entries = {"network": user_network.replace("Own", "Plain")}
-
-    def train(name):
-        agent = hierroom.train(out=tmp_path / name, steps=128, evaluations=0, minibatches=2, **SMALL, **entries)
-        return agent.controller.learner.network.state_dict()
-
-    expected = train("as usual")
-    torch.set_default_dtype(torch.float64)
-    try:
-        with mode(), torch.autocast("cpu"), torch.device("meta"):
-            weights = train("otherwise")
-    finally:
-        torch.set_default_dtype(torch.float32)
-    assert all(torch.equal(weights[name], expected[name]) for name in expected)

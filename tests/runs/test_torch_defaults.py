@@ -62,7 +62,7 @@ def other_defaults():
     torch.set_default_device("meta")
     torch.set_default_dtype(torch.float64)
     try:
-        with torch.no_grad():
+        with torch.inference_mode(), torch.autocast("cpu"):
             yield
     finally:
         torch.set_default_device(None)

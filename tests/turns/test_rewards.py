@@ -198,27 +198,6 @@ def test_invalid_reward_result_raises_input_error(value, said):
     assert said in str(caught.value)
 
 
-def test_every_api_takes_a_reward_function():
-    import gymnasium
-
-    def cost(step):
-        return step.extrinsic - 0.125
-
-    aec, parallel = hierroom.raw_env(reward=cost), hierroom.parallel_env(reward=cost)
-    aec.reset(seed=0)
-    aec.step(0)
-    aec.step(1)
-    assert aec.rewards["controller_0"] == -0.125
-    parallel.reset(seed=0)
-    assert parallel.step({"meta_0": 0, "controller_0": 1})[1]["controller_0"] == -0.125
-    single = gymnasium.make("hierroom/EscapeRoom-c-v0", reward=cost)
-    single.reset(seed=0)
-    assert single.step(1)[1] == -0.125
-    many = gymnasium.make_vec("hierroom/EscapeRoom-c-v0", 3, reward=cost)
-    many.reset(seed=0)
-    assert (many.step(np.ones(3, int))[1] == -0.125).all()
-
-
 def test_reward_object_trains_but_cannot_be_saved():
     with pytest.raises(InputError, match="a run names its reward, like"):
         TrainConfig().changed(reward=Watching()).to_dict()

@@ -204,7 +204,6 @@ def test_recorded_episode_is_replayed_and_drawn():
         ({"goals": {"chest": True}}, "goal 'chest' must be a function of environment and info, not True"),
         ({"target": "gold"}, "the target must be one of the goals coin, key, chest, not 'gold'"),
         ({"rules": {"coin": {}}}, "these lack 'key', 'chest'"),
-        ({"rules": {**chest_task.RULES, "rope": {}}}, "these have 'rope'"),
         ({"max_steps": 0}, "max_steps must be at least 1, not 0"),
         ({"vectors": {"coin": [1.0]}}, "vectors of a task are equally many finite numbers for each goal"),
         ({"vectors": {"coin": [1.0], "key": [1.0, 2.0], "chest": [0.0]}}, "no common length"),
@@ -221,17 +220,6 @@ def test_invalid_task_raises_input_error(changes, said):
     with pytest.raises(InputError) as refused:
         hierroom.Task(**{**arguments, **changes})
     assert said in str(refused.value)
-
-
-def test_task_takes_a_rules_object():
-    rules = Rules(
-        {"coin": {"gives": "coin"}, "key": {"gives": "iron"}, "chest": {"needs": "iron", "gives": "gold"}}, "gold"
-    )
-    task = replace(chest, rules=rules, capacity=None)
-    assert task.rules.names == ("coin", "key", "chest")
-    turns = from_cell(0, task)
-    play(turns, TO_CHEST[:4])
-    assert legal(turns) == ["coin", "chest"]
 
 
 class Named(Chest):

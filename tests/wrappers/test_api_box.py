@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from gymnasium.spaces import Box, Discrete
 from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, seed_test
-from supersuit import concat_vec_envs_v1, pettingzoo_env_to_vec_env_v1
 
 import hierroom
 
@@ -130,21 +129,3 @@ def test_space_attributes_belong_to_the_view(make, view):
     for agent in BOTH:
         assert env.observation_spaces[agent] is env.observation_space(agent)
         assert env.action_spaces[agent] is env.action_space(agent)
-
-
-def test_supersuit_plays_two_thousand_steps():
-    env = concat_vec_envs_v1(pettingzoo_env_to_vec_env_v1(make()), 2, base_class="gymnasium")
-    observations, _ = env.reset(seed=0)
-    assert len(np.unique(observations[::2], axis=0)) == 2  # two environments, no copies
-    rng = np.random.default_rng(0)
-    ends = 0
-    for _ in range(1_000):  # of two environments
-        observations, rewards, terminated, truncated, infos = env.step(rng.integers(6, size=4))
-        assert observations.shape == (4, 191)
-        assert np.isfinite(rewards).all()
-        episode_ended = (terminated | truncated).astype(bool)
-        assert (episode_ended[::2] == episode_ended[1::2]).all()
-        ends += int(episode_ended[::2].sum())
-        assert [info["success"] for info in infos] == terminated.astype(bool).tolist()
-    assert ends >= 2 * (1_000 // 60)
-    env.close()

@@ -1,7 +1,5 @@
 """The paper's hitting time against numpy's pseudo-inverse, exact fractions and effective resistances."""
 
-from fractions import Fraction
-
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -39,43 +37,6 @@ def dense_hitting_time(weights, source, target):
 def test_hitting_times_equal_the_papers_two_digits(drop_key):
     values = [analyze(letter, drop_key).hitting_time for letter in NAMED_GRAPHS]
     assert tuple(round(value, 2) for value in values) == TO_TWO_DIGITS[drop_key]
-
-
-@pytest.mark.parametrize("drop_key", [False, True])
-@pytest.mark.parametrize("n_rooms", [2, 3, 4, 5])
-def test_hitting_time_equals_dense_pseudo_inverse(n_rooms, drop_key):
-    for graph in enumerate_graphs(n_rooms):
-        unrolled = AugmentedGraph(graph, drop_key)
-        dense = dense_hitting_time(unrolled.weights.toarray(), unrolled.start, unrolled.exit)
-        assert laplacian_hitting_time(unrolled.weights, 0, unrolled.exit) == pytest.approx(dense, abs=1e-9)
-        assert laplacian_hitting_time(unrolled.weights.toarray(), 0, unrolled.exit) == pytest.approx(dense, abs=1e-9)
-
-
-def graph_a_in_fractions():
-    """D - W of graph a, written down by hand: start, key 1, start and room 1 with the door open, exit."""
-    move, restart, half = Fraction(19, 100), Fraction(1, 100), Fraction(19, 200)
-    return [
-        [move, -move, 0, 0, 0],
-        [-restart, move + restart, 0, -move, 0],
-        [-restart, 0, move + restart, -move, 0],
-        [-restart, 0, -half, move + restart, -half],
-        [-restart, 0, 0, 0, restart],
-    ]
-
-
-def test_graph_a_in_exact_fractions():
-    k = graph_a_in_fractions()
-    size, b = range(5), [1, 0, 0, 0, -1]
-    # least squares of least norm when the null space is the constants: (K'K + 11') x = K'b
-    normal = [[sum(k[r][i] * k[r][j] for r in size) + 1 for j in size] for i in size]
-    x = solve_exactly(normal, [sum(k[r][i] * b[r] for r in size) for i in size])
-    hitting_time = x[0] - x[4]
-    assert sum(x) == 0
-    assert round(float(hitting_time), 2) == 8.36
-    mean = solve_exactly([row[:4] for row in k[:4]], [1] * 4)[0]
-    report = analyze("a")
-    assert report.hitting_time == pytest.approx(float(hitting_time), abs=1e-12)
-    assert report.expected_steps == pytest.approx(float(mean), abs=1e-11)
 
 
 def corridor(n, ahead, back):

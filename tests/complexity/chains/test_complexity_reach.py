@@ -4,7 +4,6 @@ import networkx as nx
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from simulated_walks import simulate_passage_times
 
 from hierroom.complexity import AugmentedGraph, analyze, expected_states, hitting_probability, reach_probability
 from hierroom.complexity.chains import reach as reach_module
@@ -60,19 +59,6 @@ def test_reach_of_a_target_that_may_be_missed(monkeypatch, small):
     assert reach_probability(w, 0, 3, TIMES).tolist() == [0] * len(TIMES)
     assert reach_probability(w, 1, 1, TIMES).tolist() == [1] * len(TIMES)
     np.testing.assert_allclose(expected_states(w, 0, TIMES), 1 + (1 - 0.6**TIMES), atol=1e-12)
-
-
-@pytest.mark.parametrize("drop_key", [False, True])
-@pytest.mark.parametrize("letter", NAMED_GRAPHS)
-def test_reach_agrees_with_simulated_walks(letter, drop_key):
-    report = analyze(letter, drop_key)
-    n_walks, times = 100_000, np.array([5, 20, 60, 150, 400])
-    for goal in ("exit", "door 1"):
-        nodes = report.chain.goals[goal]
-        simulated = simulate_passage_times(report.chain.weights, 0, nodes, n_walks, np.random.default_rng(7))
-        exact = report.reach_probability(times, goal)
-        error = np.sqrt(exact * (1 - exact) / n_walks) + 1 / n_walks
-        assert (abs((simulated[:, None] <= times).mean(axis=0) - exact) < 4.5 * error).all()
 
 
 def test_reach_curve_sums_to_expected_steps():

@@ -3,7 +3,6 @@
 import os
 import signal
 
-import gymnasium
 import numpy as np
 import pytest
 from exhaustive_search import steps_to_goals
@@ -16,7 +15,6 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
-from hierroom.train import parse
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.engine import Engine
@@ -116,12 +114,6 @@ REFUSED = [
 def test_invalid_map_raises_input_error_with_the_cell(drawn, said):
     with pytest.raises(InputError, match=f"^layout maze: {said}"):
         LevelMap.of({"name": "maze", "map": drawn})
-
-
-@pytest.mark.parametrize("graph", ["c", "d"])
-def test_graph_and_layout_options_together_raise_input_error(graph, tmp_path):
-    with pytest.raises(InputError, match="--graph and --layout are both given"):
-        parse(["--graph", graph, "--layout", str(tmp_path / "maze.txt")])
 
 
 def test_invalid_map_file_raises_input_error(tmp_path):
@@ -237,21 +229,6 @@ def test_state_of_other_layouts_raises_input_error():
     with pytest.raises(InputError, match=r"levels.map must be at most 0, not 1"):
         Engine([NAMED_GRAPHS["a"]], size=11).set_state(State(drawn.grids, world.get_state().levels[:1]))
     assert world.get_state().maps is world.state.maps
-
-
-def test_every_api_takes_a_layout(tmp_path):
-    path = tmp_path / "maze.txt"
-    path.write_text(IN_A_ROW, encoding="utf-8")
-    first = gymnasium.make("hierroom/EscapeRoom-v0", layout=str(path)).reset(seed=3)[0]["observation"]
-    many = gymnasium.make_vec("hierroom/EscapeRoom-v0", num_envs=2, layout=IN_A_ROW)
-    assert (many.reset(seed=3)[0]["observation"][0] == first).all()
-    observations, _ = hierroom.parallel_env(layout=[path]).reset(seed=3)
-    assert (observations["controller_0"]["observation"] == first).all()
-    view = hierroom.minigrid_view(gymnasium.make("hierroom/EscapeRoom-v0", layout=IN_A_ROW))
-    assert view.reset(seed=3)[0]["image"].shape == first.shape
-    assert (view.width, view.height) == (12, 12)
-    with pytest.raises(InputError, match=r"has its own graphs: give a layout to hierroom/EscapeRoom-v0"):
-        gymnasium.make("hierroom/EscapeRoom-c-v0", layout=IN_A_ROW)
 
 
 def test_layout_and_graph_options_replace_each_other():

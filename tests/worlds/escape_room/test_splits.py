@@ -3,12 +3,9 @@
 import numpy as np
 import pytest
 
-import hierroom
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.trainer import Trainer
-from hierroom.support.errors import InputError
-from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.engine import Engine
 
@@ -49,15 +46,3 @@ def test_run_trains_and_evaluates_on_separate_levels(graph):
     grids = trainer.fresh_turns(16, config.seed).world.state.grids
     assert all(is_held_out(grid.tobytes()) for grid in grids)
     assert not any(is_held_out(grid.tobytes()) for grid in trainer.turns.world.state.grids)
-
-
-def test_every_api_takes_the_levels_argument():
-    for levels in ("training", "evaluation"):
-        envs = [make(graph="a", size=11, levels=levels) for make in (hierroom.env, hierroom.parallel_env)]
-        for env in envs:
-            env.reset(seed=3)
-            grid = env.unwrapped.single.turns.world.state.grids[0]
-            assert is_held_out(grid.tobytes()) == (levels == "evaluation")
-    with pytest.raises(InputError, match="levels must be one of training, evaluation or None, not 'test'"):
-        hierroom.env(levels="test")
-    assert Turns(EnvConfig("a"), seed=0).world.state.levels["split"][0] == 0
