@@ -12,6 +12,7 @@ from unittest.mock import Mock
 
 import pytest
 from children import run_child, run_python
+from hierroom.support.compile_clock import LINE
 
 from hierroom.commands import report
 from hierroom.support import cli
@@ -35,7 +36,7 @@ TRAIN += " --sequence-length 16 --steps 512 --evaluations 1 --evaluation-episode
 def test_train_survives_lost_output(command, code, tmp_path):
     done = run_child(["bash", "-c", command], cwd=tmp_path, text=False)
     assert done.returncode == code, done.stderr
-    assert done.stderr == b""
+    assert done.stderr.removeprefix(f"{LINE}\n".encode()) == b""  # the first test after a change compiles kernels
     assert (tmp_path / "run" / "summary.json").exists() == (code == 0)
     assert len(list((tmp_path / "run").glob("*.gif"))) == (code == 0)
 

@@ -43,6 +43,14 @@ def fault(how, trigger):
             os._exit(3)
         case "kill":
             os.kill(os.getpid(), signal.SIGKILL)
+        case "fork and be killed":
+            if os.fork():
+                os.kill(os.getpid(), signal.SIGKILL)
+            time.sleep(20)  # with the worker's end of its pipe
+            trigger.with_name("awaited").touch()
+            os._exit(0)
+        case "interrupt":
+            raise KeyboardInterrupt
         case "ask":
             input()
     return lambda: None
@@ -115,6 +123,7 @@ RAISED = "ValueError: bad luck (line "
         ("raise", InputError, f"FAILS: {RAISED}"),
         ("exit", RunError, "WORKER of task has ended in METHOD with exit code 3"),
         ("kill", RunError, "WORKER of task has ended in METHOD by signal SIGKILL, perhaps for lack of memory"),
+        ("interrupt", InputError, "KeyboardInterrupt: "),
         ("ask", InputError, "FAILS: EOFError: EOF when reading a line (line "),
     ],
 )
@@ -127,6 +136,12 @@ def test_fault_in_a_worker_raises_one_line(method, how, error, said, use, capfd)
     assert of_worker in str(raised.value)
     assert "\n" not in str(raised.value)
     assert capfd.readouterr().err == ""
+
+
+def test_end_of_a_worker_is_noticed_although_a_process_of_it_lives(use, tmp_path):
+    with pytest.raises(RunError, match=f"^{re.escape(FIRST)} of task has ended in step by signal SIGKILL"):
+        use("fork and be killed", "step")
+    assert not (tmp_path / "awaited").exists()
 
 
 @pytest.mark.parametrize("method", ["reset", "step"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -23,6 +24,8 @@ MAX_SYMBOL_SIDE = 31
 MAX_SYMBOLS = 2**14
 """Images with more bytes are pixels, too: a symbol takes 64 bytes of memory in each turn of a minibatch."""
 MAX_CATEGORIES = 256
+MAX_NUMBERS = 2**22
+"""Most numbers of an entry that a network reads: each has a place in lists that are made before the network."""
 _KNOWN = (spaces.Box, spaces.Discrete, spaces.MultiDiscrete, spaces.MultiBinary)
 
 
@@ -113,6 +116,8 @@ def _unlike(observations: Sequence[Any], path: tuple[Any, ...], space: spaces.Sp
 
 def feature_of(name: str, space: spaces.Space) -> Feature:
     """Return the feature that reads an entry of the observation."""
+    if (n := math.prod(space.shape or ())) > MAX_NUMBERS:
+        raise InputError(f"a network reads up to {MAX_NUMBERS:,} numbers of an entry; {name} has {n:,}")
     if isinstance(space, spaces.Box):
         layout = _layout(space)
         return Feature(

@@ -60,7 +60,8 @@ class Worker:
             try:
                 with awaited(f"{self._call} of {self._task} in {self._label}"):
                     while not self._connection.poll(1):  # no longer, as a signal may come just before a wait begins
-                        pass
+                        if self._process.exitcode is not None and not self._connection.poll():
+                            raise EOFError  # a process that it started may hold its end of the pipe open
                     error, result = self._connection.recv()
             except (EOFError, OSError):
                 self._fault = f"has ended in {self._call}{self._reason()}"
@@ -111,7 +112,7 @@ def _work(connection: Connection, is_alive: Connection, label: str, make: Callab
         setattr(sys, name, getattr(getattr(sys, name), "rich_proxied_file", getattr(sys, name)))
     threading.Thread(target=_end_with_parent, args=(is_alive,), daemon=True).start()
     envs, call = None, ("make",)
-    with suppress(EOFError, ConnectionError):
+    with suppress(EOFError, OSError):
         while call is not None:
             try:
                 if envs is None:
@@ -119,13 +120,13 @@ def _work(connection: Connection, is_alive: Connection, label: str, make: Callab
                 else:
                     result = getattr(envs, call[0])(*call[1:])
                 connection.send(("", result))
-            except InputError as error:
-                connection.send((str(error), None))
+            except (InputError, KeyboardInterrupt) as error:  # Ctrl-C is left to the parent, so user code raised it
+                connection.send((in_one_line(error), None))
             except Exception as error:  # user code may return what cannot be sent
                 connection.send((f"the result of {call[0]} cannot be sent: {in_one_line(error)}", None))
             call = connection.recv()
     if envs is not None and (error := envs.close()):
-        print(f"warning: {error}, in {label}", file=sys.stderr)
+        print(f"warning: {error}, in {label}\n", end="", file=sys.stderr)  # in one piece, as others may write too
 
 
 def _end_with_parent(is_alive: Connection) -> None:
