@@ -45,14 +45,12 @@ def open_browser(folder):
 class Reader:
     """A reader of one page; ``assert_quiet`` checks that the page logged and loaded nothing."""
 
-    def __init__(self, browser, path, width=1280, scheme="light"):
+    def __init__(self, browser, path):
         self.browser = browser
         browser.execute_cdp_cmd(
             "Emulation.setDeviceMetricsOverride",
-            {"width": width, "height": 1000, "deviceScaleFactor": 1, "mobile": width < 600},
+            {"width": 1280, "height": 1000, "deviceScaleFactor": 1, "mobile": False},
         )
-        features = [{"name": "prefers-color-scheme", "value": scheme}]
-        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
         browser.get(path.as_uri())
         self.ask("localStorage.clear()")
         browser.refresh()

@@ -153,14 +153,6 @@ def test_a_coroutine_function_raises_input_error_without_a_warning(outside, recw
     assert not recwarn.list
 
 
-def test_meta_controller_with_a_failing_attribute_raises_input_error():
-    failing = type("Failing", (), {"choose": print, "statistics": property(lambda _: 1 / 0)})()
-    with pytest.raises(
-        InputError, match=r"^the meta-controller <.*Failing .* fails: ZeroDivisionError: division by zero"
-    ):
-        make_meta(failing)
-
-
 ALL_METHODS = {
     "reset": "None",
     "choose": "np.zeros(len(_[1]), int)",

@@ -19,7 +19,7 @@ from benchmarks.measures.effective_horizon import (
     samples_of,
 )
 from benchmarks.measures.gorp import Gorp
-from benchmarks.measures.mdp import DeterministicMDP, enumerate_env, graph_mdp
+from benchmarks.measures.mdp import enumerate_env, graph_mdp
 from hierroom.complexity import AugmentedGraph
 from hierroom.goals import NAMED_GRAPHS
 
@@ -49,14 +49,6 @@ def test_effective_horizon_of_a_lock_by_hand():
     assert found.value == 3  # T: to look ahead to the end needs one rollout
     assert found.min_k == minimum_k(lock(3), 3) == 1
     assert samples_of(3, 2, found.value) == 9 * 8
-
-
-def test_a_distractor_needs_one_step_of_lookahead():
-    """Random play earns 1 after the bad action and 3/2 at best, but on average 1/2, after the good one."""
-    transitions = np.array([[1, 2], [3, 3], [3, 3], [3, 3]])
-    rewards = np.array([[0, 0], [1, 1], [1.5, -0.5], [0, 0]])
-    assert minimum_k(DeterministicMDP(transitions, rewards), 2) == 2
-    assert effective_horizon(DeterministicMDP(transitions, rewards), 2).rollouts == {}
 
 
 @settings(max_examples=25)

@@ -1,4 +1,4 @@
-"""Variants of the paper's method: single steps as the network's sequences, and returns that go on beyond a goal."""
+"""Variants of the paper's method: returns that go on beyond a goal, and the plans of sweeps."""
 
 from pathlib import Path
 

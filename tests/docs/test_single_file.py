@@ -1,4 +1,4 @@
-"""Algorithm 1 in one file: its length, what it imports, its parts next to the package's, and what it learns."""
+"""Algorithm 1 in one file: its length, what it imports, and what it learns."""
 
 import ast
 import sys

@@ -1,4 +1,4 @@
-"""Other attributes that libraries use: masks, keys, state, specs, render modes."""
+"""Other attributes that libraries use: masks, state, specs."""
 
 import gymnasium
 import numpy as np

@@ -192,10 +192,7 @@ def test_empty_shard_does_nothing(tmp_path, capsys):
     ("words", "message"),
     [
         ((), "say what to train: entries with values to try such as method=hippo,ppo, a TOML file"),
-        (("--seeds", "3"), "say what to train"),
         (("/",), "/ is a folder; a sweep takes entries or a TOML file of them, and its folder as --out"),
-        (("--graphs", "--list"), "--graphs is given without a value"),
-        (("--graphs", "a", "--graphs", "b"), "--graphs is given twice"),
         (("task=workshop:1", "--list"), "the number of goals of a workshop must be at least 2, not 1"),
         (("--task", "workshop:3"), "a sweep takes entries of training as words: task=workshop:3, not --task$"),
         (

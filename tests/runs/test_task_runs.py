@@ -151,7 +151,6 @@ def test_train_takes_the_task_itself_and_stores_its_name(tmp_path):
         ({"task": "chest_task:gold"}, "the task 'chest_task:gold' cannot be loaded: AttributeError: "),
         ({"task": "chest_task:chset"}, "has no attribute 'chset' (is it chest?)"),
         ({"task": "workshopp:4"}, "there is no module 'workshopp' for the task 'workshopp:4' (is it workshop?)"),
-        ({"task": "chest_task:chest", "features": ("view",)}, "features are "),
         ({"task": "chest_task:chest", "method": "ppo-rnd"}, "the curiosity of ppo-rnd reads categories"),
         (
             {"task": "chest_task:chest", "method": "ppo-novelty"},

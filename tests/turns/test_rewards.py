@@ -1,6 +1,5 @@
 """User-defined rewards: the steps they get, how they are named, and errors for invalid ones."""
 
-import json
 import sys
 
 import numpy as np
@@ -162,14 +161,11 @@ def odd(**attributes):
     [
         ("nonsense", "a reward is one of extrinsic, bonus, intrinsic, novelty, an entry point of hierroom.rewards or "),
         ("no_such_module:R", "there is no module 'no_such_module' for the reward 'no_such_module:R'"),
-        (np.ndarray, "the reward ndarray cannot be made: TypeError"),
         (3, "a reward is a function of a step or has a method rewards(step); the reward int is neither"),
         (odd(memories=("smell",)), "levels can remember visited, "),
-        (odd(memories=3), "memories must be a list of names, not 3"),
         (odd(memories="visited"), "memories must be a list of names, not 'visited'"),
         (odd(ends_with_option="no"), "ends_with_option must be True or False, not 'no'"),
         (odd(needs_states=property(lambda self: 1 / 0)), "fails: ZeroDivisionError: division by zero"),
-        (type("Ends", (), {"__init__": lambda self: sys.exit(0)}), "the reward Ends cannot be made: SystemExit"),
     ],
 )
 def test_invalid_reward_raises_input_error(reward, said):
@@ -184,8 +180,6 @@ def test_invalid_reward_raises_input_error(reward, said):
     [
         (lambda step: 1.0, "must return 4 numbers, one for each environment, not an array of float64"),
         (lambda step: np.full(4, np.nan), "the reward <lambda> must return finite numbers, not nan"),
-        (lambda step: ["a"] * 4, "the reward <lambda> must return 4 numbers"),
-        (json.loads, "the reward loads fails: TypeError: the JSON object must be str, bytes or bytearray, not Step"),
         (lambda step: sys.exit(0), "the reward <lambda> fails: SystemExit"),
         (lambda step: step.terminated.__ior__(step.truncated), "ValueError: output array is read-only"),
         (lambda step: step.price, "fails: AttributeError: a step has no 'price' (line "),

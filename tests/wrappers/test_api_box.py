@@ -1,4 +1,4 @@
-"""The box view: its numbers, and its use with PettingZoo's checkers and SuperSuit."""
+"""The box view: its numbers, and PettingZoo's checkers."""
 
 import numpy as np
 import pytest

@@ -69,14 +69,6 @@ def test_the_mission_stays_to_the_end_of_the_episode():
     assert missions <= {f"pick up the {colour} key" for colour in COLOURS}
 
 
-@pytest.mark.parametrize("kind", [int, np.int64, np.array])
-def test_step_takes_python_and_numpy_integers(kind):
-    env = make()
-    env.reset(seed=0)
-    env.step(kind(1))
-    assert env.step_count == 1
-
-
 @pytest.mark.parametrize("action", [Actions.drop, Actions.done])
 def test_actions_without_a_counterpart_only_cost_the_step(action):
     env = make()

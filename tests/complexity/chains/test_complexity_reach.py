@@ -1,4 +1,4 @@
-"""Reach curves: closed forms, both ways to compute them, 10^5 simulated walks, a million steps."""
+"""Reach curves: closed forms, both ways to compute them, a million steps."""
 
 import networkx as nx
 import numpy as np

@@ -215,15 +215,6 @@ def test_workshops_pass_the_api_checkers():
     api_test(hierroom.env(task="workshop:4", max_steps=30), num_cycles=60)
     parallel_api_test(hierroom.parallel_env(TASK, max_steps=30), num_cycles=60)
     check_env(gymnasium.make("hierroom/Workshop-v0").unwrapped, skip_render_check=True)
-    one = gymnasium.make("hierroom/Workshop-v0", task="workshop:4", env_index=1)
-    many = gymnasium.make_vec("hierroom/Workshop-v0", num_envs=3, task="workshop:4")
-    shown, all_shown = one.reset(seed=5)[0], many.reset(seed=5)[0]
-    rng = np.random.default_rng(0)
-    for _ in range(40):
-        for name, array in all_shown.items():
-            np.testing.assert_array_equal(array[1], shown[name])
-        action = int(rng.integers(one.action_space.n))
-        shown, all_shown = one.step(action)[0], many.step(np.full(3, action))[0]
 
 
 @pytest.mark.parametrize("method", [*METHODS, "learned", "random"])
