@@ -123,17 +123,21 @@ def said_when_slow(
 ) -> Iterator[Callable[[float], None]]:
     """Write lines about the work in this context to standard error, if it takes longer than two seconds.
 
+    No line repeats a share of the work, because whoever asks for episodes one by one may keep the work waiting.
+
     Args:
         work: the work in words, such as ``playing 100 episodes``, or a function that returns them.
         share: returns the share of the work that is done, 0 to 1. Or call the function that this context gives with it.
     """
-    done, began, stream, shares = threading.Event(), time.perf_counter(), sys.stderr, [0.0]
+    done, began, stream, shares = threading.Event(), time.perf_counter(), LastingStream(sys.stderr), [0.0]
 
     def say() -> None:
-        wait = FIRST_SECONDS
+        wait, before = FIRST_SECONDS, 0.0
         while not done.wait(wait):
-            words = work if isinstance(work, str) else work()
             now, seconds = max(shares[0], share()), time.perf_counter() - began
+            if now and now == before:
+                continue
+            words, before = work if isinstance(work, str) else work(), now
             ready = f"{now:.0%} done, about {_duration(seconds * (1 - now) / now)} left" if now else _duration(seconds)
             print(f"{words}: {ready}", file=stream, flush=True)
             wait = NEXT_SECONDS

@@ -43,3 +43,13 @@ def test_rollout_writes_lines_unless_progress_is_given(monkeypatch, capsys):
             time.sleep(0.02)
     assert len(re.findall(r"^playing 4 episodes: ", capsys.readouterr().err, re.MULTILINE)) == 1
     assert done[-1] == 4
+
+
+def test_episodes_that_are_kept_waiting_write_no_more_lines(monkeypatch, capsys):
+    monkeypatch.setattr(output, "NEXT_SECONDS", 0.05)
+    episodes = hierroom.rollout("random", hierroom.EnvConfig("a", size=11, max_steps=20), 4, num_envs=1)
+    next(episodes)
+    next(episodes)  # only now is the first one counted
+    time.sleep(0.5)
+    episodes.close()
+    assert capsys.readouterr().err.count("playing 4 episodes: 25% done") == 1
