@@ -39,9 +39,12 @@ def step_results(results: Sequence[Any], env: str) -> StepResults:
     A reward is a finite number; ``terminated`` and ``truncated`` are True or False, as for Gymnasium's own checker.
     Arrays without axes count as the number or flag that they hold.
     """
-    observations, rewards, terminated, truncated, infos = _columns(results, _STEP, env)
-    ends, cuts = _as_flags(terminated, "terminated", env), _as_flags(truncated, "truncated", env)
-    return StepResults(observations, _as_numbers(rewards, env), ends, cuts, infos)
+    observations, rewards, *ends, infos = _columns(results, _STEP, env)
+    flags = _as_array(ends)
+    if flags.ndim != 2 or flags.dtype is not _FLAG:
+        flags = [_as_flags(values, name, env) for values, name in zip(ends, _STEP[2:], strict=False)]
+    terminated, truncated = flags
+    return StepResults(observations, _as_numbers(rewards, env), terminated, truncated, infos)
 
 
 def unpaid_step(result: Any, env: str) -> tuple[Any, bool, bool]:
@@ -88,14 +91,11 @@ def _number(value: Any) -> float:
 
 
 def _as_flags(values: Sequence[Any], name: str, env: str) -> NDArray[np.bool_]:
-    flags = _as_array(values)
-    if flags.ndim != 1 or flags.dtype is not _FLAG:
-        ones = [*map(_as_array, values)]
-        for value, one in zip(values, ones, strict=True):
-            if one.ndim or one.dtype is not _FLAG:
-                raise InputError(f"step of {env} must return True or False as {name}, not {shown(value)}")
-        flags = np.array([one.item() for one in ones])
-    return flags
+    ones = [*map(_as_array, values)]
+    for value, one in zip(values, ones, strict=True):
+        if one.ndim or one.dtype is not _FLAG:
+            raise InputError(f"step of {env} must return True or False as {name}, not {shown(value)}")
+    return np.array([one.item() for one in ones])
 
 
 def _as_array(value: Any) -> NDArray[Any]:

@@ -87,8 +87,9 @@ class awaited:
         self._name = name
 
     def __enter__(self) -> None:
-        self._outer = self.names.get(threading.get_ident(), ())
-        self.names[threading.get_ident()] = (*self._outer, self._name)
+        thread = threading.get_ident()
+        self._outer = self.names.get(thread, ())
+        self.names[thread] = (*self._outer, self._name)
 
     def __exit__(self, *_: object) -> None:
         self.names[threading.get_ident()] = self._outer

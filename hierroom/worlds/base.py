@@ -89,6 +89,7 @@ class BaseWorld(ABC):
         self._seeds, self._numbers, self._lengths = (np.zeros(num_envs, np.int64) for _ in range(3))
         self._indices = self.config.env_index + np.arange(num_envs)
         self._counts = np.zeros((num_envs, len(self.goals)), np.int64)
+        self._given = np.zeros_like(self._counts), np.zeros(num_envs), *np.zeros((2, num_envs), bool)
         self.dependencies = Dependencies.of(self.rules, self.goals)
         self._start = np.zeros(0, np.int64) if self.dependencies is None else self.dependencies.rules.start_marking
         self._markings = np.tile(self._start, (num_envs, 1))
@@ -131,7 +132,7 @@ class BaseWorld(ABC):
         """Begin the first episode of a seed (0 to 2**63 - 1), or without a seed each environment's next one."""
         chosen = chosen_envs(envs, len(self))
         write_seeds({"seed": self._seeds, "episode": self._numbers}, seed, chosen)
-        self._outcomes[chosen] = 0
+        self._outcomes.put(chosen, np.zeros((), OUTCOME))  # an assignment would copy field by field
         self.has_begun = True
         self._begin_next(chosen)
 
@@ -158,27 +159,24 @@ class BaseWorld(ABC):
             terminated: [N] where the step ended the episode.
             truncated: [N] where something other than the step limit cut the episode off.
         """
-        shape, outcomes = self._counts.shape, self._outcomes
-        given = np.empty(shape, np.int64), np.empty(shape[0]), np.empty(shape[0], bool), np.empty(shape[0], bool)
-        for array, values in zip(given, (times, rewards, terminated, truncated), strict=True):
-            array[...] = values
+        outcomes, given = self._outcomes, self._given
+        given[0][...], given[1][:], given[2][:], given[3][:] = times, rewards, terminated, truncated
         kept = self._counts, self._lengths, self._has_ended, outcomes
         n_achieved, n_ended = _OUTCOMES.run(*given, *kept, self.max_steps, self.goals.target, self.autoreset)
         if n_achieved and self.dependencies is not None:
             self.dependencies.apply(self._markings, given[0])
         if n_ended and self.autoreset:
-            ended = np.flatnonzero(outcomes["terminated"] | outcomes["truncated"])
+            (ended,) = (outcomes["terminated"] | outcomes["truncated"]).nonzero()
             self._ended = ended, self.observe(ended)
             self._begin_next(ended)
         return outcomes
 
     def observe(self, envs: NDArray[np.integer]) -> Any:
         """Return the view of environments [M]."""
-        episodes = np.array([self._seeds[envs], self._indices[envs], self._numbers[envs]]).T
+        episodes = np.array([self._seeds, self._indices, self._numbers]).take(envs, axis=1).T
+        arrays = (array.take(envs, axis=0) for array in (self._counts, self._markings, self._lengths))
         facts = self.goals, self.dependencies, self.is_repeatable, self.config.levels
-        return BaseView(
-            *facts, self.shown(envs), self._counts[envs], self._markings[envs], self._lengths[envs], episodes
-        )
+        return BaseView(*facts, self.shown(envs), *arrays, episodes)
 
     def exact_view(self, envs: NDArray[np.integer]) -> Any:
         """Return a copied view of environments [M], with all facts for meta-controllers."""

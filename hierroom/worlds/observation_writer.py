@@ -31,6 +31,7 @@ class ObservationWriter:
         self._world, self._flat = world, flat
         self._parts = observation_spaces(world.observation_spaces, world.goals, world.n_actions)
         self._space = spaces.Dict(self._parts)
+        self._mask = np.ones((len(world), world.n_actions), np.int8)
         if flat:
             require_flat(len(world) * spaces.flatdim(self._space))
             row: Any = spaces.flatten_space(self._space)
@@ -49,8 +50,8 @@ class ObservationWriter:
     def write(self, goals: NDArray[np.integer], arrays: tuple[NDArray, ...]) -> None:
         """Write the current observations, with goals [N], into arrays from `empty`."""
         world = self._world
-        shown = {**world.shown(world.everywhere), "goal": world.goals.vectors[goals]}
-        shown["action_mask"] = np.ones((len(world), world.n_actions), np.int8)
+        vectors = world.goals.vectors.take(goals, axis=0)
+        shown = {**world.shown(world.everywhere), "goal": vectors, "action_mask": self._mask}
         if self._flat:
             np.concatenate([_rows(shown[name], one) for name, one in self._space.items()], axis=1, out=arrays[0])
             return

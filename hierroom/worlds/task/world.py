@@ -42,7 +42,7 @@ class TaskWorld(BaseWorld):
         self.task, self._trial, self.label = task, task.trial, task.label
         self.goals, self.n_actions = task.goal_set, task.n_actions
         self.rules = task.rules and replace(task.rules, label=task.name)
-        self.is_repeatable = self._trial.are_counts
+        self.is_repeatable = np.array(self._trial.are_counts)
         self.observation_spaces: dict[str, spaces.Space] = {name: one for name, (_, one) in self._trial.entries.items()}
         self.default_max_steps = task.max_steps
         left_out = ", ".join(self._trial.left_out)
@@ -90,9 +90,8 @@ class TaskWorld(BaseWorld):
 
     def begin(self, envs: NDArray[np.integer]) -> None:
         """Begin the episodes of environments [M], each with its own seed."""
-        numbers = envs.tolist()
-        seeds = [self.replayer.seed_of(self.identity(env)) for env in numbers]
-        self._note(envs, *self._envs.reset(numbers, seeds))
+        seeds = [self.replayer.seed_of(self.identity(env)) for env in envs.tolist()]
+        self._note(envs, *self._envs.reset(envs.tolist(), seeds))
         self._taken[envs], self._actions[envs], self._cut[envs] = 0, _NONE, False
 
     def _begin_next(self, envs: NDArray[np.integer]) -> None:
@@ -102,7 +101,7 @@ class TaskWorld(BaseWorld):
 
     def identity(self, env: int) -> tuple[int, int, int, str | None]:
         """Return the identity of an environment's episode: seed, environment, episode number and set of levels."""
-        return int(self.seeds[env]), int(self.indices[env]), int(self.numbers[env]), self.config.levels
+        return int(self._seeds[env]), int(self._indices[env]), int(self._numbers[env]), self.config.levels
 
     def _note(self, envs: NDArray[np.integer], observations: Sequence[Any], totals: NDArray) -> None:
         where = self._where(envs)
@@ -112,20 +111,19 @@ class TaskWorld(BaseWorld):
 
     def shown(self, envs: NDArray[np.integer]) -> dict[str, NDArray]:
         """Return the observations of environments [M], by name."""
-        return {name: array[envs] for name, array in self._shown.items()}
+        return {name: array.take(envs, axis=0) for name, array in self._shown.items()}
 
     def step(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Act once in every environment; an action that does not exist only costs the step."""
         before, n = self._totals.copy(), len(actions)
-        rewards, terminated, truncated = np.zeros(n), np.zeros(n, bool), self._cut.copy()
-        acts = (actions >= 0) & (actions < self.n_actions) & ~self._has_ended
-        envs = self.everywhere if acts.all() else np.flatnonzero(acts)
-        if len(envs):
-            where = self._where(envs)
-            taken = self._act(envs, actions[where])
-            rewards[where], terminated[where] = taken.rewards, taken.terminated
-            truncated[where] |= taken.truncated
-        return self.record(np.maximum(self._totals - before, 0), rewards, terminated, truncated)
+        acts = (actions.view(np.uint64) < self.n_actions) > self._has_ended  # negative actions become large ones
+        if np.count_nonzero(acts) == n:
+            _, rewards, terminated, truncated, _ = self._act(self.everywhere, actions)
+        else:
+            rewards, terminated, truncated = np.zeros(n), *np.zeros((2, n), bool)
+            if len(envs := np.flatnonzero(acts)):
+                _, rewards[envs], terminated[envs], truncated[envs], _ = self._act(envs, actions[envs])
+        return self.record(np.maximum(self._totals - before, 0), rewards, terminated, truncated | self._cut)
 
     def _act(self, envs: NDArray[np.integer], actions: NDArray[np.integer]) -> Taken:
         taken, where = self._envs.step(envs.tolist(), (self._trial.first_action + actions).tolist()), self._where(envs)
