@@ -131,7 +131,8 @@ class BaseWorld(ABC):
     def reset(self, seed: Seeds = None, envs: Any = slice(None)) -> None:
         """Begin the first episode of a seed (0 to 2**63 - 1), or without a seed each environment's next one."""
         chosen = chosen_envs(envs, len(self))
-        write_seeds({"seed": self._seeds, "episode": self._numbers}, seed, chosen)
+        if seed is not None:
+            write_seeds({"seed": self._seeds, "episode": self._numbers}, seed, chosen)
         self._outcomes.put(chosen, np.zeros((), OUTCOME))  # an assignment would copy field by field
         self.has_begun = True
         self._begin_next(chosen)
@@ -174,9 +175,9 @@ class BaseWorld(ABC):
     def observe(self, envs: NDArray[np.integer]) -> Any:
         """Return the view of environments [M]."""
         episodes = np.array([self._seeds, self._indices, self._numbers]).take(envs, axis=1).T
-        arrays = (array.take(envs, axis=0) for array in (self._counts, self._markings, self._lengths))
-        facts = self.goals, self.dependencies, self.is_repeatable, self.config.levels
-        return BaseView(*facts, self.shown(envs), *arrays, episodes)
+        facts = self.goals, self.dependencies, self.is_repeatable, self.config.levels, self.shown(envs)
+        counts, markings = self._counts.take(envs, axis=0), self._markings.take(envs, axis=0)
+        return BaseView(*facts, counts, markings, self._lengths.take(envs), episodes)
 
     def exact_view(self, envs: NDArray[np.integer]) -> Any:
         """Return a copied view of environments [M], with all facts for meta-controllers."""
@@ -200,7 +201,7 @@ class BaseWorld(ABC):
         legal = np.zeros((len(view), self.goals.n_choices), bool)
         allowed = True if mask == "none" else getattr(view, mask)
         legal[:, :-1] = allowed & are_turns[:, None]
-        legal[:, -1] = ~legal[:, :-1].any(axis=1)
+        legal[:, -1] = ~np.logical_or.reduce(legal[:, :-1], axis=1)  # faster than its method
         return legal
 
     def observe_one(self, goal: int) -> dict[str, Any]:

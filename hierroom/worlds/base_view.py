@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals.goal_set import GoalSet
-from hierroom.support.arrays import freeze
 from hierroom.worlds.dependencies import Dependencies
 from hierroom.worlds.env_config import SPLITS
 from hierroom.worlds.world import Feature
@@ -83,8 +82,8 @@ class BaseView:
     episodes: NDArray[np.integer]
 
     def __post_init__(self) -> None:
-        freeze(self)
-        freeze(self.entries)
+        for array in (self.counts, self.markings, self.steps, self.episodes, *self.entries.values()):
+            array.setflags(write=False)
 
     def __len__(self) -> int:
         return len(self.counts)
