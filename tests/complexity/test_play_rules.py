@@ -152,6 +152,7 @@ def test_command_keeps_the_counts_and_rules_of_what_was_achieved(tmp_path, monke
         assert shown in capsys.readouterr().out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("letter", "abcdefg")
 def test_rules_of_levels_are_found_from_a_trained_agent(letter):
     agent = hierroom.load(letter, meta="random")

@@ -59,7 +59,7 @@ def of_episode(episode):
     observations=st.booleans(),
     seed=st.integers(0, 99),
 )
-@settings(max_examples=12)
+@settings(max_examples=6)
 def test_kept_episodes_never_change(world, length, first, sizes, observations, seed):
     config, (episodes, num_envs) = EnvConfig(**WORLDS[world], max_steps=length, reward=passing), sizes
     played = hierroom.rollout(

@@ -24,6 +24,7 @@ RUNS = {
     "torch": {"task": "chest_task:chest"},
     "own network": {"graph": "a", "network": "test_torch_defaults:Forgetful"},
 }
+SLOW = ("curious", "learned meta")
 
 
 class Forgetful(nn.Module):
@@ -85,7 +86,9 @@ def results(path, **entries):
 
 
 @pytest.mark.usefixtures("one_thread")
-@pytest.mark.parametrize("run", RUNS)
+@pytest.mark.parametrize(
+    "run", [*("compiled", "torch", "own network"), *(pytest.param(one, marks=pytest.mark.slow) for one in SLOW)]
+)
 def test_training_and_play_do_not_depend_on_torch_defaults(run, tmp_path):
     expected = results(tmp_path / "plain.safetensors", **RUNS[run])
     with other_defaults():

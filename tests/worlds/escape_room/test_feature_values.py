@@ -41,7 +41,7 @@ def played():
     """Yield turns, observations and last actions of controllers in random play."""
     turns = make([NAMED_GRAPHS["b"], NAMED_GRAPHS["f"]], N_ENVS, seed=5, size=13, max_steps=300, drop_key=True)
     meta, rng, last = make_meta("random"), np.random.default_rng(2), np.full(N_ENVS, N_ACTIONS)
-    for _ in range(1500):
+    for _ in range(900):
         take_turn(meta, turns)
         others = rng.random(N_ENVS) < 0.1
         turns.ledger.write_fields({"goals": rng.integers(NO_GOAL, N_GOALS, others.sum())}, others)

@@ -38,7 +38,7 @@ def test_goal_place_is_the_last_seen_position():
     meta = make_meta("random")
     rng, memories = np.random.default_rng(0), [{} for _ in range(N_ENVS)]
     compared = {"no goal": 0, "not there": 0, "not seen yet": 0, "in view": 0, "remembered": 0, "dropped": 0}
-    for _ in range(1200):
+    for _ in range(700):
         take_turn(meta, turns)
         turns.ledger.write_fields({"goals": NO_GOAL}, rng.random(N_ENVS) < 0.01)
         observation = turns.observe("controller_0", np.arange(N_ENVS))
@@ -69,7 +69,7 @@ def test_doorway_places_are_the_last_two_used():
     turns = make([NAMED_GRAPHS["c"], NAMED_GRAPHS["e"]], N_ENVS, size=13, max_steps=500, seed=4)
     rng, histories = np.random.default_rng(1), [[] for _ in range(N_ENVS)]  # a cell each time a door is used
     compared = {"none yet": 0, "one": 0, "two": 0, "opened": 0, "walked through": 0}
-    for _ in range(3000):
+    for _ in range(1800):
         observation = turns.observe("controller_0", np.arange(N_ENVS))
         for level, history, places in zip(
             observation.levels, histories, FEATURES["doorway-places"].encode(observation), strict=True

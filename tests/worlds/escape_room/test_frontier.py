@@ -37,7 +37,7 @@ def test_explored_maps_and_frontiers_follow_the_views(size, graphs):
     rng, seen, floor = np.random.default_rng(2), [set() for _ in range(N_ENVS)], [set() for _ in range(N_ENVS)]
     compared = {"here": 0, "elsewhere": 0, "none here": 0, "none elsewhere": 0}
     in_doorway = 0
-    for step in range(2500 if size == 13 else 800):
+    for step in range(900 if size == 13 else 300):
         observation = turns.observe("controller_0", np.arange(N_ENVS))
         for n, level in enumerate(observation.levels):
             for cell, tile in in_view(level, observation.tiles[n]):
@@ -77,8 +77,8 @@ def test_explored_maps_and_frontiers_follow_the_views(size, graphs):
         for n in np.flatnonzero(ended):
             seen[n].clear()
             floor[n].clear()
-    assert min(compared.values()) > 20, compared
-    assert size > 13 or in_doorway > 20
+    assert min(compared.values()) > 5, compared
+    assert size > 13 or in_doorway > 5
 
 
 def test_open_doorway_is_frontier_until_neighbours_are_seen():

@@ -147,7 +147,7 @@ def test_map_name_is_its_file_name(tmp_path):
 def test_shortest_lengths_on_maps_equal_exhaustive_search(name, drop_key):
     """From states of a walk that picks up, opens and drops, in rooms and in doorways."""
     world, rng, doorways = world_of(MAPS[name], n=8, max_steps=10**6, drop_key=drop_key), np.random.default_rng(3), 0
-    for _ in range(15):
+    for _ in range(8):
         for _ in range(30):
             world.step(rng.choice(6, 8, p=[0.4, 0.1, 0.1, 0.19, 0.2, 0.01]))
         state = world.get_state()
