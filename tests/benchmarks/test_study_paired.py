@@ -5,7 +5,7 @@ import pytest
 from study_tables import measured_rows, run_rows
 
 from benchmarks.study.bootstrap import Bootstrap
-from benchmarks.study.paired import median_ratios, pair, ratios
+from benchmarks.study.paired import pair, ratios
 
 GRAPHS = ("one", "two", "three", "four")
 MEASURES = measured_rows(GRAPHS, twins=("one",), rooms=(2, 3, 4, 5))
@@ -36,12 +36,3 @@ def test_median_ratio_of_even_count_is_geometric_mean():
     ends = forth.low, forth.high
     assert ends == pytest.approx((1.1, 8.0))  # of four graphs the interval is from the least to the greatest
     assert back == pytest.approx((1 / 3.0, 1 / 8.0, 1 / 1.1))
-
-
-def test_median_ratio_of_inverse_ratios_is_inverse():
-    inf = np.inf
-    rows = np.array([[0, 1, 4, inf], [0, 0, inf, inf], [0, 0, 2, inf], [1, 2, inf, inf], [0, 0, 0, 2], [5, 5, 6, 6]])
-    expected = [2, 1, 0, inf, 0, np.sqrt(30)]
-    assert median_ratios(rows) == pytest.approx(expected)
-    with np.errstate(divide="ignore"):
-        assert median_ratios(1 / rows) == pytest.approx(1 / np.array(expected))

@@ -48,7 +48,11 @@ class Mlflow(ModuleType):
         self.steps.append(step)
 
 
-@pytest.mark.parametrize("block", PYTHON, ids=[f"{block.page}-{n}" for n, block in enumerate(PYTHON)])
+def python_block(n, block):
+    return pytest.param(block, id=f"{block.page}-{n}", marks=[pytest.mark.slow] * ("train(" in block.text))
+
+
+@pytest.mark.parametrize("block", [python_block(n, block) for n, block in enumerate(PYTHON)])
 def test_python_blocks_run(block, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(ROOT / "examples")
