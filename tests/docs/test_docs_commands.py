@@ -57,6 +57,7 @@ def test_docs_show_every_command():
     assert {shlex.split(command)[3] for command in COMMANDS} == {*NAMES_OF_COMMANDS} - {"compile"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
 def test_command_of_the_docs_succeeds(command, folder, tmp_path, monkeypatch):
     name, *words = shlex.split(command)[3:]

@@ -47,15 +47,13 @@ def runs(tmp_path_factory):
 @pytest.mark.parametrize(
     "options",
     [
-        ["--method", "ppo"],
-        ["--method", "ppo-bonus"],
-        ["--method", "ppo-sketch"],
         ["--method", "ppo-rnd"],
         LEARNED,
         ["--meta", "random", "--goal-mask", "existing", "--subgoal-horizon", "5"],
-        ["--meta", "none"],
-        ["--reward", "bonus", "--max-steps", "12"],
         ["--reward", "chest_task:hurry"],
+        *(pytest.param(["--method", name], marks=pytest.mark.slow) for name in ("ppo", "ppo-bonus", "ppo-sketch")),
+        pytest.param(["--meta", "none"], marks=pytest.mark.slow),
+        pytest.param(["--reward", "bonus", "--max-steps", "12"], marks=pytest.mark.slow),
     ],
     ids=" ".join,
 )
