@@ -10,9 +10,11 @@ import torch
 from torch import Tensor, nn
 
 from hierroom.agents.config import DEFAULT_NETWORK
+from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
 from hierroom.learners.networks.array_network import ArrayActorCritic
 from hierroom.learners.networks.encoder import Vectors
+from hierroom.learners.networks.feed_forward import FeedForwardActorCritic, ScaledActorCritic
 from hierroom.support.errors import InputError, shown, user_code
 from hierroom.support.plugins import load_plugin
 
@@ -23,7 +25,9 @@ _TOLERANCE = 1e-3
 _one_tries = Lock()
 
 
-def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vectors) -> nn.Module:
+def make_network(
+    spec: str, space: AgentSpace, hidden_size: int, vectors: Vectors, config: PPOConfig | None = None
+) -> nn.Module:
     """Return the network that a user specified, after a trial of a custom one.
 
     Args:
@@ -31,11 +35,20 @@ def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vector
             ``package.module:Class``, a `torch.nn.Module` that implements `PolicyNetwork`.
         vectors: fixed vectors for values of features, for built-in networks (see `FeatureEncoder`). Custom networks get
             only the space and the hidden size.
+        config: says which built-in network; None: `PPOConfig`'s defaults.
     """
+    config = config or PPOConfig()
     if not isinstance(spec, str):
         raise InputError(f"a network is named, like {DEFAULT_NETWORK} or package.module:Class, not {shown(spec)}")
     if spec == DEFAULT_NETWORK:  # compiled kernels can train it if the space has no arrays
-        return (ArrayActorCritic if space.arrays else RecurrentActorCritic)(space, hidden_size, vectors)
+        inputs = {"pictures": config.pictures, "scaled": config.scale_observations}
+        if config.memory == "none":
+            return FeedForwardActorCritic(space, hidden_size, vectors, **inputs)
+        if not space.arrays:
+            return RecurrentActorCritic(space, hidden_size, vectors)
+        if config.scale_observations or config.pictures != "small":
+            return ScaledActorCritic(space, hidden_size, vectors, **inputs)
+        return ArrayActorCritic(space, hidden_size, vectors)
     make = load_plugin(spec, "network", (DEFAULT_NETWORK,), ENTRY_POINT_GROUP)
     with user_code(f"the network {spec!r}", "cannot be made"):
         network = make(space, hidden_size)

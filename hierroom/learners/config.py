@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 from msgspec import Meta
 
 from hierroom.support.errors import InputError
 from hierroom.support.typed_value import Fraction, NotNegative, Positive, check_entries
 
+PictureNetwork = Literal["small", "nature", "impala"]
 _Count = Annotated[int, Meta(ge=1, le=2**20)]
 """A whole number with a bound beyond any practical use, but safe in 64-bit arithmetic."""
 
@@ -36,7 +37,14 @@ class PPOConfig:
         normalize_advantages: whether to normalise the advantages of each minibatch to mean 0 and deviation 1.
         min_advantage_std: lower bound of that deviation before normalising, above 0, so that noise is not amplified.
             Without it flat PPO had not learned graph a from the exit reward after 3M steps (one seed; with it 100%).
-        hidden_size: units of the encoder and of the recurrent core, at least 1.
+        hidden_size: units of each layer, at least 1.
+        memory: lstm, or none for a network that acts on the current observation alone. Use none unless the observations
+            of a task hide what its best actions depend on.
+        pictures: the network that reads pictures: small; nature (Mnih et al. 2015); or impala (Espeholt et al. 2018).
+        scale_observations: whether each number of an observation has a scale of its own: its bounds, or else the mean
+            and deviation of the turns so far.
+        scale_returns: whether rewards are divided by the running deviation of their discounted returns, so that their
+            scale does not matter.
     """
 
     sequence_length: _Count = 32
@@ -55,12 +63,25 @@ class PPOConfig:
     normalize_advantages: bool = True
     min_advantage_std: Positive = 0.1
     hidden_size: Annotated[int, Meta(ge=1, le=2**16)] = 64
+    memory: Literal["lstm", "none"] = "lstm"
+    pictures: PictureNetwork = "small"
+    scale_observations: bool = False
+    scale_returns: bool = False
 
     def __post_init__(self) -> None:
         check_entries(self)
-        if self.sequences_per_update is not None and self.sequences_per_update < self.minibatches:
+        if self.sequences_per_update is not None and self.parts(self.sequences_per_update) < self.minibatches:
             few = f"{self.sequences_per_update} sequences_per_update"
-            raise InputError(f"each of the {self.minibatches} minibatches needs a sequence; there are {few}")
+            raise InputError(f"each of the {self.minibatches} minibatches needs a {self.part}; there are {few}")
+
+    @property
+    def part(self) -> str:
+        """What minibatches are made of: a network without memory learns from single turns."""
+        return "sequence" if self.memory == "lstm" else "turn"
+
+    def parts(self, sequences: int) -> int:
+        """Return how many parts for minibatches a number of sequences has."""
+        return sequences if self.memory == "lstm" else sequences * self.sequence_length
 
     def learning_rate_at(self, progress: float) -> float:
         """Return Adam's step size when a fraction of training, from 0 to 1, is done."""

@@ -48,6 +48,7 @@ def check_learner_state(
         {
             "backend": Table({"network": _network_schema(network), **moments, "n_steps": Whole(0, _MOST)}),
             "rollout": Table({"arrays": Table(rollout), "free": columns, "full": columns}),
+            **{name: like(own[name]) for name in ("returns", "return_sums") if name in own},
             "states": like(own["states"]),
             "starts_episode": like(own["starts_episode"]),
             "action_random": RANDOM_STATE,

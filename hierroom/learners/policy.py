@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.learners.networks.actor_critic import AgentSpace
+from hierroom.learners.networks.scale import RunningScale
 from hierroom.learners.sampling import greedy_actions, sample_actions
 
 
@@ -48,8 +49,16 @@ class Policy:
     Each call uses the current weights of the learner that made it. ``decision`` is the last call's, None at first.
     """
 
-    def __init__(self, stepper: Stepper, space: AgentSpace, num_envs: int, seed: int) -> None:
+    def __init__(
+        self,
+        stepper: Stepper,
+        space: AgentSpace,
+        num_envs: int,
+        seed: int,
+        return_scale: RunningScale | None = None,  # that of the values; None: they are in units of the reward
+    ) -> None:
         self._stepper = stepper
+        self._return_scale = return_scale
         self.space = space
         self._random = np.random.default_rng(seed)
         self._states = stepper.initial_states(num_envs)
@@ -110,5 +119,7 @@ class Policy:
         if len(envs) == 0:
             return np.empty((0, self.space.n_actions), np.float32)
         logits, values, self._states[envs] = self._stepper.evaluate(features, self._states[envs])
+        if self._return_scale is not None:
+            values = values / self._return_scale.factor.numpy()
         self.decision = Decision(envs, logits, masks, values)
         return logits

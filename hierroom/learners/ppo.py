@@ -54,12 +54,14 @@ from numpy.typing import NDArray
 from torch import nn
 
 from hierroom.learners.config import PPOConfig
-from hierroom.learners.fused.backend import FusedBackend
+from hierroom.learners.fused.backend import FusedBackend, can_fuse
 from hierroom.learners.gae import generalized_advantages
 from hierroom.learners.health import check_batch, check_start, check_update
 from hierroom.learners.learner_state import check_learner_state, weights_schema
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
 from hierroom.learners.networks.initial_weights import seeded_weights
+from hierroom.learners.networks.input_layer import InputLayer
+from hierroom.learners.networks.scale import RunningScale
 from hierroom.learners.policy import Policy
 from hierroom.learners.rollout import Batch, Rollout
 from hierroom.learners.sampling import log_probabilities, sample_actions
@@ -92,10 +94,10 @@ class Learner:
         self.config = config
         self.num_envs = num_envs
         self.sequences_per_update = config.sequences_per_update or num_envs
-        if self.sequences_per_update < config.minibatches:
+        if config.parts(self.sequences_per_update) < config.minibatches:
             raise InputError(
-                f"each of the {config.minibatches} minibatches needs a sequence; there are {num_envs}, as many as "
-                "num_envs, unless sequences_per_update says otherwise"
+                f"each of the {config.minibatches} minibatches needs a {config.part}; there are {num_envs} sequences, "
+                f"as many as num_envs, of {config.sequence_length}, unless sequences_per_update says otherwise"
             )
         action_seed, shuffle_seed, weight_seed = np.random.SeedSequence(seed).spawn(3)
         self._action_random = np.random.default_rng(action_seed)
@@ -105,10 +107,16 @@ class Learner:
         if not isinstance(self.network, PolicyNetwork):
             raise InputError(f"{type(self.network).__name__} lacks initial_state, step or sequence: see PolicyNetwork")
         check_start(self.network)
+        encoder = getattr(self.network, "encoder", None)
+        self._inputs = encoder if isinstance(encoder, InputLayer) else None
+        self._return_scale, self._returns = None, np.zeros(num_envs)  # [N] the discounted rewards until now
+        self._return_sums = np.zeros(3)  # number, sum and sum of squares of the returns since the last update
+        if config.scale_returns:
+            self._return_scale = self.network.return_scale = RunningScale.of_one()
         self._device = torch.device(device)
         # Check the exact type, because a subclass may compute something else. Interpreted kernels would be too slow.
         is_interpreted = getattr(numba_config, "DISABLE_JIT", False)
-        if type(self.network) is RecurrentActorCritic and self._device.type == "cpu" and not is_interpreted:
+        if can_fuse(self.network) and self._device.type == "cpu" and not is_interpreted:
             self._backend = FusedBackend(self.network, config, threads)
         else:
             self._backend = TorchBackend(self.network, config, device, space.n_actions)
@@ -181,6 +189,10 @@ class Learner:
             self.space.check_features(envs[cut], last_features)
             next_values[cut] = self._backend.step(last_features, self._states[envs[cut]])[1]
         self._rollout.finish(envs, rewards, elapsed, terminated, truncated, next_values)
+        if self._return_scale is not None:
+            returns = self._returns[envs] * self.config.gamma**elapsed + rewards
+            self._return_sums += len(returns), returns.sum(), (returns**2).sum()
+            self._returns[envs] = np.where(terminated | truncated, 0, returns)
         self._starts_episode[envs[episode_ended]] = True
 
     def bootstrap(self, envs: NDArray[np.integer], features: NDArray[np.uint8]) -> None:
@@ -204,25 +216,42 @@ class Learner:
         config = self.config
         taken = self._rollout.take()
         check_batch(taken)
-        batch, importance_weights = self._renewed(taken)
+        batch, importance_weights = self._renewed(self._scaled(taken))
         known = batch.rewards, batch.values, batch.next_values, batch.elapsed, batch.terminated, batch.truncated
         advantages = generalized_advantages(*known, gamma=config.gamma, gae_lambda=config.gae_lambda)
-        length, n_sequences = batch.rewards.shape
+        target_variance = np.var(advantages + batch.values)
+        explained = float(1 - np.var(advantages) / target_variance) if target_variance > 0 else 0.0
+        if config.memory == "none":
+            batch, advantages, importance_weights = batch.single_turns(advantages, importance_weights)
         minibatches = [
             part
             for _ in range(config.epochs)
-            for part in np.array_split(self._shuffle_random.permutation(n_sequences), config.minibatches)
+            for part in np.array_split(self._shuffle_random.permutation(batch.rewards.shape[1]), config.minibatches)
         ]
         learning_rate = config.learning_rate_at(progress)
         means = self._backend.train(batch, advantages, importance_weights, minibatches, learning_rate)
         check_update(means, self.network.named_parameters(), self._backend, batch, learning_rate)
-        target_variance = np.var(advantages + batch.values)
+        if self._inputs is not None:
+            self._inputs.learn(batch.features)
         return {
             **dict(zip(STATISTICS, means.tolist(), strict=True)),
-            "explained_variance": float(1 - np.var(advantages) / target_variance) if target_variance > 0 else 0.0,
+            "explained_variance": explained,
             "learning_rate": learning_rate,
-            "turns": float(length * n_sequences),
+            "turns": float(batch.rewards.size),
         }
+
+    def _scaled(self, batch: Batch) -> Batch:
+        """Return the batch with scaled rewards; it must be renewed if observations have had no scale yet."""
+        if self._return_scale is not None:
+            count, total, squares = self._return_sums
+            mean = np.array([total / count])
+            self._return_scale.add(count, mean, np.maximum(squares - count * mean**2, 0))
+            self._return_sums[...] = 0
+            batch = replace(batch, rewards=batch.rewards * self._return_scale.factor.numpy())
+        if self._inputs is not None and not self._inputs.has_scales:
+            self._inputs.learn(batch.features)
+            batch = replace(batch, spans_update=np.ones_like(batch.spans_update))
+        return batch
 
     def _renewed(self, batch: Batch) -> tuple[Batch, NDArray[np.float32]]:
         """Return the batch recomputed with current weights, and the turns' loss weights [T, M]: see point 8 above."""
@@ -244,11 +273,13 @@ class Learner:
 
     def policy(self, num_envs: int, *, seed: int) -> Policy:
         """Return a policy for evaluation that acts with the learner's current weights."""
-        return Policy(self._backend.stepper(), self.space, num_envs, seed)
+        return Policy(self._backend.stepper(), self.space, num_envs, seed, self._return_scale)
 
     def state_dict(self) -> dict:
         """Return the complete state as tensors and plain types, so that a resumed run equals an uninterrupted one."""
+        scaled = {"returns": self._returns, "return_sums": self._return_sums} if self.config.scale_returns else {}
         return {
+            **{name: torch.from_numpy(array.copy()) for name, array in scaled.items()},
             "backend": self._backend.state_dict(),
             "rollout": self._rollout.state_dict(),
             "states": torch.from_numpy(self._states.copy()),
@@ -266,6 +297,8 @@ class Learner:
         """Restore what `state_dict` returned for a learner with the same space, environments and config."""
         check_learner_state(state, self.state_dict(), self.network, self.space)
         self._backend.load_state_dict(state["backend"])
+        if self._return_scale is not None:
+            self._returns[...], self._return_sums[...] = state["returns"].numpy(), state["return_sums"].numpy()
         self._rollout.load_state_dict(state["rollout"])
         self._states[...] = state["states"].numpy()
         self._starts_episode[...] = state["starts_episode"].numpy()

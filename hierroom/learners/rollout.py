@@ -7,6 +7,7 @@ moment as its initial state.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
@@ -32,6 +33,15 @@ class Batch:
     terminated: NDArray[np.bool_]  # [T, M]
     truncated: NDArray[np.bool_]  # [T, M]
     next_values: NDArray[np.float32]  # [T, M] zero where terminated
+
+    def single_turns(self, *others: NDArray) -> tuple[Any, ...]:
+        """Return the T M turns as sequences of one turn each, and other arrays [T, M] in the same form [1, T M]."""
+        length = len(self.rewards)
+        turns = {
+            name: np.concatenate([array] * length) if name in _BY_SEQUENCE else array.reshape(1, -1, *array.shape[2:])
+            for name, array in vars(self).items()
+        }
+        return Batch(**turns), *(array.reshape(1, -1) for array in others)
 
 
 MOST_BYTES = 2**30

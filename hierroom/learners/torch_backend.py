@@ -15,6 +15,7 @@ from torch import Tensor, nn
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import PolicyNetwork
 from hierroom.learners.networks.initial_weights import plain_torch
+from hierroom.learners.networks.scale import RunningScale
 from hierroom.learners.rollout import Batch
 from hierroom.support.errors import InputError, user_code
 
@@ -70,7 +71,8 @@ class TorchBackend:
         Modes and other attributes of the copy belong to the policy, so several threads can act with the same weights. A
         network that cannot be copied is shared.
         """
-        one, weights = copy(self), {id(weight): weight for weight in self._module.parameters()}
+        shared = (*self._module.parameters(), *(one for one in self._module.modules() if isinstance(one, RunningScale)))
+        one, weights = copy(self), {id(part): part for part in shared}
         with suppress(Exception):  # a custom network may hold anything
             one._module = deepcopy(self._module, weights)
             one._network = cast(PolicyNetwork, one._module)

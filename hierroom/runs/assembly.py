@@ -87,17 +87,18 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
         return Learner(space, num_envs, ppo, seed=seed, device=device, threads=config.threads, network=network)
 
     features = controller_features(config)
-    network = partial(make_network, agents.network, vectors=features.vectors)
+    network = partial(make_network, agents.network, vectors=features.vectors, config=ppo)
     learner = make_learner(features, world.n_actions, ppo, config.seed, network)
     curiosity = None
     if pair.is_curious:
         settings: dict[str, Any] = {"gamma": ppo.gamma, "seed": config.seed, "device": device}
         curiosity = Curiosity(features, num_envs, agents.curiosity_weight, **settings)
-    controller = PPOAgent(features, learner, network=agents.network, curiosity=curiosity)
+    name = agents.network if ppo.memory == "lstm" else "without memory"
+    controller = PPOAgent(features, learner, network=name, curiosity=curiosity)
     if pair.meta != LEARNED:
         return ScriptedAgent(make_meta(pair.meta, num_envs), is_training=True), controller
     features = meta_features(config)
-    network = partial(make_network, "recurrent", vectors=features.vectors)
+    network = partial(make_network, "recurrent", vectors=features.vectors, config=config.meta_ppo)
     if features.are_by_goal and world.goals.n_alike:
         network = partial(GoalNetwork, n_alike=world.goals.n_alike)
     learner = make_learner(features, world.goals.n_choices, config.meta_ppo, meta_seed(config.seed), network)

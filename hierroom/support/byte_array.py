@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -20,14 +21,16 @@ class ByteArray:
             ``numbers`` (float32) or ``ids`` (int32, each below ``n_values``).
         low: the smallest value; -inf if unknown.
         high: the largest value; inf if unknown.
-        n_values: the number of values of ids.
+        n_values: the number of values of ids and symbols.
+        bounds: the smallest values of the numbers, and the largest ones, n_numbers each; empty: ``low`` and ``high``.
     """
 
     shape: tuple[int, ...]
     kind: Literal["pixels", "symbols", "numbers", "ids"]
     low: float = -math.inf
     high: float = math.inf
-    n_values: int = 0
+    n_values: int = 256
+    bounds: tuple[Sequence[float], Sequence[float]] | tuple[()] = ()
 
     @property
     def dtype(self) -> np.dtype:
@@ -39,6 +42,11 @@ class ByteArray:
     def n_numbers(self) -> int:
         """Number of entries of the array."""
         return math.prod(self.shape)
+
+    @property
+    def number_bounds(self) -> tuple[Sequence[float], Sequence[float]]:
+        """The smallest and the largest value of each entry."""
+        return self.bounds or ([self.low] * self.n_numbers, [self.high] * self.n_numbers)
 
     @property
     def n_bytes(self) -> int:

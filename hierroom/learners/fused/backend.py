@@ -11,6 +11,7 @@ from collections.abc import Iterable
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from torch import nn
 
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.fused.adam_kernels import adam_step, sum_gradients
@@ -25,6 +26,11 @@ from hierroom.support.thread_pool import ThreadPool
 _SHARD = 16  # sequences per shard: 16 of 128 turns fit the last-level cache; fewer make matrix products too small
 _MAX_WORKERS = 8
 _BLOCK = 16  # table rows; with fewer, kernels take longer where all rows have gradients
+
+
+def can_fuse(network: nn.Module) -> bool:
+    """Return whether compiled kernels can train a network. Its type must be exact: a subclass may compute else."""
+    return type(network) is RecurrentActorCritic
 
 
 class FusedBackend:

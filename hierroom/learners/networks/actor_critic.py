@@ -116,7 +116,9 @@ class OneTurn(nn.Module):
 
     def forward(self, features: Tensor, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Return logits [N, A], values [N] and new states [N, S]."""
-        return cast(PolicyNetwork, self.network).step(features, state)
+        logits, values, state = cast(PolicyNetwork, self.network).step(features, state)
+        scale = getattr(self.network, "return_scale", None)
+        return logits, values if scale is None else values / scale.factor, state
 
 
 class RecurrentActorCritic(nn.Module):

@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import pairwise
-
 import numpy as np
 import torch
 from torch import Tensor, nn
 
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.learners.networks.encoder import FeatureEncoder, Vectors, require_weights
+from hierroom.learners.networks.pictures import BOUND, PictureEncoder, initialised
 from hierroom.support.byte_array import ByteArray
 
 _TORCH_TYPES = {"uint8": torch.uint8, "int32": torch.int32, "float32": torch.float32}
-_SYMBOL_SIZE, _CHANNELS = 16, (16, 32, 64)
-_STRIDED = ((8, 4), (4, 2), (3, 1))
-"""Kernels and strides of Mnih et al. (2015), for pictures of at least 36 pixels a side."""
-_CLOSE = ((3, 2), (3, 2), (3, 1))
-_SMALL = ((2, 1), (2, 1), (2, 1))
-_BOUND = 1e6
-"""Arrays with bounds of at least this size count as unbounded."""
 
 
 class ArrayActorCritic(RecurrentActorCritic):
@@ -78,7 +69,7 @@ def _encoder_of(array: ByteArray, hidden_size: int) -> nn.Module:
         return _Ids(array, hidden_size)
     if array.kind == "numbers":
         return _Numbers(array, hidden_size)
-    return _Image(array, hidden_size)
+    return PictureEncoder(array, hidden_size)
 
 
 class _Ids(nn.Module):
@@ -104,63 +95,14 @@ class _Numbers(nn.Module):
         super().__init__()
         require_weights(f"an array of {array.n_numbers:,} numbers", array.n_numbers, hidden_size)
         self._low, self._high = array.low, array.high
-        self._is_bounded = -_BOUND < array.low < array.high < _BOUND
+        self._is_bounded = -BOUND < array.low < array.high < BOUND
         self.layers = nn.Sequential(
-            _initialised(nn.Linear(array.n_numbers, hidden_size, dtype=torch.float32)),
+            initialised(nn.Linear(array.n_numbers, hidden_size, dtype=torch.float32)),
             nn.ReLU(),
-            _initialised(nn.Linear(hidden_size, hidden_size, dtype=torch.float32)),
+            initialised(nn.Linear(hidden_size, hidden_size, dtype=torch.float32)),
         )
 
     def forward(self, numbers: Tensor) -> Tensor:
         if self._is_bounded:
             return self.layers((numbers - self._low) * (2 / (self._high - self._low)) - 1)
         return self.layers(numbers.sign() * torch.log1p(numbers.abs()))
-
-
-class _Image(nn.Module):
-    """Convolutions, and a linear layer on their outputs."""
-
-    offsets: Tensor
-
-    def __init__(self, array: ByteArray, hidden_size: int) -> None:
-        super().__init__()
-        self._shape, self._low, self._high = array.shape, array.low, array.high
-        height, width, channels = array.shape
-        is_symbols = array.kind == "symbols"
-        self.symbols = nn.Embedding(256 * channels, _SYMBOL_SIZE, dtype=torch.float32) if is_symbols else None
-        self.register_buffer("offsets", torch.arange(channels) * 256, persistent=False)
-        layers, sizes = [], (_SYMBOL_SIZE if is_symbols else channels, *_CHANNELS)
-        kernels = _kernels(height, width, is_symbols)
-        for (inputs, outputs), (kernel, stride) in zip(pairwise(sizes), kernels, strict=False):
-            layers += [_initialised(nn.Conv2d(inputs, outputs, kernel, stride, dtype=torch.float32)), nn.ReLU()]
-            height, width = (height - kernel) // stride + 1, (width - kernel) // stride + 1
-        n_numbers = sizes[len(layers) // 2] * height * width
-        require_weights(f"an image of shape {self._shape}", n_numbers, hidden_size)
-        last = _initialised(nn.Linear(n_numbers, hidden_size, dtype=torch.float32))
-        self.layers = nn.Sequential(*layers, nn.Flatten(), last)
-
-    def forward(self, numbers: Tensor) -> Tensor:
-        image = numbers.reshape(-1, *self._shape)
-        if self.symbols is not None:
-            image = self.symbols(image.long() + self.offsets).sum(-2)
-        elif -_BOUND < self._low < self._high < _BOUND:
-            image = (image.float() - self._low) / (self._high - self._low)
-        else:
-            image = image.sign() * torch.log1p(image.abs())
-        return self.layers(image.permute(0, 3, 1, 2))
-
-
-def _kernels(height: int, width: int, is_symbols: bool) -> Iterator[tuple[int, int]]:
-    smallest = min(height, width)
-    for kernel, stride in _SMALL if is_symbols or smallest < 16 else _STRIDED if smallest >= 36 else _CLOSE:
-        if smallest < kernel:
-            return
-        yield kernel, stride
-        smallest = (smallest - kernel) // stride + 1
-
-
-def _initialised(layer: nn.Linear | nn.Conv2d) -> nn.Module:
-    nn.init.orthogonal_(layer.weight, 2**0.5)
-    assert layer.bias is not None
-    nn.init.zeros_(layer.bias)
-    return layer

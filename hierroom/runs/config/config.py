@@ -195,7 +195,10 @@ META_PART = "meta_ppo"
 PARTS: Mapping[str, type] = {"env": EnvConfig, "agents": AgentsConfig, "ppo": PPOConfig, META_PART: PPOConfig}
 OF_META = f"{META_PART}."
 """The prefix of the flat names of entries of ``meta_ppo``, as ``ppo`` has the same entries."""
-LATER_ENTRIES: Mapping[str, Any] = {"task": None, "layout": (), "film": None}
+LATER_ENTRIES: Mapping[str, Any] = {
+    **{"task": None, "layout": (), "film": None},
+    **{"memory": "lstm", "pictures": "small", "scale_observations": False, "scale_returns": False},
+}
 """Entries that files of earlier versions lack, with their values there."""
 CHANGED_WHEN_RESUMED = frozenset({"steps", "threads", "device", "warm_start", "film"})
 """Entries that may change when a run is resumed; the weights of a warm start are in its checkpoints."""

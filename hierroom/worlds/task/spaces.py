@@ -171,7 +171,8 @@ def _layout(space: spaces.Box) -> ByteArray:
         if is_byte and max(height, width) <= MAX_SYMBOL_SIDE and height * width * channels <= MAX_SYMBOLS:
             return ByteArray((height, width, channels), "symbols", 0, 255)
         return ByteArray((height, width, channels), "pixels", *((0, 255) if is_byte else (low, high)))
-    return ByteArray(tuple(shape), "numbers", low, high)
+    bounds = space.low.ravel().tolist(), space.high.ravel().tolist()
+    return ByteArray(tuple(shape), "numbers", low, high, bounds=bounds)
 
 
 def _image_shape(shape: tuple[int, ...]) -> tuple[int, int, int]:

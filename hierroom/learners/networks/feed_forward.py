@@ -1,0 +1,66 @@
+"""Actor-critics of one `InputLayer`: without memory, and with the recurrent core."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import torch
+from torch import Tensor, nn
+
+from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
+from hierroom.learners.networks.encoder import Vectors, require_weights
+from hierroom.learners.networks.input_layer import InputLayer, RectifiedInputLayer
+
+
+class FeedForwardActorCritic(nn.Module):
+    r"""A network without memory: a policy and a value trunk of two layers of H units each, and linear heads.
+
+    .. math::
+        h = \tanh(\tanh(E(x)) W + b)
+
+    for each trunk, with the outputs E of its part of the `InputLayer`. The trunks share only the encoders of pictures,
+    so the value loss cannot drown the policy. Sizes and initial weights are those of "The 37 Implementation Details of
+    PPO" (Huang et al. 2022). Its state has no numbers.
+    """
+
+    def __init__(self, space: AgentSpace, hidden_size: int, vectors: Vectors = None, **inputs: Any) -> None:
+        super().__init__()
+        size = hidden_size
+        require_weights(f"two layers of {size:,} units", 2 * size, size)
+        self.encoder = InputLayer(space, size, vectors, trunks=2, **inputs)
+        self.core_weight = nn.Parameter(torch.empty(2, size, size, dtype=torch.float32))
+        self.core_bias = nn.Parameter(torch.zeros(2, size, dtype=torch.float32))
+        with torch.no_grad():
+            for weight in self.core_weight:
+                nn.init.orthogonal_(weight, 2**0.5)
+        self.policy_head = nn.Linear(size, space.n_actions, dtype=torch.float32)
+        self.value_head = nn.Linear(size, 1, dtype=torch.float32)
+        for head, gain in ((self.policy_head, 0.01), (self.value_head, 1.0)):
+            nn.init.orthogonal_(head.weight, gain)
+            nn.init.zeros_(head.bias)
+
+    def initial_state(self, n: int) -> Tensor:
+        """Return an empty state [n, 0]; see `PolicyNetwork.initial_state`."""
+        return self.core_weight.new_zeros(n, 0)
+
+    def step(self, features: Tensor, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Compute one turn; see `PolicyNetwork.step`."""
+        return *self._heads(features), state
+
+    def sequence(self, features: Tensor, state: Tensor, resets: Tensor) -> tuple[Tensor, Tensor]:
+        """Compute T consecutive turns; see `PolicyNetwork.sequence`."""
+        return self._heads(features)
+
+    def _heads(self, features: Tensor) -> tuple[Tensor, Tensor]:
+        first = torch.tanh(self.encoder(features)).chunk(2, dim=-1)
+        cores = zip(first, self.core_weight, self.core_bias, strict=True)
+        policy, value = (torch.tanh(hidden @ weight + bias) for hidden, weight, bias in cores)
+        return self.policy_head(policy), self.value_head(value).squeeze(-1)
+
+
+class ScaledActorCritic(RecurrentActorCritic):
+    """`RecurrentActorCritic` with an `InputLayer` as its encoder."""
+
+    def __init__(self, space: AgentSpace, hidden_size: int, vectors: Vectors = None, **inputs: Any) -> None:
+        super().__init__(AgentSpace((1,), space.n_actions), hidden_size)
+        self.encoder = RectifiedInputLayer(space, hidden_size, vectors, **inputs)
