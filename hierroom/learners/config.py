@@ -70,18 +70,9 @@ class PPOConfig:
 
     def __post_init__(self) -> None:
         check_entries(self)
-        if self.sequences_per_update is not None and self.parts(self.sequences_per_update) < self.minibatches:
+        if self.memory == "lstm" and (self.sequences_per_update or self.minibatches) < self.minibatches:
             few = f"{self.sequences_per_update} sequences_per_update"
-            raise InputError(f"each of the {self.minibatches} minibatches needs a {self.part}; there are {few}")
-
-    @property
-    def part(self) -> str:
-        """What minibatches are made of: a network without memory learns from single turns."""
-        return "sequence" if self.memory == "lstm" else "turn"
-
-    def parts(self, sequences: int) -> int:
-        """Return how many parts for minibatches a number of sequences has."""
-        return sequences if self.memory == "lstm" else sequences * self.sequence_length
+            raise InputError(f"each of the {self.minibatches} minibatches needs a sequence; there are {few}")
 
     def learning_rate_at(self, progress: float) -> float:
         """Return Adam's step size when a fraction of training, from 0 to 1, is done."""

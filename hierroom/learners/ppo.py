@@ -94,11 +94,6 @@ class Learner:
         self.config = config
         self.num_envs = num_envs
         self.sequences_per_update = config.sequences_per_update or num_envs
-        if config.parts(self.sequences_per_update) < config.minibatches:
-            raise InputError(
-                f"each of the {config.minibatches} minibatches needs a {config.part}; there are {num_envs} sequences, "
-                f"as many as num_envs, of {config.sequence_length}, unless sequences_per_update says otherwise"
-            )
         action_seed, shuffle_seed, weight_seed = np.random.SeedSequence(seed).spawn(3)
         self._action_random = np.random.default_rng(action_seed)
         self._shuffle_random = np.random.default_rng(shuffle_seed)
@@ -121,6 +116,15 @@ class Learner:
         else:
             self._backend = TorchBackend(self.network, config, device, space.n_actions)
         self._states = self._backend.initial_states(num_envs)  # [N, S]
+        # A custom network may remember, although the config asks for none.
+        self._takes_single_turns = config.memory == "none" and self._states.shape[1] == 0
+        parts = self.sequences_per_update * (config.sequence_length if self._takes_single_turns else 1)
+        if parts < config.minibatches:
+            each = f"a {'turn' if self._takes_single_turns else 'sequence'}"
+            raise InputError(
+                f"each of the {config.minibatches} minibatches needs {each}; there are {parts}. An update has as many "
+                "sequences as num_envs, unless sequences_per_update says otherwise"
+            )
         self._starts_episode = np.ones(num_envs, bool)
         # With one full sequence too few for an update, a single `finish` can still fill one for each environment.
         capacity = self.sequences_per_update + num_envs
@@ -221,7 +225,7 @@ class Learner:
         advantages = generalized_advantages(*known, gamma=config.gamma, gae_lambda=config.gae_lambda)
         target_variance = np.var(advantages + batch.values)
         explained = float(1 - np.var(advantages) / target_variance) if target_variance > 0 else 0.0
-        if config.memory == "none":
+        if self._takes_single_turns:
             batch, advantages, importance_weights = batch.single_turns(advantages, importance_weights)
         minibatches = [
             part

@@ -57,6 +57,11 @@ def _named(metavar: str) -> tyro.constructors.PrimitiveConstructorSpec:
 DEFAULT_MAX_STEPS = 1000
 MOST_ENVS = 2**20
 """Most environments of a world."""
+SHIPPED: Mapping[str, str] = {"workshop": "hierroom.worlds.workshop.task:workshop_of"}
+"""Makers of the built-in worlds, by the word before the colon of their name.
+
+For ``workshop:8`` the function ``workshop_of`` is called with the text ``8``.
+"""
 OF_DRAWN = ("graph", "exclude", "curriculum_stages", "size")
 """Entries for drawn levels; a layout replaces them."""
 OF_ESCAPE_ROOMS = (*OF_DRAWN, "drop_key", "layout")
@@ -220,3 +225,8 @@ def task_name(task: Any) -> str:
 def fresh_seed() -> int:
     """Return a random seed."""
     return secrets.randbits(63)
+
+
+def ships(spec: Any) -> bool:
+    """Return whether it is the name of a built-in task."""
+    return isinstance(spec, str) and spec.partition(":")[0] in SHIPPED

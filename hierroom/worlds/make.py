@@ -13,15 +13,10 @@ from hierroom.goals.goal_set import GoalSet
 from hierroom.support.errors import InputError, shown, warn_once
 from hierroom.support.plugins import load_plugin
 from hierroom.support.schema import Whole
-from hierroom.worlds.env_config import MOST_ENVS, EnvConfig, is_task
+from hierroom.worlds.env_config import MOST_ENVS, SHIPPED, EnvConfig, is_task, ships
 from hierroom.worlds.world import Feature, World
 
 ENTRY_POINT_GROUP = "hierroom.tasks"
-SHIPPED: Mapping[str, str] = {"workshop": "hierroom.worlds.workshop.task:workshop_of"}
-"""Makers of the built-in worlds, by the word before the colon of their name.
-
-For ``workshop:8`` the function ``workshop_of`` is called with the text ``8``.
-"""
 
 
 class WorldMaker(Protocol):
@@ -63,11 +58,6 @@ def find_task(spec: Any) -> WorldMaker | None:
     if not is_task(task):
         raise InputError(f"the task {spec!r} must be a hierroom.Task, not {shown(task)}")
     return task
-
-
-def ships(spec: Any) -> bool:
-    """Return whether it is the name of a built-in task."""
-    return isinstance(spec, str) and spec.partition(":")[0] in SHIPPED
 
 
 def name_in_module(task: WorldMaker) -> str:

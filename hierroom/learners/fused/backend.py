@@ -16,37 +16,48 @@ from torch import nn
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.fused.adam_kernels import adam_step, sum_gradients
 from hierroom.learners.fused.encoder_kernels import compare_rows, most_common, rare_rows
-from hierroom.learners.fused.network import Parameters
+from hierroom.learners.fused.network import FusedNetwork, Inputs, Parameters
 from hierroom.learners.fused.shard_worker import Minibatch, ShardWorker, fixed_numbers
 from hierroom.learners.fused.stepper import FusedStepper
 from hierroom.learners.networks.actor_critic import RecurrentActorCritic
+from hierroom.learners.networks.feed_forward import FeedForwardActorCritic, ScaledActorCritic
+from hierroom.learners.networks.input_layer import InputLayer
 from hierroom.learners.rollout import Batch
 from hierroom.support.thread_pool import ThreadPool
 
 _SHARD = 16  # sequences per shard: 16 of 128 turns fit the last-level cache; fewer make matrix products too small
+_SHARD_OF_TURNS = 256  # turns per shard of a network without memory
 _MAX_WORKERS = 8
 _BLOCK = 16  # table rows; with fewer, kernels take longer where all rows have gradients
 
 
 def can_fuse(network: nn.Module) -> bool:
     """Return whether compiled kernels can train a network. Its type must be exact: a subclass may compute else."""
-    return type(network) is RecurrentActorCritic
+    if type(network) not in (RecurrentActorCritic, ScaledActorCritic, FeedForwardActorCritic):
+        return False
+    layer = network.encoder
+    return not isinstance(layer, InputLayer) or not layer.layout.pictures
 
 
 class FusedBackend:
     """Forward passes, loss, gradients and Adam in Numba; the network's parameters become views of one flat vector."""
 
-    def __init__(self, network: RecurrentActorCritic, config: PPOConfig, threads: int) -> None:
+    def __init__(self, network: FusedNetwork, config: PPOConfig, threads: int) -> None:
         self._network = network
         self._config = config
         self._pool = ThreadPool(threads)
         self._parameters = np.concatenate([p.detach().numpy().ravel() for p in network.parameters()])
         self._weights = Parameters.views(self._parameters, network)
-        for parameter, view in zip(network.parameters(), vars(self._weights).values(), strict=True):
+        self._inputs = Inputs.of(network)
+        views = dict(vars(self._weights))
+        if self._inputs.layer is None:
+            del views["number_weight"]
+        for parameter, view in zip(network.parameters(), views.values(), strict=True):
             parameter.data = torch.from_numpy(view)
-        self._offsets = network.encoder.offsets.numpy()
-        self._used = np.zeros(len(network.encoder.table()), np.bool_)  # table rows that had a gradient
-        self._numbers = fixed_numbers(network)
+        self._offsets = self._inputs.codes.offsets.numpy()
+        self._used = np.zeros(len(self._inputs.codes.table()), np.bool_)  # table rows that had a gradient
+        self._numbers = fixed_numbers(self._inputs.codes)
+        self._shard = _SHARD if config.memory == "lstm" else _SHARD_OF_TURNS
         self._means = np.zeros_like(self._parameters)
         self._squares = np.zeros_like(self._parameters)
         self._n_steps = 0
@@ -87,10 +98,11 @@ class FusedBackend:
         """Take one gradient step per minibatch; see `TorchBackend.train`."""
         targets = advantages + batch.values
         # Every 16th turn is enough to find the most common value of each feature.
-        common = most_common(batch.features[::16].reshape(-1, batch.features.shape[-1]))
-        rows, counts = rare_rows(batch.features, self._offsets, common, self._used)
+        codes, numbers = self._inputs.read(batch.features)
+        common = most_common(codes[::16].reshape(-1, codes.shape[-1]))
+        rows, counts = rare_rows(codes, self._offsets, common, self._used)
         occurring, blocks = np.flatnonzero(self._used), self._blocks()
-        differences = np.empty((len(self._used) + 1, self._config.hidden_size), np.float32)
+        differences = np.empty((len(self._used) + 1, len(self._weights.encoder_bias)), np.float32)
         base = np.empty_like(self._weights.encoder_bias)
         measured = []
         for part in minibatches:
@@ -101,7 +113,7 @@ class FusedBackend:
                 chosen = advantages.take(part, axis=1)
                 shift, scale = chosen.mean(), np.float32(1 / max(chosen.std(), self._config.min_advantage_std))
             scores = (advantages - shift) * scale * importance_weights
-            encoding = differences, base, *places, blocks, rows, counts
+            encoding = differences, base, *places, blocks, rows, counts, numbers
             turn_weight = 1 / (len(advantages) * len(part))
             minibatch = Minibatch(self._weights, *encoding, batch, scores, targets, turn_weight)
             statistics, norm = self._gradient(minibatch, part)
@@ -114,7 +126,7 @@ class FusedBackend:
 
     def _gradient(self, minibatch: Minibatch, part: NDArray[np.integer]) -> tuple[NDArray[np.float64], float]:
         """Write the gradient to the first row of the shares; return the first five `STATISTICS` and its norm."""
-        shards = np.array_split(part, -(-len(part) // _SHARD))
+        shards = np.array_split(part, -(-len(part) // self._shard))
         workers = self._workers[: len(shards)]
 
         def work(worker: ShardWorker, hand: list[NDArray[np.integer]]) -> NDArray[np.float64]:
@@ -133,8 +145,9 @@ class FusedBackend:
             return np.array([[0, len(self._parameters)]])
         table_size = self._weights.encoder_weight.size
         first_rows = np.arange(0, len(self._used), _BLOCK)
-        starts = first_rows[np.logical_or.reduceat(self._used, first_rows)] * self._config.hidden_size
-        stops = np.minimum(starts + _BLOCK * self._config.hidden_size, table_size)
+        width = len(self._weights.encoder_bias)
+        starts = first_rows[np.logical_or.reduceat(self._used, first_rows)] * width
+        stops = np.minimum(starts + _BLOCK * width, table_size)
         return np.stack([np.append(starts, table_size), np.append(stops, len(self._parameters))], axis=1)
 
     def state_dict(self) -> dict:

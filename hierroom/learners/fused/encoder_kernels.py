@@ -17,13 +17,14 @@ from hierroom.support.kernel import njit
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def encode(
-    features: NDArray[np.uint8],  # [N, K]
+    features: NDArray[np.integer],  # [N, K]
     offsets: NDArray[np.int64],  # [K] the table row of each feature's value 0
     table: NDArray[np.floating],  # [R, H]
     bias: NDArray[np.floating],  # [H]
     encoded: NDArray[np.floating],  # [N, H or more] written
+    rectified: bool,
 ) -> None:
-    """Write the ReLU of the bias plus one table row per feature."""
+    """Write the bias plus one table row per feature, and its ReLU if ``rectified``."""
     n_samples, n_features = features.shape
     width = len(bias)
     zero = table.dtype.type(0)  # typed: a plain 0 would make Numba compute in float64
@@ -48,21 +49,24 @@ def encode(
             row = offsets[k] + features[n, k]
             for j in range(width):
                 encoded[n, j] += table[row, j]
-        for j in range(width):
-            encoded[n, j] = max(encoded[n, j], zero)
+        if rectified:
+            for j in range(width):
+                encoded[n, j] = max(encoded[n, j], zero)
 
 
-def most_common(features: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the most common value of each feature in ``features`` [N, K]: [K] uint8."""
+def most_common(features: NDArray[np.integer]) -> NDArray[np.integer]:
+    """Return the most common value [K] of each feature in ``features`` [N, K], or 0 where values may exceed a byte."""
     n_features = features.shape[-1]
+    if features.dtype != np.uint8:
+        return np.zeros(n_features, features.dtype)
     counts = np.bincount((features + 256 * np.arange(n_features)).ravel(), minlength=256 * n_features)
     return counts.reshape(n_features, 256).argmax(axis=1).astype(np.uint8)
 
 
 def rare_rows(
-    features: NDArray[np.uint8],  # [..., K]
+    features: NDArray[np.integer],  # [..., K]
     offsets: NDArray[np.int64],  # [K] the table row of each feature's value 0
-    common: NDArray[np.uint8],  # [K] one value of each feature; the most common ones are fastest
+    common: NDArray[np.integer],  # [K] one value of each feature; the most common ones are fastest
     used: NDArray[np.bool_],  # [R] set to True for each table row that occurs
 ) -> tuple[NDArray[np.unsignedinteger], NDArray[np.int64]]:
     """Find the table rows of all values except the common ones.
@@ -99,7 +103,7 @@ def compare_rows(
     table: NDArray[np.floating],  # [R, H]
     bias: NDArray[np.floating],  # [H]
     offsets: NDArray[np.int64],  # [K]
-    common: NDArray[np.uint8],  # [K] as given to `rare_rows`
+    common: NDArray[np.integer],  # [K] as given to `rare_rows`
     occurring: NDArray[np.int64],  # [U] the rows to compare, ascending: all that `rare_rows` set
     differences: NDArray[np.floating],  # [R + 1, H] written: each row minus its feature's common row; then zeros
     base: NDArray[np.floating],  # [H] written: the bias plus the common rows
@@ -129,6 +133,7 @@ def encode_rare(
     differences: NDArray[np.floating],  # [R + 1, H] from `compare_rows`
     base: NDArray[np.floating],  # [H] from `compare_rows`
     encoded: NDArray[np.floating],  # [N, H or more] written
+    rectified: bool,
 ) -> None:
     """Compute the same as `encode` from the output of `rare_rows` and `compare_rows`."""
     width = len(base)
@@ -142,8 +147,9 @@ def encode_rare(
                 encoded[n, j] += (differences[row0, j] + differences[row1, j]) + (
                     differences[row2, j] + differences[row3, j]
                 )
-        for j in range(width):
-            encoded[n, j] = max(encoded[n, j], zero)
+        if rectified:
+            for j in range(width):
+                encoded[n, j] = max(encoded[n, j], zero)
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -151,16 +157,17 @@ def encode_backward(
     rows: NDArray[np.unsignedinteger],  # [N, K or more], as given to `encode_rare`
     counts: NDArray[np.int64],  # [N] as given to `encode_rare`
     encoded: NDArray[np.floating],  # [N, H or more] as written by `encode_rare`
-    d_encoded: NDArray[np.floating],  # [N, H or more] overwritten by the gradient before the ReLU
+    d_encoded: NDArray[np.floating],  # [N, H or more] overwritten by the gradient before the ReLU, if there is one
     d_table: NDArray[np.floating],  # [R, H] added to
     d_bias: NDArray[np.floating],  # [H] added to
+    rectified: bool,
 ) -> None:
     """Add the gradients of the bias and of all table rows except those that `complete_table` fills in."""
     width = len(d_bias)
     zero = d_bias.dtype.type(0)
     for n in range(len(counts)):
         for j in range(width):
-            d_encoded[n, j] = d_encoded[n, j] if encoded[n, j] > zero else zero
+            d_encoded[n, j] = d_encoded[n, j] if encoded[n, j] > zero or not rectified else zero
             d_bias[j] += d_encoded[n, j]
         for i in range(counts[n]):
             row = rows[n, i]
@@ -171,7 +178,7 @@ def encode_backward(
 @njit(cache=True, nogil=True, fastmath=True)
 def complete_table(
     offsets: NDArray[np.int64],  # [K] as given to `rare_rows`
-    common: NDArray[np.uint8],  # [K] as given to `rare_rows`
+    common: NDArray[np.integer],  # [K] as given to `rare_rows`
     occurring: NDArray[np.int64],  # [U] as given to `compare_rows`
     d_bias: NDArray[np.floating],  # [H] the bias gradient of exactly these samples
     d_table: NDArray[np.floating],  # [R, H] the table gradient of exactly these samples; its common rows are written
@@ -188,6 +195,37 @@ def complete_table(
             u += 1
         for j in range(len(left)):
             d_table[shared, j] = left[j]
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def add_numbers(
+    numbers: NDArray[np.floating],  # [N, D]
+    weight: NDArray[np.floating],  # [D, H]
+    encoded: NDArray[np.floating],  # [N, H or more] added to
+    rectified: bool,
+) -> None:
+    """Add the product of numbers and weights, and apply the ReLU if ``rectified``."""
+    zero = weight.dtype.type(0)
+    for n in range(len(numbers)):
+        for d in range(len(weight)):
+            for j in range(weight.shape[1]):
+                encoded[n, j] += numbers[n, d] * weight[d, j]
+        if rectified:
+            for j in range(weight.shape[1]):
+                encoded[n, j] = max(encoded[n, j], zero)
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def numbers_backward(
+    numbers: NDArray[np.floating],  # [N, D] as given to `add_numbers`
+    d_encoded: NDArray[np.floating],  # [N, H or more] as overwritten by `encode_backward`
+    d_weight: NDArray[np.floating],  # [D, H] added to
+) -> None:
+    """Add the gradient of the weights of numbers."""
+    for n in range(len(numbers)):
+        for d in range(len(d_weight)):
+            for j in range(d_weight.shape[1]):
+                d_weight[d, j] += numbers[n, d] * d_encoded[n, j]
 
 
 @njit(cache=True, nogil=True, fastmath=True)

@@ -12,7 +12,8 @@ from hierroom.support.kernel import njit
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def heads(
-    hidden: NDArray[np.floating],  # [N, H]
+    policy_hidden: NDArray[np.floating],  # [N, H]
+    value_hidden: NDArray[np.floating],  # [N, H] the same array if the heads share a trunk
     policy_weight: NDArray[np.floating],  # [A, H]
     policy_bias: NDArray[np.floating],  # [A]
     value_weight: NDArray[np.floating],  # [1, H]
@@ -21,15 +22,16 @@ def heads(
     values: NDArray[np.floating],  # [N] written
 ) -> None:
     """Apply the policy and the value head."""
-    for n in range(len(hidden)):
+    for n in range(len(policy_hidden)):
         for action in range(len(policy_bias)):
-            logits[n, action] = _dot(policy_weight, action, hidden, n) + policy_bias[action]
-        values[n] = _dot(value_weight, 0, hidden, n) + value_bias[0]
+            logits[n, action] = _dot(policy_weight, action, policy_hidden, n) + policy_bias[action]
+        values[n] = _dot(value_weight, 0, value_hidden, n) + value_bias[0]
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def loss_backward(
-    hidden: NDArray[np.floating],  # [N, H]
+    policy_hidden: NDArray[np.floating],  # [N, H]
+    value_hidden: NDArray[np.floating],  # [N, H] the same array if the heads share a trunk
     logits: NDArray[np.floating],  # [N, A] from `heads`
     values: NDArray[np.floating],  # [N] from `heads`
     policy_weight: NDArray[np.floating],  # [A, H]
@@ -43,7 +45,8 @@ def loss_backward(
     value_scale: float,  # weight of the value loss
     entropy_scale: float,  # weight of the entropy bonus
     scale: float,  # one divided by the number of samples of the minibatch
-    d_hidden: NDArray[np.floating],  # [N, H] written
+    d_policy_hidden: NDArray[np.floating],  # [N, H] written
+    d_value_hidden: NDArray[np.floating],  # [N, H] written; the same array if the heads share a trunk
     d_policy_weight: NDArray[np.floating],  # [A, H] added to
     d_policy_bias: NDArray[np.floating],  # [A] added to
     d_value_weight: NDArray[np.floating],  # [1, H] added to
@@ -58,9 +61,9 @@ def loss_backward(
         \frac{\partial L}{\partial z_j} = -A r\,[\text{not clipped}] (\delta_{ja} - p_j)
             + w_e\, p_j (\log p_j + H), \qquad \frac{\partial L}{\partial V} = w_v (V - G)
     """
-    n_samples, size = hidden.shape
+    n_samples, size = policy_hidden.shape
     n_actions = logits.shape[1]
-    to_float = hidden.dtype.type
+    to_float = policy_hidden.dtype.type
     policy = np.empty(n_actions)
     for n in range(n_samples):
         highest = -1e30  # finite, because fastmath assumes that there are no infinities
@@ -92,8 +95,10 @@ def loss_backward(
         d_value = to_float(scale * value_scale * error)
         d_value_bias[0] += d_value
         for j in range(size):
-            d_value_weight[0, j] += d_value * hidden[n, j]
-            d_hidden[n, j] = d_value * value_weight[0, j]
+            d_policy_hidden[n, j] = 0
+        for j in range(size):
+            d_value_weight[0, j] += d_value * value_hidden[n, j]
+            d_value_hidden[n, j] = d_value * value_weight[0, j]
         for action in range(n_actions):
             if not masks[n, action]:
                 continue
@@ -102,8 +107,8 @@ def loss_backward(
             d_logit = to_float(scale * (pull * (p - taken) + entropy_scale * p * (log_p + entropy)))
             d_policy_bias[action] += d_logit
             for j in range(size):
-                d_policy_weight[action, j] += d_logit * hidden[n, j]
-                d_hidden[n, j] += d_logit * policy_weight[action, j]
+                d_policy_weight[action, j] += d_logit * policy_hidden[n, j]
+                d_policy_hidden[n, j] += d_logit * policy_weight[action, j]
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy", inline="always")

@@ -19,7 +19,7 @@ _15, _105, _420, _945 = np.float32(15), np.float32(105), np.float32(420), np.flo
 
 
 @njit(inline="always", error_model="numpy")
-def _tanh(x):
+def tanh(x):
     """Compute tanh to 2e-9 (apart from rounding) with products and one division, so that loops vectorise.
 
     Five terms of Lambert's continued fraction give tanh(x / 4) = a / b, and tanh 2y = 2 a b / (a^2 + b^2) is applied
@@ -35,7 +35,7 @@ def _tanh(x):
 
 @njit(inline="always", error_model="numpy")
 def _sigmoid(x):
-    return _HALF + _HALF * _tanh(x * _HALF)
+    return _HALF + _HALF * tanh(x * _HALF)
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -85,13 +85,13 @@ def _cells_forward(gates, before, after, squashed, hidden):
         for j in range(size):
             gates[m, 1, j] = _sigmoid(gates[m, 1, j])
         for j in range(size):
-            gates[m, 2, j] = _tanh(gates[m, 2, j])
+            gates[m, 2, j] = tanh(gates[m, 2, j])
         for j in range(size):
             gates[m, 3, j] = _sigmoid(gates[m, 3, j])
         for j in range(size):
             after[m, j] = gates[m, 1, j] * before[m, j] + gates[m, 0, j] * gates[m, 2, j]
         for j in range(size):
-            squashed[m, j] = _tanh(after[m, j])
+            squashed[m, j] = tanh(after[m, j])
         for j in range(size):
             hidden[m, j] = gates[m, 3, j] * squashed[m, j]
 

@@ -7,8 +7,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.learners.fused.encoder_kernels import add_scaled_rows, encode
-from hierroom.learners.fused.network import Parameters, TapeMemory, forward
+from hierroom.learners.fused.encoder_kernels import add_numbers, add_scaled_rows, encode
+from hierroom.learners.fused.loss_kernels import heads
+from hierroom.learners.fused.network import FusedNetwork, Inputs, Parameters, TapeMemory
+from hierroom.learners.fused.shard_worker import tape_memory
 from hierroom.learners.networks.actor_critic import RecurrentActorCritic
 from hierroom.support.thread_pool import ThreadPool
 
@@ -31,15 +33,17 @@ class FusedStepper:
 
     def __init__(
         self,
-        network: RecurrentActorCritic,
+        network: FusedNetwork,
         weights: Parameters,
         numbers: tuple[NDArray, NDArray, NDArray] | None,
         pool: ThreadPool,
     ) -> None:
         self._network, self._weights, self._numbers, self._pool = network, weights, numbers, pool
-        self._offsets = network.encoder.offsets.numpy()
-        self._n_table_rows = len(network.encoder.table())
-        self._memories = [TapeMemory(weights) for _ in range(min(pool.threads, MAX_PARTS))]
+        self._inputs = Inputs.of(network)
+        self._offsets = self._inputs.codes.offsets.numpy()
+        self._n_table_rows = len(self._inputs.codes.table())
+        self._is_rectified = isinstance(network, RecurrentActorCritic)
+        self._memories = [tape_memory(weights, network) for _ in range(min(pool.threads, MAX_PARTS))]
 
     def initial_states(self, n: int) -> NDArray[np.float32]:
         """Return the recurrent states [n, S] at the start of an episode."""
@@ -47,19 +51,23 @@ class FusedStepper:
 
     def step(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
         """Compute one turn; see `TorchBackend.step`."""
-        num_envs, features = len(features), np.ascontiguousarray(features)
-        logits = np.empty((num_envs, len(self._weights.policy_bias)), np.float32)
-        values, new_states = np.empty(num_envs, np.float32), np.empty_like(states)
-        table, hidden_size = self.table(), len(self._weights.encoder_bias)
+        num_envs, weights, table = len(features), self._weights, self.table()
+        codes, numbers = self._inputs.read(features)
+        logits = np.empty((num_envs, len(weights.policy_bias)), np.float32)
+        values, new_states, is_last = np.empty(num_envs, np.float32), np.empty_like(states), not numbers.size
+        policy, value = (weights.policy_weight, weights.policy_bias), (weights.value_weight, weights.value_bias)
 
         def work(memory: TapeMemory, envs: slice) -> None:
             n = envs.stop - envs.start
             tape = memory.tape(1, n)
-            never = np.zeros((1, n), bool)
-            encode(features[envs], self._offsets, table, self._weights.encoder_bias, tape.encoded)
-            forward(self._weights, states[envs], never, tape)
+            is_rectified = is_last and self._is_rectified
+            encode(codes[envs], self._offsets, table, weights.encoder_bias, tape.encoded, is_rectified)
+            if numbers.size:
+                add_numbers(numbers[envs], weights.number_weight, tape.encoded, self._is_rectified)
+            tape.forward(weights, states[envs], np.zeros((1, n), bool))
+            heads(tape.policy_hidden, tape.value_hidden, *policy, *value, tape.logits, tape.values)
             logits[envs], values[envs] = tape.logits, tape.values
-            new_states[envs, :hidden_size], new_states[envs, hidden_size:] = tape.hidden[0], tape.cells[1]
+            tape.write_states(new_states[envs])
 
         # An environment's result does not depend on the others in its part (up to rounding by BLAS).
         n_parts = max(1, min(len(self._memories), num_envs // _MIN_ENVS_PER_THREAD))

@@ -25,23 +25,17 @@ class FeedForwardActorCritic(nn.Module):
 
     def __init__(self, space: AgentSpace, hidden_size: int, vectors: Vectors = None, **inputs: Any) -> None:
         super().__init__()
-        size = hidden_size
-        require_weights(f"two layers of {size:,} units", 2 * size, size)
-        self.encoder = InputLayer(space, size, vectors, trunks=2, **inputs)
-        self.core_weight = nn.Parameter(torch.empty(2, size, size, dtype=torch.float32))
-        self.core_bias = nn.Parameter(torch.zeros(2, size, dtype=torch.float32))
-        with torch.no_grad():
-            for weight in self.core_weight:
-                nn.init.orthogonal_(weight, 2**0.5)
-        self.policy_head = nn.Linear(size, space.n_actions, dtype=torch.float32)
-        self.value_head = nn.Linear(size, 1, dtype=torch.float32)
+        self.encoder = InputLayer(space, hidden_size, vectors, trunks=2, **inputs)
+        self.core = Trunks(hidden_size)
+        self.policy_head = nn.Linear(hidden_size, space.n_actions, dtype=torch.float32)
+        self.value_head = nn.Linear(hidden_size, 1, dtype=torch.float32)
         for head, gain in ((self.policy_head, 0.01), (self.value_head, 1.0)):
             nn.init.orthogonal_(head.weight, gain)
             nn.init.zeros_(head.bias)
 
     def initial_state(self, n: int) -> Tensor:
         """Return an empty state [n, 0]; see `PolicyNetwork.initial_state`."""
-        return self.core_weight.new_zeros(n, 0)
+        return self.core.bias.new_zeros(n, 0)
 
     def step(self, features: Tensor, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Compute one turn; see `PolicyNetwork.step`."""
@@ -52,10 +46,26 @@ class FeedForwardActorCritic(nn.Module):
         return self._heads(features)
 
     def _heads(self, features: Tensor) -> tuple[Tensor, Tensor]:
-        first = torch.tanh(self.encoder(features)).chunk(2, dim=-1)
-        cores = zip(first, self.core_weight, self.core_bias, strict=True)
-        policy, value = (torch.tanh(hidden @ weight + bias) for hidden, weight, bias in cores)
+        policy, value = self.core(torch.tanh(self.encoder(features)))
         return self.policy_head(policy), self.value_head(value).squeeze(-1)
+
+
+class Trunks(nn.Module):
+    """The second layer of two trunks: a weight [2, H, H] and a bias [2, H]."""
+
+    def __init__(self, size: int) -> None:
+        super().__init__()
+        require_weights(f"two layers of {size:,} units", 2 * size, size)
+        self.weight = nn.Parameter(torch.empty(2, size, size, dtype=torch.float32))
+        self.bias = nn.Parameter(torch.zeros(2, size, dtype=torch.float32))
+        with torch.no_grad():
+            for weight in self.weight:
+                nn.init.orthogonal_(weight, 2**0.5)
+
+    def forward(self, first: Tensor) -> tuple[Tensor, Tensor]:
+        """Return the outputs [..., H] of the policy's and of the value's trunk for their inputs [..., 2 H]."""
+        policy, value = first.chunk(2, dim=-1)
+        return torch.tanh(policy @ self.weight[0] + self.bias[0]), torch.tanh(value @ self.weight[1] + self.bias[1])
 
 
 class ScaledActorCritic(RecurrentActorCritic):

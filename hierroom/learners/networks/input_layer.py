@@ -97,20 +97,16 @@ class InputLayer(nn.Module):
         super().__init__()
         self.layout = layout = InputLayout.of(space)
         n_numbers = layout.bounds.shape[1]
-        self.codes = FeatureEncoder(layout.cardinalities, trunks * hidden_size, self._of_codes(vectors))
-        require_weights(f"{n_numbers:,} numbers", n_numbers, trunks * hidden_size)
-        self.number_weight = nn.Parameter(torch.empty(n_numbers, trunks * hidden_size, dtype=torch.float32))
+        size, inputs = trunks * hidden_size, PICTURE_SIZES.get(pictures, hidden_size)
+        self.codes = FeatureEncoder(layout.cardinalities, size, self._of_codes(vectors))
+        self.numbers = _Product(n_numbers, size)
         self.scale = RunningScale(*layout.bounds) if n_numbers and scaled else None
-        size = PICTURE_SIZES.get(pictures, hidden_size)
-        self.pictures = nn.ModuleList(PictureEncoder(array, size, pictures) for _, array in layout.pictures)
-        weights = [self.codes.weight, self.number_weight]
-        if layout.pictures:
-            inputs = size * len(layout.pictures)
-            self.picture_weight = nn.Parameter(torch.empty(inputs, trunks * hidden_size, dtype=torch.float32))
-            weights.append(self.picture_weight)
+        self.pictures = nn.ModuleList(PictureEncoder(array, inputs, pictures) for _, array in layout.pictures)
+        self.of_pictures = _Product(inputs * len(layout.pictures), size) if layout.pictures else None
         with torch.no_grad():
-            for trunk in (trunk for weight in weights for trunk in weight.split(hidden_size, dim=1)):
-                nn.init.orthogonal_(trunk, 2**0.5)
+            for part in filter(None, (self.codes, self.numbers, self.of_pictures)):
+                for trunk in part.weight.split(hidden_size, dim=1):
+                    nn.init.orthogonal_(trunk, 2**0.5)
 
     def _of_codes(self, vectors: Vectors) -> Vectors:
         if vectors is None:
@@ -127,10 +123,10 @@ class InputLayer(nn.Module):
         total = self.codes.linear(torch.cat(codes, 1))
         if layout.numbers:
             numbers = torch.cat([_view(flat, *one) for one in layout.numbers], 1)
-            total = total + (numbers if self.scale is None else self.scale(numbers)) @ self.number_weight
-        if layout.pictures:
+            total = total + self.numbers(numbers if self.scale is None else self.scale(numbers))
+        if self.of_pictures is not None:
             encoded = [encode(_view(flat, *one)) for one, encode in zip(layout.pictures, self.pictures, strict=True)]
-            total = total + torch.relu(torch.cat(encoded, 1)) @ self.picture_weight
+            total = total + self.of_pictures(torch.relu(torch.cat(encoded, 1)))
         return total.reshape(*features.shape[:-1], -1)
 
     def read_numbers(self, features: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -155,6 +151,18 @@ class RectifiedInputLayer(InputLayer):
     def forward(self, features: Tensor) -> Tensor:
         """Return the outputs [..., H], at least 0."""
         return torch.relu(super().forward(features))
+
+
+class _Product(nn.Module):
+    """A linear layer without bias, whose weight is [inputs, outputs]."""
+
+    def __init__(self, inputs: int, outputs: int) -> None:
+        super().__init__()
+        require_weights(f"{inputs:,} numbers", inputs, outputs)
+        self.weight = nn.Parameter(torch.empty(inputs, outputs, dtype=torch.float32))
+
+    def forward(self, numbers: Tensor) -> Tensor:
+        return numbers @ self.weight
 
 
 def _view(features: Tensor, start: int, array: ByteArray) -> Tensor:

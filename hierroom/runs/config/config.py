@@ -21,7 +21,7 @@ from hierroom.support.errors import InputError, shown
 from hierroom.support.typed_value import Seed, check_entries, entry_types
 from hierroom.worlds.env_config import MOST_ENVS, EnvConfig
 
-PresetName = Literal["default", "long", "large", "learned", "paper", "algorithm1"]
+PresetName = Literal["default", "task", "long", "large", "learned", "paper", "algorithm1"]
 """Names in `presets.PRESETS`."""
 
 META_PPO = PPOConfig(sequence_length=8, sequences_per_update=32, gamma=0.998, value_weight=0.5, min_advantage_std=0.05)
@@ -39,9 +39,9 @@ class TrainConfig:
         agents: the two agents.
         ppo: hyperparameters of the controller's learner.
         meta_ppo: hyperparameters of a learned meta-controller's learner; its turns are options.
-        preset: defaults of the other entries: default, long (five million steps and the shortest paths), large (grids
-            of 31 cells and more), learned (a learned meta-controller in EscapeRooms), paper (section 3 of the paper) or
-            algorithm1 (the paper's Algorithm 1). The run's name lists the differences from it.
+        preset: defaults of the other entries: default, task (your own tasks), long (five million steps and the shortest
+            paths), large (grids of 31 cells and more), learned (a learned meta-controller in EscapeRooms), paper
+            (section 3 of the paper) or algorithm1 (the paper's Algorithm 1). The run's name lists the differences.
         steps: primitive steps to train for, over all environments.
         evaluations: number of evaluations during training, after one before the first step, at equal ratios of the
             steps. They play the same levels each time, none of them seen in training. 0: never.

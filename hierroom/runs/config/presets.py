@@ -10,7 +10,7 @@ from hierroom.agents.config import AgentsConfig
 from hierroom.learners.config import PPOConfig
 from hierroom.runs.config.config import TrainConfig
 from hierroom.support.errors import InputError
-from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.env_config import EnvConfig, ships
 
 _PAPER = TrainConfig(
     preset="paper",
@@ -64,6 +64,20 @@ PRESETS: Mapping[str, TrainConfig] = {
         # on graph e (83% success, 98% with 0.01). Both were measured without the feature goal-place.
         ppo=PPOConfig(final_learning_rate_fraction=0.1, value_weight=0.5, gamma=0.98),
     ),
+    # For your own tasks, whatever they are: docs/others.md compares it with other learners.
+    "task": TrainConfig(
+        preset="task",
+        num_envs=16,
+        ppo=PPOConfig(
+            sequence_length=64,
+            minibatches=16,
+            epochs=10,
+            gamma=0.99,
+            memory="none",
+            scale_observations=True,
+            scale_returns=True,
+        ),
+    ),
     "paper": _PAPER,
     "algorithm1": replace(
         _PAPER,
@@ -72,7 +86,8 @@ PRESETS: Mapping[str, TrainConfig] = {
         agents=replace(_PAPER.agents, meta="learned", meta_features=("view-ids",), meta_start_success=0.0),
     ),
 }
-"""The presets by name, see `TrainConfig`. The default is the best config we know for any method; paper and algorithm1
+"""The presets by name, see `TrainConfig`. The default is the best config we know for any method
+in EscapeRooms; paper and algorithm1
 have common values for what the paper does not specify. docs/presets.md explains each value."""
 
 
@@ -80,7 +95,7 @@ def find_preset(name: str) -> TrainConfig:
     """Return a preset: a config to train, or to change with `TrainConfig.changed`.
 
     Args:
-        name: default, long, large, learned, paper or algorithm1.
+        name: default, task, long, large, learned, paper or algorithm1.
 
     Examples:
         >>> hierroom.find_preset("long").steps
@@ -97,5 +112,8 @@ def preset_in_world(preset: str, env: EnvConfig) -> TrainConfig:
 
 
 def implied_preset(entries: Mapping[str, Any]) -> str:
-    """Return the preset of a run whose entries name none; ``learned`` was tuned for EscapeRooms, not for tasks."""
-    return "learned" if entries.get("meta") == "learned" and entries.get("task") is None else "default"
+    """Return the preset of a run whose entries name none: those of ``learned`` were tuned for EscapeRooms."""
+    task = entries.get("task")
+    if task is not None and not ships(task):
+        return "task"
+    return "learned" if entries.get("meta") == "learned" and task is None else "default"
