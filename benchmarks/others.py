@@ -1,0 +1,253 @@
+"""Our learner, Stable-Baselines3's PPO and sb3-contrib's RecurrentPPO on tasks that nobody here wrote.
+
+    python -m benchmarks.others run --seeds 3          # the rows that are lacking, one after the other
+    python -m benchmarks.others table                  # docs/others.md shows it
+
+Equal steps and equal ends of episodes. Ours has one preset for all tasks, the others have settings like RL Zoo's for
+each, and one-hot inputs where observations are categories. The score is the mean return, or share of successes, of the
+last 100 training episodes; thresholds and steps were fixed before the first row.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pandas as pd
+from gymnasium.wrappers import TransformReward
+
+import hierroom
+from hierroom.support.tables import markdown_table
+
+ROWS = Path(__file__).parent / "results" / "others.csv"
+METHODS = ("hierroom", "ppo", "recurrent-ppo")
+LAST = 100
+"""Episodes of a mean."""
+_CLASSIC = {"n_steps": 256, "batch_size": 64, "n_epochs": 4, "gae_lambda": 0.94, "num_envs": 16}
+_TABLE = {"n_steps": 128, "batch_size": 256, "n_epochs": 4, "learning_rate": 1e-3, "ent_coef": 0.01}
+_MINIGRID = {"n_steps": 128, "batch_size": 64, "n_epochs": 10, "learning_rate": 2.5e-4, "ent_coef": 0.01}
+
+
+@dataclass(frozen=True)
+class Other:
+    """A task that somebody else wrote, and what a run needs to know.
+
+    Args:
+        id: the id of the environment.
+        steps: primitive steps of a run.
+        threshold: the score that counts as learned.
+        settings: those of Stable-Baselines3.
+        factor: multiplies the rewards; scores are of the rewards without it.
+        by_success: whether the score is the share of episodes with a return above 0.
+        options: arguments of the environment.
+        ours: entries of our config other than the preset's.
+    """
+
+    id: str
+    steps: int
+    threshold: float
+    settings: Mapping[str, Any]
+    factor: float = 1.0
+    by_success: bool = False
+    options: Mapping[str, Any] = field(default_factory=dict)
+    ours: Mapping[str, Any] = field(default_factory=dict)
+
+    def make(self, render_mode: str | None = None) -> gymnasium.Env:
+        """Return a new environment."""
+        if self.id.startswith("MiniGrid"):
+            import minigrid  # noqa: F401 - it registers its environments
+        env = gymnasium.make(self.id, render_mode=render_mode, **self.options)
+        return env if self.factor == 1 else TransformReward(env, lambda reward: self.factor * float(reward))
+
+    def score(self, returns: np.ndarray) -> np.ndarray:
+        """Return the score of each episode [E] from its return."""
+        return (returns > 0).astype(float) if self.by_success else returns / self.factor
+
+
+def _annealed(start: float) -> Callable[[float], float]:
+    return lambda left: start * left
+
+
+_CARTPOLE = {
+    **{"n_steps": 32, "batch_size": 256, "n_epochs": 20, "gamma": 0.98, "gae_lambda": 0.8},
+    **{"learning_rate": _annealed(1e-3), "clip_range": _annealed(0.2)},
+}
+_FROZEN = {"map_name": "8x8", "is_slippery": False}
+TASKS: Mapping[str, Other] = {
+    "CartPole": Other("CartPole-v1", 100_000, 400, _CARTPOLE),
+    "Acrobot": Other("Acrobot-v1", 100_000, -100, _CLASSIC),
+    "MountainCar": Other("MountainCar-v0", 200_000, -150, {**_CLASSIC, "n_steps": 16, "gae_lambda": 0.98}),
+    "FrozenLake": Other("FrozenLake-v1", 100_000, 0.9, _TABLE, by_success=True, options=_FROZEN),
+    "FrozenLake x 0.01": Other("FrozenLake-v1", 100_000, 0.9, _TABLE, 0.01, by_success=True, options=_FROZEN),
+    "FrozenLake x 100": Other("FrozenLake-v1", 100_000, 0.9, _TABLE, 100.0, by_success=True, options=_FROZEN),
+    "CliffWalking": Other("CliffWalking-v1", 100_000, -30, _TABLE, options={"max_episode_steps": 200}),
+    "Taxi": Other("Taxi-v4", 200_000, 0, _TABLE),
+    "Empty-8x8": Other("MiniGrid-Empty-8x8-v0", 60_000, 0.9, _MINIGRID, by_success=True),
+    "DoorKey-5x5": Other("MiniGrid-DoorKey-5x5-v0", 100_000, 0.9, _MINIGRID, by_success=True),
+    "DoorKey-6x6": Other("MiniGrid-DoorKey-6x6-v0", 150_000, 0.9, _MINIGRID, by_success=True),
+    "LavaGap-S5": Other("MiniGrid-LavaGapS5-v0", 100_000, 0.9, _MINIGRID, by_success=True),
+    "Unlock": Other("MiniGrid-Unlock-v0", 100_000, 0.9, _MINIGRID, by_success=True),
+    "MemoryS7": Other("MiniGrid-MemoryS7-v0", 150_000, 0.9, _MINIGRID, by_success=True, ours={"memory": "lstm"}),
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """What a run measured; ``reached`` are the steps to the threshold, NaN if it was not reached."""
+
+    task: str
+    method: str
+    seed: int
+    steps: int
+    reached: float
+    score: float
+    cpu_seconds: float
+
+
+def measure(name: str, method: str, seed: int) -> Row:
+    """Train once, and return the row."""
+    task = TASKS[name]
+    begun = time.process_time()
+    steps, returns = (_ours if method == "hierroom" else _theirs)(task, method, seed)
+    seconds = time.process_time() - begun
+    scores = pd.Series(task.score(returns), index=steps)
+    means = scores.rolling(LAST).mean()
+    reached = means.index[means >= task.threshold]
+    last = float(scores.iloc[-LAST:].mean())
+    return Row(name, method, seed, task.steps, float(reached[0]) if len(reached) else np.nan, last, seconds)
+
+
+def _ours(task: Other, method: str, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    own = hierroom.Task(make=task.make, label=task.id)
+    sys.modules[__name__].__dict__["own"] = own  # a task is named by the module that holds it
+    with tempfile.TemporaryDirectory() as folder:
+        settings = {"steps": task.steps, "evaluations": 0, "film": False, "threads": 1, **task.ours}
+        hierroom.train(task=own, seed=seed, out=Path(folder) / "run", quiet=True, log="none", method="ppo", **settings)
+        rows = pd.read_csv(Path(folder) / "run" / "episodes.csv")
+    return rows["steps"].to_numpy(), rows["return"].to_numpy(float)
+
+
+def _theirs(task: Other, method: str, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    import torch
+    from sb3_contrib import RecurrentPPO
+    from stable_baselines3 import PPO
+    from stable_baselines3.common.env_util import make_vec_env
+
+    torch.set_num_threads(1)
+    settings = {"gamma": 0.99, **task.settings}
+    envs = make_vec_env(lambda: _one_hot(task.make()), settings.pop("num_envs", 8), seed=seed)
+    if method == "ppo":
+        model = PPO("MlpPolicy", envs, seed=seed, device="cpu", **settings)
+    else:
+        model = RecurrentPPO(
+            "MlpLstmPolicy", envs, seed=seed, device="cpu", policy_kwargs={"lstm_hidden_size": 64}, **settings
+        )
+    episodes: list[tuple[int, float]] = []
+
+    def collect(local: Mapping[str, Any], _: Any) -> bool:
+        ended = (info["episode"]["r"] for info in local["infos"] if "episode" in info)
+        episodes.extend((model.num_timesteps, float(one)) for one in ended)
+        return True
+
+    model.learn(task.steps, callback=collect)
+    steps, returns = zip(*episodes, strict=True)
+    return np.array(steps), np.array(returns)
+
+
+def _one_hot(env: gymnasium.Env) -> gymnasium.Env:
+    if not isinstance(env.observation_space, gymnasium.spaces.Dict):
+        return env
+    from minigrid.core.constants import COLOR_TO_IDX, OBJECT_TO_IDX, STATE_TO_IDX
+
+    sizes = len(OBJECT_TO_IDX), len(COLOR_TO_IDX), len(STATE_TO_IDX)
+    n = env.observation_space["image"].shape[0] * env.observation_space["image"].shape[1] * sum(sizes) + 4
+    tables = [np.eye(size, dtype=np.float32) for size in sizes]
+
+    def flat(observation: Mapping[str, Any]) -> np.ndarray:
+        image = observation["image"].reshape(-1, 3)
+        cells = [table[image[:, channel]].ravel() for channel, table in enumerate(tables)]
+        return np.concatenate([*cells, np.eye(4, dtype=np.float32)[observation["direction"]]])
+
+    return gymnasium.wrappers.TransformObservation(env, flat, gymnasium.spaces.Box(0, 1, (n,), np.float32))
+
+
+def run(tasks: list[str], methods: list[str], seeds: int) -> None:
+    """Train what the table lacks, each run in a process of its own, and write its row."""
+    for seed, name, method in ((s, t, m) for s in range(seeds) for t in tasks for m in methods):
+        done = pd.read_csv(ROWS) if ROWS.exists() else pd.DataFrame(columns=[*Row.__annotations__])
+        if ((done.task == name) & (done.method == method) & (done.seed == seed)).any():
+            continue
+        command = [sys.executable, "-m", "benchmarks.others", "one", name, method, str(seed)]
+        row = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()[-1])
+        pd.DataFrame([row]).to_csv(ROWS, mode="a", header=not ROWS.exists(), index=False)
+        print(*row.values(), flush=True)
+
+
+def ratios(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return for each task the median steps of each method, and ours over the better one of the others'."""
+    # A run that did not reach the threshold counts with its own steps: its ratio is a bound.
+    steps = rows.assign(reached=rows.reached.fillna(rows.steps)).pivot_table(
+        index="task", columns="method", values="reached", aggfunc="median", sort=False
+    )
+    others = steps[[method for method in METHODS[1:] if method in steps]].min(axis=1)
+    return steps.assign(ratio=steps.hierroom / others)
+
+
+def table() -> None:
+    """Print the table of docs/others.md."""
+    rows = pd.read_csv(ROWS)
+    compared, cells = ratios(rows), []
+    for name in compared.index:
+        line = [name]
+        for method in METHODS:
+            own = rows[(rows.task == name) & (rows.method == method)]
+            if own.empty:
+                line.append("-")
+                continue
+            reached = own.reached.notna().sum()
+            speed = (own.steps / own.cpu_seconds).median()
+            steps = f"{own.reached.median() / 1000:.0f}k, " if reached else ""
+            line.append(f"{steps}{reached} of {len(own)}; {own.score.mean():.2f}; {speed:,.0f}")
+        cells.append([*line, f"{compared.ratio[name]:.2f}"])
+    print(markdown_table(["task", *METHODS, "ratio"], cells))
+    learned = compared[(rows.groupby("task").reached.max().reindex(compared.index)).notna()]
+    logs = np.log(learned.ratio)
+    resampled = np.random.default_rng(0).choice(logs, (10_000, len(logs))).mean(1)
+    low, high = np.exp(np.quantile(resampled, [0.025, 0.975]))
+    print(f"\ngeometric mean of the ratios of {len(logs)} tasks: {np.exp(logs.mean()):.2f} [{low:.2f}, {high:.2f}]")
+
+
+def main() -> None:
+    """Run the command."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = parser.add_subparsers(dest="command", required=True)
+    runs = commands.add_parser("run", help="train what the table lacks")
+    runs.add_argument("--tasks", nargs="+", choices=TASKS, default=[*TASKS])
+    runs.add_argument("--methods", nargs="+", choices=METHODS, default=[*METHODS])
+    runs.add_argument("--seeds", type=int, default=10)
+    commands.add_parser("table", help="print the table")
+    one = commands.add_parser("one", help="train once and print the row")
+    one.add_argument("task", choices=TASKS)
+    one.add_argument("method", choices=METHODS)
+    one.add_argument("seed", type=int)
+    given = parser.parse_args()
+    if given.command == "one":
+        print(json.dumps(asdict(measure(given.task, given.method, given.seed))))
+    elif given.command == "run":
+        run(given.tasks, given.methods, given.seeds)
+    else:
+        table()
+
+
+if __name__ == "__main__":
+    main()
