@@ -1,6 +1,7 @@
 """The compiled kernels against torch: gradients in float64, whole updates in float32."""
 
 from copy import deepcopy
+from functools import partial
 
 import numpy as np
 import pytest
@@ -8,8 +9,10 @@ import torch
 from learner_envs import SPACE, PlainTorchNetwork, RandomEnvs, make_learner
 from torch.nn.utils import parameters_to_vector
 
+from hierroom.agents.networks import make_network
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.fused.adam_kernels import adam_step, sum_gradients
+from hierroom.learners.fused.backend import FusedBackend
 from hierroom.learners.fused.encoder_kernels import (
     compare_rows,
     complete_table,
@@ -20,12 +23,14 @@ from hierroom.learners.fused.encoder_kernels import (
     rare_rows,
 )
 from hierroom.learners.fused.loss_kernels import heads, loss_backward
-from hierroom.learners.fused.network import Parameters, TapeMemory, backward, forward
+from hierroom.learners.fused.network import Parameters
 from hierroom.learners.fused.recurrent_kernels import lstm_backward, lstm_forward
+from hierroom.learners.fused.shard_worker import tape_memory
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.learners.networks.recurrent import ResetLSTM
 from hierroom.learners.ppo import Learner
-from hierroom.learners.torch_backend import ppo_loss
+from hierroom.learners.torch_backend import TorchBackend, ppo_loss
+from hierroom.support.byte_array import ByteArray
 
 RANDOM = np.random.default_rng(0)
 
@@ -48,7 +53,7 @@ def test_encoder_kernels_match_torch_gradients(cardinalities):
     bias = network.encoder.bias.detach().numpy()
     bias += normal(10) / 10
     encoded = np.zeros((150, 13))  # wider than needed, as in use
-    encode(features, offsets, table, bias, encoded)
+    encode(features, offsets, table, bias, encoded, True)
     expected = network.encoder(torch.from_numpy(features))
     close(encoded[:, :10], expected)
     common, differences, base = most_common(features), np.empty((len(table) + 1, 10)), np.empty(10)
@@ -60,13 +65,13 @@ def test_encoder_kernels_match_torch_gradients(cardinalities):
     np.testing.assert_array_equal(counts, (features != common).sum(axis=1))
     compare_rows(table, bias, offsets, common, occurring, differences, base)
     encoded[...] = 0
-    encode_rare(rows, counts, differences, base, encoded)
+    encode_rare(rows, counts, differences, base, encoded, True)
     close(encoded[:, :10], expected)
     d_encoded = normal(150, 13)
     expected.backward(torch.from_numpy(d_encoded[:, :10].copy()))
     d_table, d_bias = np.zeros_like(table), np.zeros(10)
     for half in (slice(70), slice(70, None)):
-        encode_backward(rows[half], counts[half], encoded[half], d_encoded[half], d_table, d_bias)
+        encode_backward(rows[half], counts[half], encoded[half], d_encoded[half], d_table, d_bias, True)
     d_table[offsets + common] = 7.0  # to be overwritten
     complete_table(offsets, common, occurring, d_bias, d_table)
     close(d_table, network.encoder.weight.grad)
@@ -120,7 +125,7 @@ def test_loss_kernel_matches_torch_gradients():
     actions = RANDOM.integers(0, n_actions, n)
     masks[np.arange(n), actions] = True
     logits, values = np.empty((n, n_actions)), np.empty(n)
-    heads(hidden, *weights, logits, values)
+    heads(hidden, hidden, *weights, logits, values)
     leaf = torch.from_numpy(hidden).requires_grad_()
     torch_logits, torch_values = policy(leaf), value(leaf)[:, 0]
     close(logits, torch_logits)
@@ -135,7 +140,8 @@ def test_loss_kernel_matches_torch_gradients():
     d_hidden, sums = np.empty((n, size)), np.zeros(5)
     gradients = [np.ones_like(w) for w in weights]
     scales = config.clip, config.value_weight, config.entropy_weight, 1 / n
-    loss_backward(hidden, logits, values, weights[0], weights[2], *turns, *scales, d_hidden, *gradients, sums)
+    outputs, heads_weights = (hidden, hidden, logits, values), (weights[0], weights[2])
+    loss_backward(*outputs, *heads_weights, *turns, *scales, d_hidden, d_hidden, *gradients, sums)
     assert 0.2 < sums[4] < 0.8
     close(sums, torch.stack(statistics))
     close(d_hidden, leaf.grad)
@@ -149,19 +155,22 @@ def test_backward_of_the_network_matches_torch():
     weights, gradient = Parameters.views(vector, network), np.zeros_like(vector)
     features = RANDOM.integers(0, SPACE.cardinalities, (7, 10, 4)).astype(np.uint8)
     resets, states = RANDOM.random((7, 10)) < 0.2, normal(10, 32)
-    memory, d_hidden = TapeMemory(weights), normal(7, 10, 16)
+    memory, d_hidden = tape_memory(weights, network), normal(7, 10, 16)
     memory.tape(8, 12)
     tape = memory.tape(7, 10)
     table, offsets = weights.encoder_weight, network.encoder.offsets.numpy()
-    encode(features.reshape(70, 4), offsets, table, weights.encoder_bias, tape.encoded)
-    forward(weights, states, resets, tape)
-    tape.d_hidden[...] = d_hidden
+    encode(features.reshape(70, 4), offsets, table, weights.encoder_bias, tape.encoded, True)
+    tape.forward(weights, states, resets)
+    policy, value = (weights.policy_weight, weights.policy_bias), (weights.value_weight, weights.value_bias)
+    heads(tape.policy_hidden, tape.value_hidden, *policy, *value, tape.logits, tape.values)
+    tape.d_policy_hidden[...] = d_hidden.reshape(70, 16)
     parts = Parameters.views(gradient, network)
     common = np.zeros(4, np.uint8)
     used = np.zeros(len(table), bool)
     rows, counts = rare_rows(features.reshape(70, 4), offsets, common, used)
     used[offsets] = True  # of the common values
-    backward(weights, rows, counts, resets, tape, parts, parts.encoder_weight)
+    tape.backward(weights, resets, parts)
+    encode_backward(rows, counts, tape.encoded, tape.d_encoded, parts.encoder_weight, parts.encoder_bias, True)
     complete_table(offsets, common, np.flatnonzero(used), parts.encoder_bias, parts.encoder_weight)
     inputs = [torch.from_numpy(x) for x in (features, states, resets)]
     logits, values = network.sequence(*inputs)
@@ -211,6 +220,44 @@ def test_compiled_and_torch_updates_agree(wrap):
     # Adam divides by the size of the gradient, so a parameter with almost none moves by rounding errors.
     assert (compiled - plain).abs().median() < 1e-6
     assert (compiled - plain).abs().max() < 1e-3
+
+
+ARRAYS = (
+    ByteArray((3,), "numbers", bounds=((-1, -5, -np.inf), (1, 5, np.inf))),
+    ByteArray((2, 2, 1), "symbols", 0, 255),
+    ByteArray((1,), "ids", n_values=500),
+)
+
+
+class ArrayEnvs(RandomEnvs):
+    """Random environments that show two categories, numbers of three scales, symbols and an id."""
+
+    def draw_features(self, n):
+        values = self.random.normal(size=(n + 1, 3)) * [1, 3, 200], self.random.integers(0, 9, (n + 1, 4))
+        values += (self.random.integers(0, 500, (n + 1, 1)),)
+        parts = [array.to_bytes(value) for array, value in zip(ARRAYS, values, strict=True)]
+        return np.concatenate([self.random.integers(0, (3, 4), (n + 1, 2)).astype(np.uint8), *parts], axis=1)[:n]
+
+
+@pytest.mark.parametrize("memory", ["none", "lstm"])
+def test_compiled_and_torch_updates_agree_on_arrays(memory):
+    starts = np.cumsum([2, *(array.n_bytes for array in ARRAYS)])
+    space = AgentSpace((3, 4, *[256] * (starts[-1] - 2)), 4, tuple(zip(starts[:-1].tolist(), ARRAYS, strict=True)))
+    scales = {"memory": memory, "scale_observations": True, "scale_returns": True}
+    config = PPOConfig(sequence_length=8, minibatches=3, epochs=2, hidden_size=16, **scales)
+    make = partial(make_network, "recurrent", vectors=None, config=config)
+    learners = [Learner(space, 6, config, seed=1, network=make) for _ in range(2)]
+    assert isinstance(learners[0]._backend, FusedBackend)
+    learners[1]._backend = TorchBackend(learners[1].network, config, "cpu", space.n_actions)
+    envs = [ArrayEnvs(6, seed=1, space=space) for _ in learners]
+    for _ in range(3):
+        turns = [env.tick(learner) for env, learner in zip(envs, learners, strict=True)]
+        while not turns[0][3]:
+            turns = [env.tick(learner) for env, learner in zip(envs, learners, strict=True)]
+        assert turns[0][3] == pytest.approx(turns[1][3], rel=1e-3, abs=1e-5)
+    compiled, plain = (learner.network.state_dict() for learner in learners)
+    for name, weight in compiled.items():
+        close(weight, plain[name], 1e-3)
 
 
 @pytest.mark.parametrize("begun", [RecurrentActorCritic, PlainTorchNetwork])
