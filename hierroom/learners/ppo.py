@@ -61,8 +61,8 @@ from hierroom.learners.learner_state import check_learner_state, weights_schema
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
 from hierroom.learners.networks.initial_weights import seeded_weights
 from hierroom.learners.networks.input_layer import InputLayer
-from hierroom.learners.networks.scale import RunningScale
 from hierroom.learners.policy import Policy
+from hierroom.learners.return_scale import ReturnScale
 from hierroom.learners.rollout import Batch, Rollout
 from hierroom.learners.sampling import log_probabilities, sample_actions
 from hierroom.learners.torch_backend import STATISTICS, TorchBackend
@@ -104,10 +104,9 @@ class Learner:
         check_start(self.network)
         encoder = getattr(self.network, "encoder", None)
         self._inputs = encoder if isinstance(encoder, InputLayer) else None
-        self._return_scale, self._returns = None, np.zeros(num_envs)  # [N] the discounted rewards until now
-        self._return_sums = np.zeros(3)  # number, sum and sum of squares of the returns since the last update
-        if config.scale_returns:
-            self._return_scale = self.network.return_scale = RunningScale.of_one()
+        self._returns = ReturnScale(num_envs, config.gamma) if config.scale_returns else None
+        if self._returns is not None:
+            self.network.return_scale = self._returns.scale  # so that it is saved and exported with the weights
         self._device = torch.device(device)
         # Check the exact type, because a subclass may compute something else. Interpreted kernels would be too slow.
         is_interpreted = getattr(numba_config, "DISABLE_JIT", False)
@@ -193,11 +192,8 @@ class Learner:
             self.space.check_features(envs[cut], last_features)
             next_values[cut] = self._backend.step(last_features, self._states[envs[cut]])[1]
         self._rollout.finish(envs, rewards, elapsed, terminated, truncated, next_values)
-        if self._return_scale is not None:
-            returns = self._returns[envs] * self.config.gamma**elapsed + rewards
-            self._return_sums += len(returns), returns.sum(), (returns**2).sum()
-            self._returns[envs] = np.where(terminated | truncated, 0, returns)
-        self._starts_episode[envs[episode_ended]] = True
+        if self._returns is not None:
+            self._returns.add(envs, rewards, elapsed, terminated | truncated)
 
     def bootstrap(self, envs: NDArray[np.integer], features: NDArray[np.uint8]) -> None:
         """Store values of current observations [M, K] for full sequences that await them, as `act` does too."""
@@ -246,12 +242,8 @@ class Learner:
 
     def _scaled(self, batch: Batch) -> Batch:
         """Return the batch with scaled rewards; it must be renewed if observations have had no scale yet."""
-        if self._return_scale is not None:
-            count, total, squares = self._return_sums
-            mean = np.array([total / count])
-            self._return_scale.add(count, mean, np.maximum(squares - count * mean**2, 0))
-            self._return_sums[...] = 0
-            batch = replace(batch, rewards=batch.rewards * self._return_scale.factor.numpy())
+        if self._returns is not None:
+            batch = replace(batch, rewards=self._returns.scaled(batch.rewards))
         if self._inputs is not None and not self._inputs.has_scales:
             self._inputs.learn(batch.features)
             batch = replace(batch, spans_update=np.ones_like(batch.spans_update))
@@ -277,13 +269,12 @@ class Learner:
 
     def policy(self, num_envs: int, *, seed: int) -> Policy:
         """Return a policy for evaluation that acts with the learner's current weights."""
-        return Policy(self._backend.stepper(), self.space, num_envs, seed, self._return_scale)
+        return Policy(self._backend.stepper(), self.space, num_envs, seed, self._returns and self._returns.scale)
 
     def state_dict(self) -> dict:
         """Return the complete state as tensors and plain types, so that a resumed run equals an uninterrupted one."""
-        scaled = {"returns": self._returns, "return_sums": self._return_sums} if self.config.scale_returns else {}
         return {
-            **{name: torch.from_numpy(array.copy()) for name, array in scaled.items()},
+            **(self._returns.state_dict() if self._returns else {}),
             "backend": self._backend.state_dict(),
             "rollout": self._rollout.state_dict(),
             "states": torch.from_numpy(self._states.copy()),
@@ -301,8 +292,8 @@ class Learner:
         """Restore what `state_dict` returned for a learner with the same space, environments and config."""
         check_learner_state(state, self.state_dict(), self.network, self.space)
         self._backend.load_state_dict(state["backend"])
-        if self._return_scale is not None:
-            self._returns[...], self._return_sums[...] = state["returns"].numpy(), state["return_sums"].numpy()
+        if self._returns is not None:
+            self._returns.load_state_dict(state)
         self._rollout.load_state_dict(state["rollout"])
         self._states[...] = state["states"].numpy()
         self._starts_episode[...] = state["starts_episode"].numpy()

@@ -44,7 +44,7 @@ class PictureEncoder(nn.Module):
         kernels = _kernels(height, width, is_symbols)
         convolutions = _residual(inputs) if network == "impala" else _strided(inputs, _CHANNELS[network], kernels)
         with torch.no_grad():
-            n_numbers = nn.Sequential(*convolutions)(torch.zeros(1, inputs, height, width)).numel()
+            n_numbers = nn.Sequential(*convolutions)(torch.zeros(1, inputs, height, width, dtype=torch.float32)).numel()
         require_weights(f"an image of shape {self._shape}", n_numbers, size)
         last = initialised(nn.Linear(n_numbers, size, dtype=torch.float32))
         self.layers = nn.Sequential(*convolutions, nn.Flatten(), last)

@@ -41,11 +41,6 @@ class RunningScale(nn.Module):
         self.register_buffer("square", zeros.clone())
         self.register_buffer("count", torch.zeros(1, dtype=torch.float64))
 
-    @classmethod
-    def of_one(cls) -> RunningScale:
-        """Return the scale of one number without bounds."""
-        return cls(np.full(1, -np.inf), np.full(1, np.inf))
-
     def forward(self, numbers: Tensor) -> Tensor:
         """Return the scaled numbers [..., D]."""
         return (numbers * self.factor - self.shift).clamp(-CLIP, CLIP)
