@@ -26,7 +26,8 @@ Learning (2021).
     starts and q when it was sampled. (The decoupled objective of Hilton, Cobbe & Schulman 2022 has p / q; truncation is
     as in V-trace, Espeholt et al. 2018.) The states before the first and after the last turn of such a sequence remain
     from older weights, as do the bootstrap values there and of truncated turns. `Learner._renewed`.
-9.  Minibatches consist of whole sequences, in a new random order every epoch (37 details, LSTM 4).
+9.  Minibatches consist of whole sequences, in a new random order every epoch (37 details, LSTM 4), or of single turns
+    if the network has no memory.
 10. The softmax and its entropy are taken over the legal actions (Huang & Ontanon 2020).
 11. Advantages are normalised per minibatch (37 details, 7) by the population standard deviation, which has a lower
     bound so that noise is not amplified (`PPOConfig.min_advantage_std`).
@@ -36,7 +37,7 @@ Learning (2021).
 14. One Adam optimiser updates all parameters, with epsilon 1e-5 (37 details, 3) and a constant or linearly annealed
     learning rate (37 details, 4).
 15. The norm of the gradient of all parameters together is clipped to 0.5 (37 details, 11).
-16. Policy and value function share the encoder and the recurrent core (37 details, 13).
+16. Policy and value function share the encoder and the recurrent core (37 details, 13), and without memory nothing.
 17. Actions are sampled by inverse transform with uniforms from the learner's generator; weights and shuffles have other
     generators. No global random state is read or written.
 """
@@ -108,7 +109,7 @@ class Learner:
         if self._returns is not None:
             self.network.return_scale = self._returns.scale  # so that it is saved and exported with the weights
         self._device = torch.device(device)
-        # Check the exact type, because a subclass may compute something else. Interpreted kernels would be too slow.
+        # Interpreted kernels would be too slow.
         is_interpreted = getattr(numba_config, "DISABLE_JIT", False)
         if can_fuse(self.network) and self._device.type == "cpu" and not is_interpreted:
             self._backend = FusedBackend(self.network, config, threads)
@@ -119,11 +120,9 @@ class Learner:
         self._takes_single_turns = config.memory == "none" and self._states.shape[1] == 0
         parts = self.sequences_per_update * (config.sequence_length if self._takes_single_turns else 1)
         if parts < config.minibatches:
-            each = f"a {'turn' if self._takes_single_turns else 'sequence'}"
-            raise InputError(
-                f"each of the {config.minibatches} minibatches needs {each}; there are {parts}. An update has as many "
-                "sequences as num_envs, unless sequences_per_update says otherwise"
-            )
+            each = "turn" if self._takes_single_turns else "sequence"
+            of = "num_envs, unless sequences_per_update says otherwise, sets their number"
+            raise InputError(f"each of the {config.minibatches} minibatches needs a {each}; there are {parts}: {of}")
         self._starts_episode = np.ones(num_envs, bool)
         # With one full sequence too few for an update, a single `finish` can still fill one for each environment.
         capacity = self.sequences_per_update + num_envs

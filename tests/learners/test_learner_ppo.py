@@ -257,7 +257,7 @@ def test_wrong_spaces_and_networks_are_refused():
         AgentSpace((5, 257), 2)
     with pytest.raises(InputError, match="lacks initial_state"):
         Learner(SPACE, 8, PPOConfig(), seed=0, network=lambda space, hidden_size: torch.nn.Linear(1, 1))
-    with pytest.raises(InputError, match="each of the 4 minibatches needs a sequence; there are 3, as many"):
+    with pytest.raises(InputError, match="each of the 4 minibatches needs a sequence; there are 3"):
         Learner(SPACE, 3, PPOConfig(), seed=0)
     with pytest.raises(InputError, match=r"feature 1 has 3 values, so its vectors must have shape \[3, d\]"):
         RecurrentActorCritic(AgentSpace((2, 3), 2), 8, feature_vectors=[None, [[0.0], [1.0]]])
