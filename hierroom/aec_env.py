@@ -26,7 +26,7 @@ from pettingzoo import AECEnv
 from pettingzoo.utils.env import AECIterable
 from pettingzoo.utils.wrappers import AssertOutOfBoundsWrapper, OrderEnforcingWrapper
 
-from hierroom.envs.petting_zoo import TwoAgentEnv, class_metadata
+from hierroom.envs.base import TwoAgentEnv, class_metadata
 from hierroom.goals import GraphSpecs
 from hierroom.support.errors import InputError
 from hierroom.turns.records import AGENTS, CONTROLLER, META

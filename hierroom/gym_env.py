@@ -12,7 +12,7 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.envs.registered_env import RegisteredEnv
+from hierroom.envs.base import OnSingleEnv, RegisteredEnv
 from hierroom.envs.single_env import SingleEnv
 from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaSpec, NoGoals, make_meta, show_step
@@ -21,7 +21,7 @@ from hierroom.worlds.env_config import FRAMES_PER_SECOND, EnvConfig
 from hierroom.worlds.world import RENDER_MODES
 
 
-class EscapeRoom(RegisteredEnv, gymnasium.Env):
+class EscapeRoom(RegisteredEnv, OnSingleEnv, gymnasium.Env):
     """One EscapeRoom in which the controller acts.
 
     Args:
@@ -62,11 +62,6 @@ class EscapeRoom(RegisteredEnv, gymnasium.Env):
         self.observation_space = self.single.observation_spaces[CONTROLLER]
         self.action_space = self.single.action_spaces[CONTROLLER]
 
-    @property
-    def complexity(self) -> Any:
-        """Return the report on the goal graph or rules, or on the hardest of several goal graphs; None if unknown."""
-        return self.single.complexity
-
     def reset(self, *, seed: int | None = None, options: dict | None = None):
         """Begin an episode: the first one of a seed, or without a seed the next one.
 
@@ -97,11 +92,3 @@ class EscapeRoom(RegisteredEnv, gymnasium.Env):
 
         named = self.single.turns.world.keys_to_action
         return {(getattr(pygame, name),): action for name, action in named.items()}
-
-    def render(self) -> str | NDArray[np.uint8] | None:
-        """Return the level as text or as a picture [H, W, 3], or show it in a window, with the current subgoal."""
-        return self.single.render()
-
-    def close(self) -> None:
-        """Close the window, if one is open, and the environments of a task."""
-        self.single.close()

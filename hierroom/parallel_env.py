@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from hierroom.envs.petting_zoo import TwoAgentEnv, class_metadata
+from hierroom.envs.base import TwoAgentEnv, class_metadata
 from hierroom.envs.single_env import as_action
 from hierroom.support.errors import InputError, shown
 from hierroom.turns.records import AGENTS, META

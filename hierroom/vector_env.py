@@ -10,7 +10,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from hierroom.envs.registered_env import RegisteredEnv, checked_options
+from hierroom.envs.base import RegisteredEnv
+from hierroom.envs.single_env import checked_options
 from hierroom.envs.vector_arrays import VectorArrays
 from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaSpec, NoGoals, make_meta, show_step, take_turn

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,9 @@ from hierroom.support.errors import InputError, shown
 from hierroom.turns.records import CONTROLLER, META, Step
 from hierroom.turns.turns import Turns
 
+if TYPE_CHECKING:
+    from hierroom.agents.ppo_agent import FrozenAgent, PPOAgent
+
 
 class Player(Protocol):
     """Plays in environments; any object that takes their steps is a player."""
@@ -24,22 +27,10 @@ class Player(Protocol):
         ...
 
 
-class Actor(Protocol):
-    """An agent that acts, and records the turns that a step ended."""
-
-    def act(self, observation: Any) -> NDArray[np.integer]:
-        """Return actions [M] in the environments of an observation."""
-        ...
-
-    def record(self, step: Step, turns: Turns) -> None:
-        """Record the turns that a primitive step ended."""
-        ...
-
-
 class Pair:
     """A meta-controller and a controller that play together, by the names in `records.AGENTS` and in that order."""
 
-    def __init__(self, agents: Mapping[str, Actor]) -> None:
+    def __init__(self, agents: Mapping[str, PPOAgent | FrozenAgent | ScriptedAgent]) -> None:
         self.agents = agents
 
     def choose(self, turns: Turns, *names: str) -> None:

@@ -98,8 +98,14 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
     from hierroom.lab.compare.curve import METRICS
     from hierroom.lab.compare.style import line_style
     from hierroom.lab.compare.tasks import common_kind
-    from hierroom.lab.report.curves import compare_runs, curve_rows, run_rows
-    from hierroom.lab.report.difficulty import complexities, known_measures, learning_points
+    from hierroom.lab.report.curves import (
+        compare_runs,
+        complexities,
+        curve_rows,
+        known_measures,
+        learning_points,
+        run_rows,
+    )
     from hierroom.lab.report.page import page_texts, render_page
     from hierroom.lab.report.replay import TILES
     from hierroom.lab.report.runs import read_runs

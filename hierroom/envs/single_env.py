@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from operator import itemgetter
 from typing import Any
 
@@ -10,15 +11,14 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.controller import Observation
-from hierroom.envs.registered_env import checked_options
 from hierroom.goals import NO_GOAL
 from hierroom.meta import MetaController, take_turn
-from hierroom.support.errors import InputError, shown
+from hierroom.support.errors import InputError, shown, warn_once
 from hierroom.support.schema import Whole
 from hierroom.turns.records import AGENTS, CONTROLLER, META, N_OUTCOMES, STEP
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig, fresh_seed
-from hierroom.worlds.world import whole_numbers
+from hierroom.worlds.world import World, whole_numbers
 
 _ONLY, _TRUE = np.zeros(1, np.int64), np.ones(1, bool)
 _OUTCOMES = tuple(np.int64(outcome) for outcome in range(N_OUTCOMES))
@@ -170,6 +170,20 @@ class SingleEnv:
 
     def _show(self) -> None:
         self._screen.show(0, self.turns.ledger.goals.item())
+
+
+def checked_options(options: Any, world: World, *known: str) -> dict[str, Any]:
+    """Return the options of a reset of a world as a dict, empty for None; warn once about unknown ones."""
+    if options is None:
+        return {}
+    if not isinstance(options, Mapping):
+        raise InputError(f"options of a reset are a dict or None, not {shown(options)}")
+    if ignored := [shown(name) for name in options if name not in known]:
+        made = "pass graph and the like when making the environment"
+        warn_once(f"a reset takes the options {' and '.join(known)}; it ignores {', '.join(ignored)} ({made})")
+    if options.get("complexity") and world.complexity is None:
+        raise InputError("a task without rules has no complexity; reset it without the option complexity")
+    return dict(options)
 
 
 def as_action(action: Any) -> int:

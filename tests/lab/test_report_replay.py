@@ -63,16 +63,18 @@ def test_replay_has_the_decisions_of_both_agents(tmp_path, greedy):
     tape = DecisionTape(agent.pair(4, seed=5))
     for env, episode in enumerate(record(agent.turns(4, seed=5), tape, 4)):
         decisions = tape.of_first_episode(CONTROLLER, env, len(episode))
-        assert decisions.steps.tolist() == list(range(len(episode)))
-        np.testing.assert_allclose(decisions.probabilities.sum(axis=1), 1, rtol=1e-5)
-        taken = decisions.probabilities[np.arange(len(episode)), episode.actions]
+        assert list(decisions["steps"]) == list(range(len(episode)))
+        probabilities = np.array(decisions["probabilities"])
+        np.testing.assert_allclose(probabilities.sum(axis=1), 1, rtol=5e-3)
+        taken = probabilities[np.arange(len(episode)), episode.actions]
         assert (taken > 0).all()
         if greedy:
-            np.testing.assert_array_equal(taken, decisions.probabilities.max(axis=1))
+            np.testing.assert_array_equal(taken, probabilities.max(axis=1))
         recorded = tape.of_first_episode(META, env, len(episode))
         starts = [subgoal.first_step - 1 for subgoal in episode.subgoals]
-        assert recorded.steps.tolist() == starts
-        assert recorded.probabilities.shape == (len(starts), 14)
+        assert list(recorded["steps"]) == starts
+        chosen = np.array(recorded["probabilities"])
+        assert chosen.shape == (len(starts), 14)
         goals = [subgoal.goal for subgoal in episode.subgoals]
-        assert (recorded.probabilities[np.arange(len(goals)), goals] > 0).all()  # 13, the last, is no goal, as is -1
+        assert (chosen[np.arange(len(goals)), goals] > 0).all()  # 13, the last, is no goal, as is -1
         assert_same(replay(episode, decisions, recorded), episode)

@@ -1,9 +1,9 @@
-"""Learning in a report: the curves of runs and of groups with their bands, and the goals that agents achieve."""
+"""Learning in a report: curves of runs and groups with bands, goals achieved, and how hard each goal graph is."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,8 +12,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from hierroom.agents.evaluation import Evaluation
+from hierroom.complexity.report import analyze
+from hierroom.goals import Rules
 from hierroom.lab.compare.caveats import caveats
-from hierroom.lab.compare.comparison import Comparison, GroupSummary, compare
+from hierroom.lab.compare.comparison import SUCCESS_LEVELS, Comparison, GroupSummary, compare
 from hierroom.lab.compare.curve import METRICS
 from hierroom.lab.compare.evaluated_run import EvaluatedRun, refuse_without_overlap
 from hierroom.lab.compare.grouping import Group, choose_groups, entries_named
@@ -166,3 +168,60 @@ def training_goals(folder: RunFolder) -> dict[str, Any] | None:
     table = [np.array([name in goals for goals in achieved]) for name in names]
     shares = [(name, rounded([one[part].mean() for part in bins])) for name, one in zip(names, table, strict=True)]
     return {"steps": rounded([steps[part].mean() for part in bins]), "shares": shares}
+
+
+MEASURES: Mapping[str, str] = {
+    "expected_steps": "expected steps of a random walk, true",
+    "hitting_time": "hitting time, paper's",
+    "exit_depth": "exit depth",
+    "width": "width",
+    "n_rooms": "rooms",
+}
+
+
+def complexities(runs: Sequence[ReportedRun], rules: Mapping[str, Rules]) -> tuple[list[dict[str, Any]], list[str]]:
+    """Return the complexity of the graphs of some runs, and of the rules of tasks, a row for each.
+
+    Also return notes on those that are too large.
+    """
+    keys = ((name, graph, run.config.env.drop_key) for run in runs for name, graph in run.graphs.items())
+    rows, notes = [], []
+    for name, graph, drop_key in [*dict.fromkeys(keys), *((name, one, False) for name, one in rules.items())]:
+        try:
+            report, n_rooms = analyze(graph, drop_key=drop_key), getattr(graph, "n_rooms", None)
+            measures = [report.expected_steps, report.hitting_time, report.exit_depth, report.width, n_rooms]
+        except InputError as error:
+            notes.append(f"no complexity of {name if name in rules else f'graph {name}'}: {error}")
+            continue
+        values = dict(zip(MEASURES, rounded(measures), strict=True))
+        rows.append({**_named(name, drop_key), "measures": values})
+    return rows, notes
+
+
+def known_measures(rows: Sequence[Mapping[str, Any]]) -> dict[str, str]:
+    """Return the labels, by name, of the measures that at least one row of `complexities` has."""
+    return {name: label for name, label in MEASURES.items() if any(row["measures"][name] is not None for row in rows)}
+
+
+def learning_points(curves: Curves) -> list[dict[str, Any]]:
+    """Return each group's median steps to levels of success on each graph; skip it if only some runs can drop keys."""
+    return [
+        {
+            "group": group,
+            **_named(str(summary.graph), drop_key),
+            "n": summary.n_runs,
+            "steps_to": {f"{100 * level:.0f}": rounded([summary.steps_to[level]])[0] for level in SUCCESS_LEVELS},
+            "last": float(summary.steps[-1]),
+        }
+        for group, metric, summary in drawn(curves)
+        if metric == "success_rate" and summary.graph != ALL
+        for drop_key, *others in [
+            {run.entries["drop_key"] for run in summary.group.runs if summary.graph in run.curves}
+        ]
+        if not others
+    ]
+
+
+def _named(graph: str, drop_key: bool) -> dict[str, Any]:
+    """Return what identifies a goal graph in a report, and its label, which says if keys can be dropped."""
+    return {"graph": graph, "drop_key": drop_key, "label": f"{graph}, keys can be dropped" if drop_key else graph}

@@ -13,8 +13,7 @@ from markupsafe import Markup
 from hierroom.lab.compare.evaluated_run import plain_entries
 from hierroom.lab.compare.grouping import shortened
 from hierroom.lab.compare.style import line_style
-from hierroom.lab.report.curves import Curves
-from hierroom.lab.report.difficulty import known_measures
+from hierroom.lab.report.curves import Curves, known_measures
 from hierroom.lab.report.runs import ReportedRun
 from hierroom.meta import LEARNED
 from hierroom.runs.config.config import OF_META

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise, zip_longest
 from typing import Any
 
@@ -45,21 +44,6 @@ TILES = {
 N_TRIED = 20  # least number of episodes played, from which those on the page are chosen
 
 
-@dataclass(frozen=True, eq=False)
-class EpisodeDecisions:
-    """The T turns of an agent in one episode.
-
-    Args:
-        steps: [T] int, the primitive step at which each turn began, counted from 0.
-        probabilities: [T, A] float, the probability of each action.
-        values: [T] float, the discounted return that the agent expected.
-    """
-
-    steps: NDArray[np.integer]
-    probabilities: NDArray[np.floating]
-    values: NDArray[np.floating]
-
-
 class DecisionTape:
     """A player: a pair of agents that plays in N new environments, and a record of all its decisions."""
 
@@ -81,18 +65,20 @@ class DecisionTape:
         self._n_steps += 1
         return step
 
-    def of_first_episode(self, name: str, env: int, length: int) -> EpisodeDecisions | None:
-        """Return an agent's decisions in an environment's first episode, given its length; None if scripted."""
+    def of_first_episode(self, name: str, env: int, length: int) -> dict[str, Any] | None:
+        """Return an agent's T decisions in an environment's first episode, given its length; None if scripted.
+
+        They are the ``steps`` [T] where its turns began, counted from 0, the ``probabilities`` [T, A] of its actions,
+        and the ``values`` [T], the discounted returns that it expected.
+        """
         found = [
-            (at, probabilities[row], values[row])
+            (at, rounded(probabilities[row], 3), values[row])
             for at, envs, probabilities, values in self._taken.get(name, ())
             if at < length
             for row in np.flatnonzero(envs == env)
         ]
-        if not found:
-            return None
-        steps, probabilities, values = zip(*found, strict=True)
-        return EpisodeDecisions(np.array(steps), np.array(probabilities), np.array(values))
+        steps, probabilities, values = zip(*found, strict=True) if found else ((), (), ())
+        return {"steps": steps, "probabilities": probabilities, "values": rounded(values, 4)} if found else None
 
 
 def replays(agent: TrainedAgent, episodes: int, seed: int) -> list[dict[str, Any]]:
@@ -133,7 +119,7 @@ def _chosen(played: Sequence[Episode], n: int) -> list[int]:
 
 
 def replay(
-    episode: Episode, controller: EpisodeDecisions | None = None, meta: EpisodeDecisions | None = None
+    episode: Episode, controller: dict[str, Any] | None = None, meta: dict[str, Any] | None = None
 ) -> dict[str, Any]:
     """Return an episode of L steps as plain types, with its agents' decisions, to draw each of its L + 1 states."""
     states = list(episode.states())
@@ -173,20 +159,10 @@ def replay(
             str(goal): episode.name_of(goal)
             for goal in (NO_GOAL, *colours, *(FIRST_DOOR_GOAL + colour for colour in colours), EXIT_GOAL)
         },
-        "controller": _decisions(controller),
-        "meta": _decisions(meta),
+        "controller": controller,
+        "meta": meta,
     }
 
 
 def _letters(tiles: NDArray[np.uint8]) -> str:
     return "".join(LETTERS[tile] for tile in tiles.tolist())
-
-
-def _decisions(decisions: EpisodeDecisions | None) -> dict[str, Any] | None:
-    if decisions is None:
-        return None
-    return {
-        "steps": decisions.steps.tolist(),
-        "probabilities": [rounded(row, 3) for row in decisions.probabilities],
-        "values": rounded(decisions.values, 4),
-    }
