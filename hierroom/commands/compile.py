@@ -143,7 +143,7 @@ def play_with_learners() -> None:
 def play_as_trained() -> None:
     """Use the kernels of learning in EscapeRooms, of rollouts, and of measuring chains from play."""
     import hierroom
-    from hierroom.lab.measure import measure_named
+    from hierroom.lab.measure import measure, played_by
     from hierroom.worlds.escape_room.features import FEATURES
 
     _train()
@@ -154,7 +154,7 @@ def play_as_trained() -> None:
     _train(graph=("a", "c"), curriculum_stages=2)
     _train(meta="oracle", reward="bonus", features=(*FEATURES.keys() - {"goal-outcome"},))
     list(hierroom.rollout("oracle", hierroom.EnvConfig(**SMALL), episodes=4))
-    measure_named("random", {"graph": "a"}, False, 4, 0)
+    played_by("random", {"graph": "a"}, False, 4, 0, False, measure)
 
 
 def _train(**entries: Any) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -207,10 +208,10 @@ class PlayedArguments(WalkArguments):
         show(entries)
 
     def _show_chain(self, entries: dict[str, Any]) -> None:
-        from hierroom.lab.measure import measure_named  # imports the world and the learners
+        from hierroom.lab.measure import measure, played_by  # imports the world and the learners
 
-        walk, reading, played = Walk(*self.walk), Reading(*self.reading), (self.episodes, self.seed)
-        report = measure_named(self.from_play, entries, self.drop, *played, walk, reading, self.trust_run)
+        count = partial(measure, seed=self.seed, walk=Walk(*self.walk), reading=Reading(*self.reading))
+        report = played_by(self.from_play, entries, self.drop, self.episodes, self.seed, self.trust_run, count)
         if self.draw is not None:
             from hierroom.complexity.drawing.draw_reach import figure_of_reach
             from hierroom.support.sheet import save_figure
@@ -223,9 +224,10 @@ class PlayedArguments(WalkArguments):
             raise InputError("--reading is for chains on goal graphs, not for rules from play")
         if self.out is not None and (self.out.suffix != ".toml" or not self.out.parent.is_dir()):
             raise InputError(f"rules are written to a .toml file in a folder that is there, not to {self.out}")
-        from hierroom.lab.measure import play_rules_named  # imports the world and the learners
+        from hierroom.lab.measure import play_rules, played_by  # imports the world and the learners
 
-        found = play_rules_named(self.from_play, entries, self.drop, self.episodes, self.seed, self.trust_run)
+        played = self.from_play, entries, self.drop, self.episodes, self.seed, self.trust_run
+        found = played_by(*played, play_rules)
         seen = {"episodes": found.episodes, "seen": dict(found.seen)}
         if not self.json:
             print(found)

@@ -5,9 +5,8 @@ Play has other edges than the paper's graph: after opening a door, the agent is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -26,6 +25,7 @@ from hierroom.support.errors import InputError, require_number
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
 
+T = TypeVar("T")
 MAX_ENVS = 100  # played in parallel
 
 
@@ -85,17 +85,16 @@ def play_rules(
     return PlayedRules.of(sequences, goals, names[world.goals.target], once)
 
 
-def measure_named(
+def played_by(
     name: str,
     entries: Mapping[str, Any],
     drop_key: bool,
     episodes: int,
     seed: int,
-    walk: Walk = PAPER_WALK,
-    reading: Reading = TABLE_READING,
-    trust: bool = False,
-) -> PlayedChain:
-    """Measure the player that the command line names, with a progress bar.
+    trust: bool,
+    count: Callable[[Turns, Player, int, Callable[[int], object]], T],
+) -> T:
+    """Return what ``count`` (`measure` or `play_rules`) finds, with a progress bar.
 
     Args:
         name: `"random"`, `"oracle"`, or the folder of a training run.
@@ -104,44 +103,22 @@ def measure_named(
         drop_key: whether keys can be dropped; always true for a run that was trained with this.
         trust: whether to run the code that the run's config names, as for `load`.
     """
-    turns, player = named_play(name, entries, drop_key, episodes, seed, trust)
-    with _bar(episodes) as progress:
-        return measure(turns, player, episodes, progress, seed, walk, reading)
-
-
-def play_rules_named(
-    name: str, entries: Mapping[str, Any], drop_key: bool, episodes: int, seed: int, trust: bool = False
-) -> PlayedRules:
-    """Estimate rules from the play of the player that the command line names; arguments as for `measure_named`."""
-    turns, player = named_play(name, entries, drop_key, episodes, seed, trust)
-    with _bar(episodes) as progress:
-        return play_rules(turns, player, episodes, progress)
-
-
-@contextmanager
-def _bar(episodes: int) -> Iterator[Callable[[int], None]]:
-    with progress_bar() as bar:
-        task = bar.add_task("playing", total=episodes)
-        yield lambda done: bar.update(task, completed=done)
-
-
-def named_play(
-    name: str, entries: Mapping[str, Any], drop_key: bool, episodes: int, seed: int, trust: bool
-) -> tuple[Turns, Player]:
-    """Return the environments and the player that the command line names: see `measure_named`."""
     require_number("episodes", episodes, 1, 10**9, is_whole=True)
     num_envs = min(MAX_ENVS, episodes)
     if name in ("random", "oracle"):
         config = EnvConfig(drop_key=drop_key, levels="evaluation", **entries)
         config.refuse_unread(entries)
-        return Turns(config, num_envs, seed=seed), make_player(name, seed)
-    agent = load(name, trust=trust)
-    turns, player = agent.turns(num_envs, seed=seed, env=agent.env(**entries)), agent.pair(num_envs, seed=seed)
-    if drop_key and not turns.config.drop_key:
-        raise InputError(f"the agent of {name} was trained without drop, so it cannot play with --drop")
-    if (n_graphs := len(turns.world.variants)) > 1:
-        raise InputError(f"the agent of {name} was trained on {n_graphs} goal graphs; name one by --graph")
-    return turns, player
+        turns, player = Turns(config, num_envs, seed=seed), make_player(name, seed)
+    else:
+        agent = load(name, trust=trust)
+        turns, player = agent.turns(num_envs, seed=seed, env=agent.env(**entries)), agent.pair(num_envs, seed=seed)
+        if drop_key and not turns.config.drop_key:
+            raise InputError(f"the agent of {name} was trained without drop, so it cannot play with --drop")
+        if (n_graphs := len(turns.world.variants)) > 1:
+            raise InputError(f"the agent of {name} was trained on {n_graphs} goal graphs; name one by --graph")
+    with progress_bar() as bar:
+        task = bar.add_task("playing", total=episodes)
+        return count(turns, player, episodes, lambda done: bar.update(task, completed=done))
 
 
 def graph_of(turns: Turns) -> GoalGraph:

@@ -209,7 +209,6 @@ def train(
                 report(_status(trainer, row, evaluated))
             if trainer.is_done:
                 logs.add_results(LearningCurve.of_rows(folder.evaluations.read()))
-            logs.sync()
             stops = callback is not None  # if it raises
             try:
                 if callback is not None:

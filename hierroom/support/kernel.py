@@ -6,7 +6,6 @@ import hashlib
 import multiprocessing
 import os
 import shutil
-import stat
 import tempfile
 import time
 import warnings
@@ -30,10 +29,7 @@ _DAY = 24 * 60 * 60
 
 @cache
 def kernel_folder() -> str | None:
-    """Return the first folder that can be written: in NUMBA_CACHE_DIR, the package, the user's cache, temporary files.
-
-    Return None if there is none. Warn if it is the temporary folder or None.
-    """
+    """Return the first folder that can be written, in NUMBA_CACHE_DIR, the package or the user's cache; else None."""
     chosen = config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
     installation = hashlib.sha256(str(PACKAGE).encode()).hexdigest()[:8]
     name = Path("hierroom", f"{installation}-{digest_of_kernels(PACKAGE)[:16]}")
@@ -42,13 +38,11 @@ def kernel_folder() -> str | None:
         if os.path.isabs(place) and _can_write(folder := place / name):
             _remove_old({*folder.parent.glob(f"{installation}-*")} - {folder})
             return str(folder)
-    folder = _private_folder()
-    kept = f"is kept in {folder}" if folder else "is lost at the end of each process, so the next compiles it again"
     if multiprocessing.parent_process() is None:
-        reason = f"neither the package nor the user's cache folder can be written: the compiled code of kernels {kept}"
-        advice = "set NUMBA_CACHE_DIR to a folder of your own to keep it elsewhere"
+        reason = "neither the package nor the user's cache folder can be written: each process compiles kernels again"
+        advice = "set NUMBA_CACHE_DIR to a folder of your own to keep them"
         warnings.warn(f"{reason}; {advice}", RuntimeWarning, stacklevel=2)
-    return folder and str(folder / name)
+    return None
 
 
 def _remove_old(folders: set[Path]) -> None:
@@ -73,18 +67,6 @@ def _can_write(folder: Path) -> bool:
     except OSError:
         return False
     return True
-
-
-def _private_folder() -> Path | None:
-    """Return a temporary folder that only this user can write, because code in it is run; None if there is none."""
-    try:
-        path = Path(tempfile.gettempdir()).absolute() / f"hierroom-{os.getuid()}"
-        path.mkdir(mode=0o700, exist_ok=True)
-        status = path.lstat()
-    except (OSError, AttributeError):  # Windows has no user ids, and its cache folders can be written
-        return None
-    is_private = stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid() and not status.st_mode & 0o077
-    return path if is_private and _can_write(path) else None
 
 
 KERNELS: list[Any] = []

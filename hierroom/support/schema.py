@@ -25,11 +25,10 @@ class Schema:
         """Check an entry called ``name``, such as ``levels.direction``, and all entries inside it."""
         waiting: _Parts = [(self, value, name)]
         for schema, value, name in waiting:
-            waiting += schema._look(value, name)
+            waiting += schema._look(value, name) or ()
 
-    def _look(self, value: Any, name: str) -> _Parts:
-        """Check an entry without the entries inside it, and return these."""
-        return []
+    def _look(self, value: Any, name: str) -> _Parts | None:
+        """Check an entry without the entries inside it, and return these, if there are any."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +84,7 @@ class Array(Schema):
     high: Any = None  # the largest value
     is_finite: bool = True  # whether floats must be finite
 
-    def _look(self, value: Any, name: str) -> _Parts:
+    def _look(self, value: Any, name: str) -> None:
         is_simple = type(value) is np.ndarray and value.flags.c_contiguous
         dtype, array = np.dtype(self.dtype), value if is_simple else as_array(value, name)
         if array.dtype != dtype or array.shape != self.shape:
@@ -94,7 +93,7 @@ class Array(Schema):
         if dtype.kind == "b":  # compiled code reads one bit of a bool, NumPy all eight
             if array.view(np.uint8).max(initial=0) > 1:
                 raise InputError(f"{name} must be True or False everywhere")
-            return []
+            return
         if dtype.kind == "f" and self.is_finite and not np.isfinite(array).all():
             raise InputError(f"{name} must be finite everywhere, not {array[~np.isfinite(array)][0]}")
         for bound, is_broken, words in ((self.low, np.less, "at least"), (self.high, np.greater, "at most")):
@@ -102,7 +101,6 @@ class Array(Schema):
                 place = tuple(broken[0])
                 allowed, where = np.broadcast_to(bound, self.shape)[place], list(map(int, place))
                 raise InputError(f"{name} must be {words} {allowed}, not {array[place]} (at {where})")
-        return []
 
 
 @dataclass(frozen=True)
@@ -112,22 +110,20 @@ class Whole(Schema):
     low: int = 0
     high: float = math.inf
 
-    def _look(self, value: Any, name: str) -> _Parts:
+    def _look(self, value: Any, name: str) -> None:
         is_whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
         if not is_whole or not self.low <= int(value) <= self.high:
             allowed = f"of at least {self.low}" if self.high == math.inf else f"from {self.low} to {_power(self.high)}"
             raise InputError(f"{name} must be a whole number {allowed}, not {shown(value)}")
-        return []
 
 
 class Real(Schema):
     """A finite number, not a bool."""
 
-    def _look(self, value: Any, name: str) -> _Parts:
+    def _look(self, value: Any, name: str) -> None:
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
         if not is_number or not abs(value) <= sys.float_info.max:
             raise InputError(f"{name} must be a finite number, not {shown(value)}")
-        return []
 
 
 @dataclass(frozen=True)
@@ -136,20 +132,18 @@ class Exactly(Schema):
 
     value: Any
 
-    def _look(self, value: Any, name: str) -> _Parts:
+    def _look(self, value: Any, name: str) -> None:
         is_same = value is self.value or (type(value) is type(self.value) and text_of(value) == text_of(self.value))
         if not is_same:
             raise InputError(f"{name} must be {shown(self.value)}, not {shown(value)}")
-        return []
 
 
 class Flag(Schema):
     """True or False."""
 
-    def _look(self, value: Any, name: str) -> _Parts:
+    def _look(self, value: Any, name: str) -> None:
         if not isinstance(value, bool):
             raise InputError(f"{name} must be True or False, not {shown(value)}")
-        return []
 
 
 def record_type(*fields: tuple) -> np.dtype:

@@ -135,7 +135,7 @@ def test_never_achieved_target_raises_input_error():
 def test_command_keeps_the_counts_and_rules_of_what_was_achieved(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     found = PlayedRules.of([["key", "coin"], ["key"], []], ("key", "coin", "door"), "door")
-    monkeypatch.setattr("hierroom.lab.measure.play_rules_named", lambda *_: found)
+    monkeypatch.setattr("hierroom.lab.measure.played_by", lambda *_: found)
     words = ["--task", "chest_task:free", "--from-play", "random"]
     assert complexity([*words, "--out", "found.toml"]) == 0
     said = capsys.readouterr()
@@ -164,7 +164,7 @@ def test_played_rules_are_written_even_if_they_cannot_be_analyzed(tmp_path, monk
     leaves = [f"leaf {n}" for n in range(17)]
     ways = {**{leaf: ({},) for leaf in leaves}, "root": (dict.fromkeys(leaves, 1),)}
     found = PlayedRules(5, dict.fromkeys(ways, 5), ways, "root")
-    monkeypatch.setattr("hierroom.lab.measure.play_rules_named", lambda *_: found)
+    monkeypatch.setattr("hierroom.lab.measure.played_by", lambda *_: found)
     files = ["--out", str(tmp_path / "found.toml"), "--draw", str(tmp_path / "found.png")]
     with pytest.raises(InputError, match="at most 100,000"):
         complexity(["--task", "chest_task:free", "--from-play", "random", *files])

@@ -75,7 +75,7 @@ def test_a_lock_is_held_until_it_is_released(tmp_path):
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
 def test_lock_in_read_only_folder_raises_input_error(run):
     run.path.chmod(0o500)
-    with pytest.raises(InputError, match=r"cannot lock the run folder .*: Permission denied"):
+    with pytest.raises(InputError, match=r"cannot lock the folder .*: Permission denied"):
         RunLock(run.path.parent / "run").acquire()
 
 

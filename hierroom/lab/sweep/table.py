@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from filelock import FileLock
-
 from hierroom.lab.sweep.plan import PlannedRun
+from hierroom.runs.folder.run_lock import RunLock
 from hierroom.support.cells import has_range, read_number, text_of_cell
 from hierroom.support.errors import InputError
 from hierroom.support.files import read_csv, refuse_foreign, write_atomically
@@ -28,7 +26,7 @@ class SweepTable:
 
     def __init__(self, folder: Path) -> None:
         self.path, self.curves_path = folder / "sweep.csv", folder / "curves.csv"
-        self._lock = FileLock(self.path.with_name(f".{self.path.name}.lock"))
+        self._lock = RunLock(folder, ".sweep.csv.lock", timeout=-1)
 
     def read(self) -> pd.DataFrame:
         """Return all rows, none if there is no file."""
@@ -56,12 +54,12 @@ class SweepTable:
         """
         import pandas as pd
 
-        refuse_foreign(replaced=[self.path, self.curves_path], changed=[Path(self._lock.lock_file)])
+        refuse_foreign(replaced=[self.path, self.curves_path], changed=[self._lock.path])
         _read(self.curves_path)
         if self.read().empty:
             return
         identities = pd.DataFrame([run.identity for run in runs], index=[run.digest for run in runs], dtype=object)
-        with self._locked():
+        with self._lock:
             before = self.read()
             own = identities.reindex(before["digest"]).fillna("").set_axis(before.index)
             if (own == "").all(axis=None):  # the table has none of these runs
@@ -71,19 +69,6 @@ class SweepTable:
             if not after.equals(before):
                 _write(self.path, after, [*own.columns])
 
-    @contextmanager
-    def _locked(self) -> Iterator[None]:
-        place = Path(self._lock.lock_file)
-        try:
-            refuse_foreign(changed=[place])
-            self._lock.acquire()
-        except (OSError, NotImplementedError) as error:
-            raise InputError(f"cannot lock {place}: {error}") from error
-        try:
-            yield
-        finally:
-            self._lock.release()
-
     def add(
         self, run: PlannedRun, numbers: Mapping[str, object], evaluations: Sequence[Mapping[str, str]] = ()
     ) -> bool:
@@ -91,7 +76,7 @@ class SweepTable:
         import pandas as pd
 
         row = {**run.identity, **{name: _text(value) for name, value in numbers.items()}, "digest": run.digest}
-        with self._locked():
+        with self._lock:
             before = self.read()
             before = before[before["digest"] != run.digest]
             kept = before[~_is_same(before, run)]

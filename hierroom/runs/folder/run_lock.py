@@ -1,4 +1,4 @@
-"""The lock of a run's folder: one process at a time works on a run."""
+"""The lock of a folder: one process at a time works on a run, or writes the tables of a sweep."""
 
 from __future__ import annotations
 
@@ -15,24 +15,28 @@ class RunLockedError(InputError):
 
 
 class RunLock:
-    """The lock of a process that trains a run. The system releases it when the process ends; readers need no lock."""
+    """A lock in a folder. The system releases it when the process ends; readers need no lock.
+
+    ``timeout`` is the number of seconds to wait for another process; -1: until it ends.
+    """
 
     FILE = ".lock"
 
-    def __init__(self, folder: Path) -> None:
-        self._folder, self._lock = folder, FileLock(folder / self.FILE, timeout=0)
+    def __init__(self, folder: Path, file: str = FILE, timeout: float = 0) -> None:
+        self._folder, self.path = folder, folder / file
+        self._lock = FileLock(self.path, timeout=timeout)
 
     def acquire(self) -> None:
         """Take the lock, unless this object has it already."""
         try:
             if not self._lock.is_locked:
-                refuse_foreign(changed=[self._folder / self.FILE])
+                refuse_foreign(changed=[self.path])
                 self._lock.acquire()
         except Timeout:
             busy = f"{self._folder} is being trained by another process; wait until that ends, or stop it"
             raise RunLockedError(busy) from None
         except (OSError, NotImplementedError) as error:
-            raise InputError(f"cannot lock the run folder {self._folder}: {error}") from error
+            raise InputError(f"cannot lock the folder {self._folder}: {error}") from error
 
     @property
     def is_held(self) -> bool:

@@ -9,7 +9,6 @@ import os
 import socket
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +20,7 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.logs.learning_curve import LearningCurve
 from hierroom.runs.logs.scalars import Logger, Plain, hyperparameters, result_scalars
 from hierroom.support.errors import InputError, in_one_line, shown
-from hierroom.support.files import append_whole, read_json, sync, to_json, write_atomically
+from hierroom.support.files import append_whole, read_json, to_json, write_atomically
 from hierroom.support.output import warn
 
 _NAME = "events.out.tfevents"
@@ -64,12 +63,6 @@ class Events(Logger):
         """Show hyperparameters and results in TensorBoard's table of runs."""
         self._write(*(Event(step=steps, summary=summary) for summary in hparams(hyperparameters, results)))
         self.add({name: value for name, value in results.items() if "steps_to" in name}, steps)
-
-    def sync(self) -> None:
-        """Make the events survive a loss of power."""
-        if self._file is not None:
-            with suppress(InputError):  # the next event fails too, and reports it
-                sync(self._file)
 
 
 _FILE = "logs.json"
@@ -179,10 +172,6 @@ class Logs:
         """Show hyperparameters and results."""
         results = hyperparameters(self._config), result_scalars(curve), self._config.steps
         self._each(lambda logger: logger.add_results(*results))
-
-    def sync(self) -> None:
-        """Make the numbers so far survive a loss of power."""
-        self._each(lambda logger: logger.sync())
 
     def close(self, *, is_done: bool) -> None:
         """End the session."""

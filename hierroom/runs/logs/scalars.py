@@ -27,9 +27,6 @@ class Logger(Protocol):
         """Show hyperparameters and results."""
         ...
 
-    def sync(self) -> None:
-        """Make the numbers so far survive a loss of power, unless the logger does so itself."""
-
     def close(self, *, is_done: bool) -> None:
         """End a session; if the run is not done, it may be resumed."""
 
