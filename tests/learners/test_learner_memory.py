@@ -1,6 +1,7 @@
 """A task that cannot be solved without memory is solved, and a network without memory stays at chance."""
 
 import numpy as np
+import pytest
 import torch
 from torch import nn
 
@@ -63,5 +64,6 @@ def test_a_recurrent_policy_remembers_the_cue():
     assert success_rate(None, updates=100) > 0.95
 
 
+@pytest.mark.slow
 def test_a_memoryless_policy_stays_at_chance():
     assert 0.4 < success_rate(Memoryless, updates=40) < 0.6

@@ -150,7 +150,9 @@ def test_act_and_finish_must_alternate():
         learner.update(0.0)
 
 
-@both_paths
+@pytest.mark.parametrize(
+    "network", [None, pytest.param(PlainTorchNetwork, marks=pytest.mark.slow)], ids=["compiled", "torch"]
+)
 @pytest.mark.parametrize("time_limit", [5, 50])
 def test_values_do_not_depend_on_the_time_limit(network, time_limit):
     gamma, n = 0.8, 8
