@@ -76,24 +76,6 @@ def test_command_line_has_every_choice(choices, table):
     assert set(choices.__args__) == set(table)
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        ("train --method pop", "invalid choice 'pop'"),
-        ("train --steps many", "Error parsing --steps: it must be a whole number, not 'many'"),
-        ("train --grahp a", "--graph GRAPH"),
-        ("evaluate", "Missing from python -m hierroom evaluate: RUN"),
-        ("evaluate c --episodes", "Missing value for argument '--episodes'"),
-        ("compile now", "Unrecognized options: now"),
-    ],
-)
-def test_invalid_arguments_exit_with_a_tyro_message(words, said, capsys):
-    with pytest.raises(SystemExit) as ended:
-        main(words.split())
-    assert ended.value.code == 2
-    assert said in " ".join(re.sub("[│─]", "", capsys.readouterr().err).split())
-
-
 @dataclass(frozen=True)
 class Numbers:
     """Options of whole numbers.

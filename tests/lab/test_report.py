@@ -62,16 +62,6 @@ def test_embedded_plotly_is_complete(page):
     assert page.plotly == get_plotlyjs()
 
 
-def test_tables_show_runs_and_groups(page, runs):
-    for name in ("dfs0", "dfs1", "learned"):
-        assert name in page.text
-        rows = RunFolder(runs / "runs" / name).evaluations.read()
-        assert f"{float(rows[-1]['success_rate']):.1%}" in page.text
-    assert "3 runs in 2 groups: fixed-dfs; learned" in page.text
-    assert "meta_ppo.gamma" in page.text
-    assert "learning_rate" in page.text
-
-
 def test_report_curves_equal_compare_curves(page, runs):
     groups = group_runs([read_run(path) for path in runs_inside(runs)], ("meta",))
     tasks = Tasks.common(groups)

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 from unittest.mock import Mock
 
 import pytest
-from tiny_sweep import plan, tiny_words
+from tiny_sweep import plan
 
 from hierroom.commands.sweep import main
 from hierroom.lab.sweep import job, pool
@@ -164,15 +164,6 @@ def test_sweep_into_a_run_folder_raises_input_error(tmp_path):
     with pytest.raises(InputError, match=r"run is the folder of a single run; choose another --out$"):
         Sweep(plan(), tmp_path / "run")
     assert sorted(path.name for path in (tmp_path / "run").iterdir()) == before
-
-
-@pytest.mark.slow
-def test_replacing_a_row_prints_a_warning(tmp_path, capsys):
-    words = tiny_words("method=ppo", "seed=0", "evaluations=0")
-    for gamma in ("gamma=0.9", "gamma=0.8"):
-        assert main([*words, gamma, "--out", str(tmp_path / "s"), "--processes", "1", "--episodes", "2"]) == 0
-        said = " ".join(capsys.readouterr().err.split())
-        assert ("stands in the place of one of another config; give both values" in said) == (gamma == "gamma=0.8")
 
 
 def test_invalid_number_of_processes_raises_input_error(tmp_path):
