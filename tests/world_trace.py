@@ -8,10 +8,9 @@ from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.worlds import random_kernels
 from hierroom.worlds.escape_room import tiles
 from hierroom.worlds.escape_room.engine import Engine
-from hierroom.worlds.escape_room.frontier import nearest_frontiers
-from hierroom.worlds.escape_room.layout import MEMORIES, NO_MAPS
+from hierroom.worlds.escape_room.features import nearest_frontiers
+from hierroom.worlds.escape_room.layout import MEMORIES, NO_MAPS, map_arrays
 from hierroom.worlds.escape_room.level_map import LevelMap
-from hierroom.worlds.escape_room.map_arrays import map_arrays
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
 
 NESTED = LevelMap.of(

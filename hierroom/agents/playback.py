@@ -62,7 +62,7 @@ def _picture(episode: Episode, state: Any, goal: int, tile_size: int, title: str
     state_of = getattr(episode.replayer, "rules_state", None)
     if state_of is None or not isinstance(rules, Rules):
         return picture
-    from hierroom.complexity.drawing.draw_state import rules_picture  # matplotlib loads slowly, and few films need it
+    from hierroom.complexity.draw import rules_picture  # matplotlib loads slowly, and few films need it
 
     achieved, marking = state_of(state)
     names = [episode.replayer.goal_label(state, number) for number in np.flatnonzero(achieved).tolist()]

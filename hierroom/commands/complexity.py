@@ -213,7 +213,7 @@ class PlayedArguments(WalkArguments):
         count = partial(measure, seed=self.seed, walk=Walk(*self.walk), reading=Reading(*self.reading))
         report = played_by(self.from_play, entries, self.drop, self.episodes, self.seed, self.trust_run, count)
         if self.draw is not None:
-            from hierroom.complexity.drawing.draw_reach import figure_of_reach
+            from hierroom.complexity.draw import figure_of_reach
             from hierroom.support.sheet import save_figure
 
             save_figure(figure_of_reach(report), self.draw)

@@ -18,7 +18,7 @@ target node t, b = e_s - e_t.
 | sensitivity d(b' pinv(D - W) b) / dW_ij | `laplacian_sensitivity` | Golub and Pereyra, 4.3 |
 
 Systems for m, v and h are solved without subtraction (`chains.elimination`; Grassmann, Taksar and Heyman, 1985).
-`markov_order.markov_test` tests whether play is Markov on its nodes (Anderson and Goodman, 1957).
+`observed.markov_test` tests whether play is Markov on its nodes (Anderson and Goodman, 1957).
 
 `AugmentedGraph` is the paper's augmented graph with its weights W (appendix A); `MarkingGraph` is its counterpart for
 rules. Numbers after a source are its theorems: Norris, Markov Chains, 1997; Kemeny and Snell, Finite Markov Chains,
@@ -26,7 +26,6 @@ rules. Numbers after a source are its theorems: Norris, Markov Chains, 1997; Kem
 """
 
 from hierroom.complexity.augmented import AugmentedGraph, Node, count_nodes
-from hierroom.complexity.chain_report import ChainReport
 from hierroom.complexity.chains.chain import Chain
 from hierroom.complexity.chains.hitting import (
     expected_visits,
@@ -45,6 +44,7 @@ from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.complexity.rules_report import RulesReport
 from hierroom.complexity.tables import to_frame
 from hierroom.complexity.trajectories import measure_env, measure_trajectories
+from hierroom.complexity.walk_report import ChainReport
 
 __all__ = [
     "AugmentedGraph",

@@ -16,11 +16,57 @@ from numpy.typing import NDArray
 from hierroom.complexity.augmented import MAX_NODES
 from hierroom.complexity.chains.walk import PAPER_WALK, Walk
 from hierroom.complexity.chains.weights import as_targets, can_reach
-from hierroom.complexity.moves import MoveFinder, Moves
 from hierroom.complexity.requirements import relevant_rules
 from hierroom.goals import Rules
 from hierroom.support.errors import InputError
 from hierroom.support.output import said_when_slow
+
+
+class Moves(NamedTuple):
+    """E moves, each a rule that changes a marking, and the C changes of facts that they make, in the same order."""
+
+    sources: NDArray[np.int64]  # [E], the index of the marking where each move begins
+    rules: NDArray[np.int64]  # [E], the rule of each move
+    starts: NDArray[np.int64]  # [E], the index of each move's first change
+    of_move: NDArray[np.int64]  # [C], the move of each change
+    facts: NDArray[np.int64]  # [C], the fact that each changes
+    added: NDArray[np.integer]  # [C], how much the fact's count grows, or shrinks if negative
+
+
+@dataclass(frozen=True, eq=False)
+class MoveFinder:
+    """Finds the moves of rules; for speed, it looks only at the facts that each rule changes."""
+
+    rules: Rules
+
+    @property
+    def n_changes(self) -> int:
+        """The number of changes of facts in all alternatives together."""
+        return len(self._changes[1])
+
+    def find(self, markings: NDArray[np.integer]) -> Moves:
+        """Find all moves from markings [M, F]: each rule that applies and changes a marking."""
+        n_changes, facts, counts = self._changes
+        applies, ways = self.rules.choose(markings)
+        sources, rules = np.nonzero(applies)
+        used = rules * n_changes.shape[1] + ways[sources, rules]
+        lengths = n_changes.ravel()[used]
+        of_move = np.repeat(np.arange(len(used)), lengths)
+        at = np.arange(len(of_move)) + np.repeat(
+            (n_changes.ravel().cumsum() - n_changes.ravel())[used] - (lengths.cumsum() - lengths), lengths
+        )
+        before = markings[sources[of_move], facts[at]]
+        added = np.minimum(before + counts[at], self.rules.limits[facts[at]]) - before
+        kept = np.flatnonzero(added)
+        moves, starts, of_move = np.unique(of_move[kept], return_index=True, return_inverse=True)
+        return Moves(sources[moves], rules[moves], starts, of_move, facts[at[kept]], added[kept])
+
+    @cached_property
+    def _changes(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+        """Return how many facts each alternative changes [R, A], then each fact that changes [C] and its change [C]."""
+        change = self.rules.given - self.rules.used
+        return np.count_nonzero(change, axis=-1), np.nonzero(change)[-1], change[np.nonzero(change)]
+
 
 MAX_COUNTS = 25_000_000
 """Most counts of facts in all rules, such as 5,000 rules over 5,000 facts; markings may have eight times as many."""

@@ -19,10 +19,11 @@ from numpy.typing import ArrayLike, NDArray
 from hierroom.complexity.chains.chain import EXIT, Chain
 from hierroom.complexity.chains.walk import PAPER_WALK
 from hierroom.complexity.chains.weights import row_sums
-from hierroom.complexity.markov_order import MarkovTest, markov_test
 from hierroom.complexity.observed import (
     EpisodeCounts,
     Interval,
+    MarkovTest,
+    markov_test,
     observed,
     percentile_interval,
     wilson_interval,
@@ -125,7 +126,7 @@ class PlayedChain:
 
     @cached_property
     def markov(self) -> MarkovTest | None:
-        """The test of whether play is Markov on the nodes; None if the counts do not suffice. See `markov_order`."""
+        """The test of whether play is Markov on the nodes; None if the counts do not suffice. See `observed`."""
         return markov_test(self.counts.triples)
 
     @cached_property

@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.complexity.augmented import AugmentedGraph, alike_nodes
-from hierroom.complexity.chain_report import ChainReport
 from hierroom.complexity.chains.chain import Chain
 from hierroom.complexity.chains.reach import expected_states
 from hierroom.complexity.chains.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.complexity.rules_report import RulesReport
-from hierroom.complexity.walk_report import WalkReport
+from hierroom.complexity.walk_report import ChainReport, WalkReport
 from hierroom.goals import GoalGraph, Rules, as_goal_graph
 from hierroom.support.errors import InputError, shown
 
@@ -176,6 +175,6 @@ class ComplexityReport(WalkReport):
         ]
 
     def _figure(self) -> Figure:
-        from hierroom.complexity.drawing.draw import figure_of_graph
+        from hierroom.complexity.draw import figure_of_graph
 
         return figure_of_graph(self.augmented)

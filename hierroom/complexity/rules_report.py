@@ -176,7 +176,7 @@ class RulesReport(WalkReport):
         return lines
 
     def _figure(self) -> Figure:
-        from hierroom.complexity.drawing.draw import figure_of_rules
+        from hierroom.complexity.draw import figure_of_rules
 
         return figure_of_rules(self.unrolled, self.chain, self.walk.restart)
 

@@ -32,8 +32,7 @@ from hierroom.worlds.escape_room.constants import (
 )
 from hierroom.worlds.escape_room.layout import State
 from hierroom.worlds.escape_room.level import goal_name
-from hierroom.worlds.escape_room.render import draw_level, seen_cells
-from hierroom.worlds.escape_room.replayer import ACTION_NAMES
+from hierroom.worlds.escape_room.render import ACTION_NAMES, draw_level, seen_cells
 from hierroom.worlds.escape_room.rooms import rooms_of
 from hierroom.worlds.window import Window, has_screen
 

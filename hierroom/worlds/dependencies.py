@@ -1,4 +1,4 @@
-"""The rules of a world applied to its goals: what has been achieved, what may come next."""
+"""The rules of a world applied to its goals: what has been achieved, what may come next, and a way to the target."""
 
 from __future__ import annotations
 
@@ -6,11 +6,98 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from hierroom.goals.depth_first import DepthFirst
 from hierroom.goals.goal_set import GoalSet
 from hierroom.goals.rules import Rules
+
+
+class DepthFirst:
+    """Finds the next goal on a random depth-first way to the target.
+
+    Random numbers order the alternatives and the facts; with the same numbers throughout an episode, the way stays the
+    same. Alternatives are dropped in this order as long as the target stays in reach. Then the first missing
+    requirement is pursued, and in turn its first missing requirement, down to a rule that applies. A requirement that
+    uses up what another one asks for comes after it. If each uses up what the other asks for, the way may never end.
+
+    Args:
+        rules: the rules.
+    """
+
+    def __init__(self, rules: Rules) -> None:
+        self._rules = rules
+        counts = rules.n_alternatives.tolist()
+        self._ways = [(rule, way) for rule, n in enumerate(counts) for way in range(n)]
+        rows = tuple(np.array(self._ways).T)
+        self._required, self._given = rules.required[rows], rules.given[rows] > 0  # [W, F]
+        self._used = rules.used[rows] > 0
+        is_first = np.array([not self._is_preempted(way) for way in range(len(self._ways))])
+        self._is_possible: NDArray[np.bool_] = np.all(self._required <= rules.limits, axis=1) & is_first
+        self._target = rules.facts.index(rules.target)
+        self.n_random = len(self._ways) + len(rules.facts)
+        """The number of random numbers that an episode needs."""
+
+    def _is_preempted(self, way: int) -> bool:
+        """Return whether an earlier alternative of the same rule applies wherever this one does."""
+        first = way - self._ways[way][1]
+        return bool((self._required[first:way] <= self._required[way]).all(axis=1).any())
+
+    def next_rule(self, marking: ArrayLike, random: NDArray[np.floating]) -> int | None:
+        """Return the rule to apply next, or None if the target is there already or no way leads to it.
+
+        Args:
+            marking: [F] the count of each fact.
+            random: `n_random` numbers that are the same throughout an episode.
+        """
+        have = np.asarray(marking)
+        kept = self._is_possible.copy()
+        if have[self._target] or self._makers(kept, have)[self._target] < 0:
+            return None
+        for way in np.argsort(random[: len(kept)]).tolist():
+            kept[way] = False
+            kept[way] = self._makers(kept, have)[self._target] < 0
+        makers, order, fact = self._makers(kept, have), np.argsort(random[len(kept) :]).tolist(), self._target
+        while True:  # this ends, because what a maker requires is made before it
+            way = int(makers[fact])
+            missing = have < self._required[way]
+            if not missing.any():
+                return self._ways[way][0]
+            fact = self._first([one for one in order if missing[one]], makers, have)
+
+    def _first(self, facts: list[int], makers: NDArray[np.integer], have: NDArray[np.integer]) -> int:
+        """Return the first of the missing ``facts`` that does not have to come after another one of them."""
+        if len(facts) == 1 or not self._used.any():
+            return facts[0]
+        known: dict[int, NDArray[np.bool_]] = {}
+        ways = [self._way_to(fact, makers, have, known) for fact in facts]
+
+        def comes_later(n: int) -> bool:
+            others = [way for m, way in enumerate(ways) if m != n]
+            return any((ways[n][1] & asked).any() or taken[facts[n]] for asked, taken in others)
+
+        return next((fact for n, fact in enumerate(facts) if not comes_later(n)), facts[0])
+
+    def _way_to(
+        self, fact: int, makers: NDArray[np.integer], have: NDArray[np.integer], known: dict[int, NDArray[np.bool_]]
+    ) -> NDArray[np.bool_]:
+        """Return which facts the way to a fact asks for, and which it uses up: [2, F]; ``known`` keeps all found."""
+        if fact not in known:
+            way = int(makers[fact])
+            found = np.stack([self._required[way] > 0, self._used[way]])
+            for one in np.flatnonzero(have < self._required[way]).tolist():
+                found |= self._way_to(one, makers, have, known)
+            known[fact] = found
+        return known[fact]
+
+    def _makers(self, kept: NDArray[np.bool_], have: NDArray[np.integer]) -> NDArray[np.integer]:
+        """Return the kept way [F] that first gives each fact, or -1 if none; this assumes that nothing is used up."""
+        makers = np.full(len(have), -1)
+        while True:
+            can_be_taken = kept & ((have >= self._required) | (makers >= 0)).all(axis=1)
+            new = (self._given & can_be_taken[:, None]).any(axis=0) & (makers < 0)
+            if not new.any():
+                return makers
+            makers[new] = (self._given & can_be_taken[:, None]).argmax(axis=0)[new]
 
 
 class Dependencies:

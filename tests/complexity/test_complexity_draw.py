@@ -12,7 +12,7 @@ from matplotlib.patches import ArrowStyle, FancyArrowPatch
 from pictures import has_colour, pixels
 
 from hierroom.complexity import Reading, analyze
-from hierroom.complexity.drawing.draw_state import DONE, PURSUED, rules_picture
+from hierroom.complexity.draw import DONE, PURSUED, rules_picture
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, Rules
 from hierroom.support.errors import InputError
 from hierroom.support.layers import APART, place_layers

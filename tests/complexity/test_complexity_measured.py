@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from hierroom.complexity import analyze
-from hierroom.complexity.markov_order import markov_test
-from hierroom.complexity.observed import EpisodeCounts, observed, wilson_interval
+from hierroom.complexity.observed import EpisodeCounts, markov_test, observed, wilson_interval
 from hierroom.complexity.played_chain import PlayedChain
 from hierroom.support.errors import InputError
 

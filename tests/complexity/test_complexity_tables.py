@@ -7,7 +7,7 @@ from pictures import pixels
 
 from hierroom.commands.complexity import main
 from hierroom.complexity import analyze, measure_trajectories, to_frame
-from hierroom.complexity.drawing.draw_reach import figure_of_reach
+from hierroom.complexity.draw import figure_of_reach
 from hierroom.complexity.observed import EpisodeCounts
 from hierroom.complexity.played_chain import PlayedChain
 from hierroom.complexity.tables import COLUMNS, list_text, rows_of

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hierroom.goals.depth_first import DepthFirst
 from hierroom.goals.rules import Rules
+from hierroom.worlds.dependencies import DepthFirst
 
 TOOLS = Rules(
     {

@@ -17,7 +17,7 @@ from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.layout import NO_MAPS
-from hierroom.worlds.escape_room.node_map import NodeMap
+from hierroom.worlds.escape_room.rooms import NodeMap
 
 
 def turns_in(*graphs, n=20, seed=3, **settings):

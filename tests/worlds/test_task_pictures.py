@@ -19,7 +19,7 @@ from hierroom.agents.playback import save_episodes
 from hierroom.commands import report, watch
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
-from hierroom.worlds.task.picture import LONGEST_SIDE, as_picture
+from hierroom.worlds.task.local_envs import LONGEST_SIDE, as_picture
 
 TESTS = Path(__file__).parents[1]
 SMALL = ["--num-envs", "4", "--sequence-length", "8", "--minibatches", "2", "--epochs", "1", "--hidden-size", "8"]

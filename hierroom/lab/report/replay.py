@@ -24,8 +24,7 @@ from hierroom.support.pictures import gif
 from hierroom.turns.records import CONTROLLER, META, Step
 from hierroom.turns.turns import Turns
 from hierroom.worlds.escape_room.constants import EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, UNSEEN, WALL
-from hierroom.worlds.escape_room.render import view_of
-from hierroom.worlds.escape_room.replayer import ACTION_NAMES
+from hierroom.worlds.escape_room.render import ACTION_NAMES, view_of
 from hierroom.worlds.escape_room.rooms import rooms_of
 
 LETTERS = "0123456789abcdefghijklmnopqrstuvwxyz"  # tile codes on the page, from 0

@@ -17,7 +17,7 @@ from hierroom.worlds.escape_room.constants import (
     ROW_STEP,
     WALL,
 )
-from hierroom.worlds.escape_room.memory_kernels import visit
+from hierroom.worlds.escape_room.view_kernels import visit
 from hierroom.worlds.random_kernels import random_below, shuffle, stream_key
 
 

@@ -23,8 +23,7 @@ from hierroom.worlds.escape_room.constants import (
     ROW_STEP,
     WALL,
 )
-from hierroom.worlds.escape_room.memory_kernels import use_doorway, visit
-from hierroom.worlds.escape_room.view_kernels import look_and_remember
+from hierroom.worlds.escape_room.view_kernels import look_and_remember, use_doorway, visit
 
 
 @njit(cache=True)

@@ -1,10 +1,11 @@
-"""Kernels of the agent's view, as in MiniGrid: light that spreads through a view of 7 x 7 cells."""
+"""Kernels of the agent's view, as in MiniGrid: light that spreads through 7 x 7 cells; and of a level's memories."""
 
 import numpy as np
 
 from hierroom.support.kernel import njit
 from hierroom.worlds.escape_room.constants import (
     COL_STEP,
+    DOORWAYS,
     EMPTY,
     EXIT,
     EXPLORED,
@@ -16,6 +17,7 @@ from hierroom.worlds.escape_room.constants import (
     ROW_STEP,
     UNSEEN,
     VIEW,
+    VISITED,
 )
 
 
@@ -115,3 +117,26 @@ def write_images(tiles, triples, images):
     """Write views [N, 7, 7] as images [N, 7, 7, 3]."""
     for n in range(tiles.shape[0]):
         write_image(tiles[n], triples, images[n])
+
+
+@njit(cache=True)
+def visit(level):
+    """Mark the agent's cell as visited; return whether it is new, or False if visits are not remembered."""
+    if not level.remembers & VISITED:
+        return False
+    row, bit = level.row - MARGIN, ONE << np.uint64(level.col - MARGIN)
+    is_new = level.visited[row] & bit == 0
+    level.visited[row] |= bit
+    return is_new
+
+
+@njit(cache=True)
+def use_doorway(level, row, col):
+    """Record the door that is opened or crossed now as the latest one, if doorways are remembered."""
+    if not level.remembers & DOORWAYS:
+        return
+    latest = level.doorways[0]
+    if latest[0] != row or latest[1] != col:
+        earlier = level.doorways[1]
+        earlier[0], earlier[1] = latest[0], latest[1]
+        latest[0], latest[1] = row, col

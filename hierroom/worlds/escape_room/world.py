@@ -28,14 +28,12 @@ from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.features import FEATURES
 from hierroom.worlds.escape_room.graph_sampler import GraphSampler
-from hierroom.worlds.escape_room.layout import NO_MAPS, State
+from hierroom.worlds.escape_room.layout import NO_MAPS, State, map_arrays
 from hierroom.worlds.escape_room.level_view import OBSERVATION_SPACES, LevelView, legal_goals
-from hierroom.worlds.escape_room.map_arrays import map_arrays
-from hierroom.worlds.escape_room.node_map import NodeMap
 from hierroom.worlds.escape_room.observations import LevelWriter, write_one
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
-from hierroom.worlds.escape_room.render import global_state, state_space
-from hierroom.worlds.escape_room.replayer import LevelReplayer
+from hierroom.worlds.escape_room.render import LevelReplayer, global_state, state_space
+from hierroom.worlds.escape_room.rooms import NodeMap
 from hierroom.worlds.seeds import chosen_envs
 from hierroom.worlds.window import StateScreen
 from hierroom.worlds.world import Replayer, Seeds

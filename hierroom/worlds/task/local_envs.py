@@ -1,4 +1,4 @@
-"""N environments of a task in this process."""
+"""N environments of a task in this process, and the pictures that they draw as RGB."""
 
 from __future__ import annotations
 
@@ -9,11 +9,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.support.env_results import reset_results, step_results
-from hierroom.support.errors import InputError, user_code
+from hierroom.support.errors import InputError, shown, user_code
 from hierroom.worlds.task.goal_values import as_totals, goal_values
 from hierroom.worlds.task.parts import TaskParts
-from hierroom.worlds.task.picture import as_picture
 from hierroom.worlds.window import without_window
+
+LONGEST_SIDE = 1280
+"""Most pixels of a side; of a larger picture, only every second, third, ... row and column is shown."""
+_SLACK = 0.1  # by which floats may leave their range, as they do after interpolation
+
+
+def as_picture(drawn: Any) -> NDArray[np.uint8]:
+    """Return what an environment drew as a new RGB picture [H, W, 3] uint8, or refuse it.
+
+    It may be grey [H, W] or [H, W, 1], RGB, or RGBA, of which alpha is left out: an array, a tensor or a PIL image.
+    Floats are from 0 to 1, or to 255 if one is larger; whole numbers are from 0 to 255, or to 65535 in uint16.
+    """
+    from PIL import Image
+
+    try:
+        is_coded = isinstance(drawn, Image.Image) and drawn.mode[0] not in "IF"  # such as palettes, but not numbers
+        array = np.asarray(drawn.convert("RGB") if is_coded else drawn)
+    except ValueError:  # a list of unequal parts
+        array = np.array(None)
+    kind = array.dtype.kind
+    if kind not in "buif" or array.ndim not in (2, 3) or array.shape[2:] not in ((), (1,), (3,), (4,)):
+        given = f"{array.dtype} of shape {list(array.shape)}" if array.ndim else shown(drawn)
+        raise InputError(f"render must return a picture, [H, W], [H, W, 3] or [H, W, 4], not {given}")
+    if not array.size:
+        raise InputError(f"render must return a picture with pixels, not one of shape {list(array.shape)}")
+    every = -(-max(array.shape[:2]) // LONGEST_SIDE)
+    array = np.atleast_3d(array)[::every, ::every, :3]
+    if array.dtype != np.uint8:
+        low, high = array.min(), array.max()
+        slack = _SLACK if kind == "f" else 0
+        most = 1 if kind == "b" or (kind == "f" and high <= 1 + slack) else 255
+        if array.dtype.type is np.uint16 and high > most:
+            most = 65535
+        if not (low >= -slack and high <= most + slack):  # also if it is not a number
+            raise InputError(f"render must return colours from 0 to 255, or floats from 0 to 1, not {low} to {high}")
+        array = (array * (255 / most)).round().clip(0, 255).astype(np.uint8)
+    return np.repeat(array, 3 // array.shape[2], axis=2)
 
 
 class Taken(NamedTuple):

@@ -19,9 +19,8 @@ from hierroom.worlds.env_config import SPLITS, EnvConfig
 from hierroom.worlds.seeds import Indices, chosen_envs, write_seeds
 from hierroom.worlds.workshop import kernels
 from hierroom.worlds.workshop.goal_kernels import GOAL_MASKS
-from hierroom.worlds.workshop.layout import SHELF, SHOP, WorkshopState
+from hierroom.worlds.workshop.layout import SHELF, SHOP, WorkshopState, check_state
 from hierroom.worlds.workshop.recipes import book_of
-from hierroom.worlds.workshop.state_check import check_state
 from hierroom.worlds.workshop.tech_tree import tech_tree
 from hierroom.worlds.workshop.view import WorkshopView
 from hierroom.worlds.world import Feature, Seeds

@@ -8,8 +8,7 @@ from views import in_view
 
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.worlds.escape_room.constants import LOCKED_DOOR, MARGIN, WALL
-from hierroom.worlds.escape_room.features import UNKNOWN_DISTANCE
-from hierroom.worlds.escape_room.frontier import nearest_frontiers
+from hierroom.worlds.escape_room.features import UNKNOWN_DISTANCE, nearest_frontiers
 from hierroom.worlds.escape_room.layout import NO_MAPS
 
 N_ENVS = 8

@@ -18,10 +18,9 @@ from hierroom.train import main as train
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.engine import Engine
-from hierroom.worlds.escape_room.frontier import nearest_frontiers
-from hierroom.worlds.escape_room.layout import State
+from hierroom.worlds.escape_room.features import nearest_frontiers
+from hierroom.worlds.escape_room.layout import State, map_arrays
 from hierroom.worlds.escape_room.level_map import LevelMap
-from hierroom.worlds.escape_room.map_arrays import map_arrays
 from hierroom.worlds.escape_room.oracle import shortest_lengths
 from hierroom.worlds.escape_room.render import text
 

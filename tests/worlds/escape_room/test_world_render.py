@@ -12,8 +12,7 @@ from hierroom.support.pictures import animate
 from hierroom.worlds.escape_room import constants
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.oracle import shortest_actions
-from hierroom.worlds.escape_room.render import OUTLINE, draw_level, text
-from hierroom.worlds.escape_room.replayer import LevelReplayer
+from hierroom.worlds.escape_room.render import OUTLINE, LevelReplayer, draw_level, text
 from hierroom.worlds.window import StateScreen, Window
 
 

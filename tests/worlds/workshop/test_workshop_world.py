@@ -16,7 +16,7 @@ from hierroom import EnvConfig, InputError
 from hierroom.agents.config import METHODS
 from hierroom.agents.features import Features
 from hierroom.agents.playback import pictures
-from hierroom.complexity.drawing.draw_state import DONE, PURSUED, rules_picture
+from hierroom.complexity.draw import DONE, PURSUED, rules_picture
 from hierroom.learners.config import PPOConfig
 from hierroom.runs.trainer import Trainer
 from hierroom.support.thread_pool import MIN_ENVS_PER_THREAD

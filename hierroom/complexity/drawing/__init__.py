@@ -1,1 +1,0 @@
-"""Pictures of goal graphs and reach curves."""
