@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from hierroom.complexity.chains.walk import PAPER_WALK, TABLE_READING, Reading, Walk
+from hierroom.complexity.chains.walk import PAPER_WALK, Walk
 from hierroom.complexity.graph_set import GraphSet
 from hierroom.complexity.report import analyze
 from hierroom.complexity.tables import COLUMNS, ColumnName, list_text, report_cells, value_of
@@ -111,9 +111,6 @@ class GraphArguments(ListArguments):
         all: list the paper's seven graphs.
         exclude: goal graphs to leave out, in the same forms; they may have any number of rooms.
         drop: let the controller drop keys.
-        reading: interpretation of the paper's augmented graph. KEYS: from where a key is picked up (accessible, way to
-            the start, own room). ROOMS: where a room leads (accessible, neighbours, through the start). DROP: where
-            dropping a key leads (accessible, key room, start).
     """
 
     graph: Annotated[GraphSpecs, GRAPHS, _ONE_SOURCE] = ()
@@ -121,18 +118,15 @@ class GraphArguments(ListArguments):
     all: Annotated[Flag, _ONE_SOURCE] = False
     exclude: Annotated[GraphSpecs, GRAPHS] = ()
     drop: Flag = False
-    reading: Annotated[tuple[str, str, str], tyro.conf.arg(metavar="KEYS ROOMS DROP")] = astuple(TABLE_READING)
 
     def show(self) -> None:
         """Print or draw the reports on goal graphs."""
-        walk, reading = Walk(*self.walk), Reading(*self.reading)
+        walk = Walk(*self.walk)
         specs = graph_specs(self.graph) or tuple(one.graph for one in as_maps(self.layout)) or tuple(NAMED_GRAPHS)
-        if reading.drop != TABLE_READING.drop and not self.drop:
-            warn("DROP of --reading has no effect without --drop")
-        chosen = GraphSet(specs, self.exclude, self.drop, MAX_LISTED_ROOMS, walk, reading)
+        chosen = GraphSet(specs, self.exclude, self.drop, MAX_LISTED_ROOMS, walk)
         for note in chosen.notes:
             warn(note)
-        reports = [analyze(graph, self.drop, walk, reading) for graph in chosen.graphs]
+        reports = [analyze(graph, self.drop, walk) for graph in chosen.graphs]
         plural, drop = "s" * (len(reports) > 1), "with" if self.drop else "without"
         title = f"{len(reports)} goal graph{plural}, {drop} drop"
         self.print_reports(reports, len(specs) > 1 or any(map(is_graph_set, specs)), title)
@@ -177,7 +171,6 @@ class PlayedArguments(WalkArguments):
         graph: the goal graph, given as in training; by default the run's, or c.
         layout: your own level instead, as the path of a text map: see train.
         drop: let the controller drop keys.
-        reading: interpretation of the paper's augmented graph, as without --from-play.
         size: cells of the grid's side in play; by default the run's, or 19 for random and oracle.
         max_steps: steps after which an episode of play is truncated; by default the run's, or 1000.
         episodes: number of episodes to play.
@@ -191,7 +184,6 @@ class PlayedArguments(WalkArguments):
     graph: Annotated[GraphSpecs, GRAPHS] = ()
     layout: Annotated[Any, LAYOUTS] = ()
     drop: Flag = False
-    reading: Annotated[tuple[str, str, str], tyro.conf.arg(metavar="KEYS ROOMS DROP")] = astuple(TABLE_READING)
     size: int | None = None
     max_steps: int | None = None
     episodes: int = 1000
@@ -210,18 +202,13 @@ class PlayedArguments(WalkArguments):
     def _show_chain(self, entries: dict[str, Any]) -> None:
         from hierroom.lab.measure import measure, played_by  # imports the world and the learners
 
-        count = partial(measure, seed=self.seed, walk=Walk(*self.walk), reading=Reading(*self.reading))
+        count = partial(measure, seed=self.seed, walk=Walk(*self.walk))
         report = played_by(self.from_play, entries, self.drop, self.episodes, self.seed, self.trust_run, count)
         if self.draw is not None:
-            from hierroom.complexity.draw import figure_of_reach
-            from hierroom.support.sheet import save_figure
-
-            save_figure(figure_of_reach(report), self.draw)
+            report.draw(self.draw)
         print(to_json(report.to_dict()) if self.json else report)
 
     def _show_rules(self, entries: dict[str, Any]) -> None:
-        if self.reading != astuple(TABLE_READING):
-            raise InputError("--reading is for chains on goal graphs, not for rules from play")
         if self.out is not None and (self.out.suffix != ".toml" or not self.out.parent.is_dir()):
             raise InputError(f"rules are written to a .toml file in a folder that is there, not to {self.out}")
         from hierroom.lab.measure import play_rules, played_by  # imports the world and the learners

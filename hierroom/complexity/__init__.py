@@ -36,13 +36,12 @@ from hierroom.complexity.chains.hitting import (
 )
 from hierroom.complexity.chains.laplacian import laplacian, laplacian_hitting_time, laplacian_sensitivity
 from hierroom.complexity.chains.reach import expected_states, reach_probability
-from hierroom.complexity.chains.walk import Reading, Walk
+from hierroom.complexity.chains.walk import Walk
 from hierroom.complexity.graph_set import Curriculum, GraphSet
 from hierroom.complexity.markings import MarkingGraph
 from hierroom.complexity.played_chain import PlayedChain
 from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.complexity.rules_report import RulesReport
-from hierroom.complexity.tables import to_frame
 from hierroom.complexity.trajectories import measure_env, measure_trajectories
 from hierroom.complexity.walk_report import ChainReport
 
@@ -56,7 +55,6 @@ __all__ = [
     "MarkingGraph",
     "Node",
     "PlayedChain",
-    "Reading",
     "RulesReport",
     "Walk",
     "analyze",
@@ -73,5 +71,4 @@ __all__ = [
     "measure_trajectories",
     "passage_time_sensitivity",
     "reach_probability",
-    "to_frame",
 ]

@@ -11,7 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from hierroom.complexity.chains.walk import PAPER_WALK, TABLE_READING, Reading, Walk
+from hierroom.complexity.chains.walk import PAPER_WALK, Walk
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
 
@@ -53,7 +53,6 @@ class AugmentedGraph:
         graph: the goal graph.
         drop_key: whether a key can be dropped, which adds moves back from key nodes.
         walk: the probabilities of one step.
-        reading: interpretation of the appendix.
 
     Examples:
         >>> augmented = hierroom.complexity.AugmentedGraph(hierroom.GoalGraph.named("a"))
@@ -64,7 +63,6 @@ class AugmentedGraph:
     graph: GoalGraph
     drop_key: bool = False
     walk: Walk = PAPER_WALK
-    reading: Reading = TABLE_READING
 
     def __post_init__(self) -> None:
         n_nodes = count_nodes(self.graph)
@@ -164,32 +162,21 @@ class AugmentedGraph:
         return unrolled
 
     def _moves(self, node: Node) -> Iterator[Node]:
-        doors, rooms = node.doors, (0, *node.doors)
+        """Yield the nodes after one.
+
+        From a room all open rooms and all keys in them are one move away. The appendix draws less; this gives Table 2.
+        """
+        here, others = ("room", node.room), (0, *node.doors)
+        rooms = (Node("room", room, node.doors) for room in others if (node.kind, room) != here)
         if node.kind == "room":
-            yield from (Node("room", room, doors) for room in rooms if self._leads_to(node.room, room))
-            yield from (Node("key", key, doors) for key in self.keys_in_reach(doors) if self._sees(node.room, key))
+            yield from rooms
+            yield from (Node("key", key, node.doors) for key in self.keys_in_reach(node.doors))
             if node.room == self.graph.exit_room:
                 yield Node("exit", node.room, ())
         elif node.kind == "key":
-            yield Node("room", node.room, tuple(sorted((*doors, node.room))))
+            yield Node("room", node.room, tuple(sorted((*node.doors, node.room))))
             if self.drop_key:
-                key_room = self.graph.key_rooms[node.room - 1]
-                returns = {"accessible": rooms, "key room": (key_room,), "start": (0,)}[self.reading.drop]
-                yield from (Node("room", room, doors) for room in returns)
-
-    def _leads_to(self, room: int, other: int) -> bool:
-        if room == other or self.reading.rooms == "accessible":
-            return room != other
-        if self.reading.rooms == "through the start":
-            return 0 in (room, other)
-        return other in self.graph.children[room] or room in self.graph.children[other]
-
-    def _sees(self, room: int, key: int) -> bool:
-        key_room = self.graph.key_rooms[key - 1]
-        if self.reading.keys == "way to the start":
-            while room not in (0, key_room):
-                room = self.graph.key_rooms[room - 1]
-        return self.reading.keys == "accessible" or room == key_room
+                yield from rooms
 
 
 def count_nodes(graph: GoalGraph) -> int:

@@ -45,15 +45,11 @@ def draw_augmented(sheet: Sheet, augmented: AugmentedGraph, most: float) -> bool
 
 def notes_of_augmented(augmented: AugmentedGraph) -> list[str]:
     """Return the lines that explain the symbols of `draw_augmented` and name what is not drawn."""
-    walk, reading = augmented.walk, augmented.reading
-    rooms = {"accessible": "", "neighbours": ", if they are neighbours", "through the start": ", through the start"}
-    holder = "the one that holds the key"
-    keys = {"accessible": "each of them", "way to the start": f"{holder} and those behind it", "own room": holder}
-    drops = {"accessible": "each of them", "key room": holder, "start": "the start"}
+    walk = augmented.walk
     return [
         "round: rooms; square: keys, k1 opens room 1; exit: one node, drawn wherever it is reached",
-        f"grey band: its rooms lead to each other{rooms[reading.rooms]}; grey arrow: from {keys[reading.keys]}",
-        *[f"second head of a grey arrow: back to {drops[reading.drop]}, as a key is dropped"] * augmented.drop_key,
+        "grey band: its rooms lead to each other; grey arrow: from each of them",
+        *["second head of a grey arrow: back to each of them, as a key is dropped"] * augmented.drop_key,
         f"not drawn: staying ({walk.stay:g}), and the restart from every node to the start ({walk.restart:g})",
     ]
 

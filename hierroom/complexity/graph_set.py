@@ -10,7 +10,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from hierroom.complexity.chains.walk import PAPER_WALK, TABLE_READING, Reading, Walk
+from hierroom.complexity.chains.walk import PAPER_WALK, Walk
 from hierroom.complexity.report import analyze
 from hierroom.goals import (
     MAX_GRID_ROOMS,
@@ -26,8 +26,8 @@ from hierroom.support.errors import InputError, require_number
 from hierroom.support.output import said_in_turn
 
 _INTERVAL = re.compile(r"(hitting_time|expected_steps):(\d+(?:\.\d+)?)\.\.(\d+(?:\.\d+)?)", re.ASCII)
-_Assumed: TypeAlias = tuple[bool, Walk, Reading]
-"""Assumptions of `analyze`: whether keys can be dropped, the walk, and the reading of the augmented graph."""
+_Assumed: TypeAlias = tuple[bool, Walk]
+"""Assumptions of `analyze`: whether keys can be dropped, and the walk."""
 _ROOMS = re.compile(r"rooms:(\d{1,4})", re.ASCII)
 
 
@@ -62,12 +62,11 @@ class GraphSet:
         drop_key: bool = False,
         max_rooms: int = MAX_GRID_ROOMS,
         walk: Walk = PAPER_WALK,
-        reading: Reading = TABLE_READING,
     ):
         self.specs = graph_specs(specs)
         if not self.specs:
             raise InputError("give at least one goal graph, or a set of them such as rooms:4")
-        self._assumed, self._max_rooms = (bool(drop_key), walk, reading), max_rooms
+        self._assumed, self._max_rooms = (bool(drop_key), walk), max_rooms
         own: dict[GoalGraph, GoalGraph] = {}
         named = [as_goal_graph(spec) for spec in self.specs if not is_graph_set(spec)]
         pairs = [(graph.name, own.setdefault(graph.canonical(), graph).name) for graph in named]

@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -34,6 +35,9 @@ from hierroom.complexity.walk_report import REPORT_TIMES, by_time
 from hierroom.support.errors import InputError, require_number, shown
 from hierroom.support.output import said_in_turn
 from hierroom.support.tables import html_table, text_table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 class MoveDifference(NamedTuple):
@@ -145,8 +149,7 @@ class PlayedChain:
         ]
         intervals = {}
         for name, value in summary(self.chain, self.times).items():
-            drawn = [resample[name] for resample in resamples]
-            intervals[name] = percentile_interval(value, drawn, self.episodes, self.level)
+            intervals[name] = percentile_interval(value, [one[name] for one in resamples], self.episodes, self.level)
             if name.startswith("exit within") and np.isnan(intervals[name].low):
                 intervals[name] = wilson_interval(value, self.episodes, self.level)
         return intervals
@@ -200,12 +203,9 @@ class PlayedChain:
         rows = []
         for name, measured in self.intervals.items():
             seen = self.observed.get(name)
-            if seen is None:
-                cells = "", ""
-            elif np.isnan(seen.value):
-                cells = "-", ""
-            else:
-                cells = f"{seen.value:.4g}", str(seen)
+            cells = "", ""
+            if seen is not None:
+                cells = ("-", "") if np.isnan(seen.value) else (f"{seen.value:.4g}", str(seen))
             predicted = [f"{self.predictions[name]:.4g}"] if self.assumed else []
             rows.append((name, *predicted, *cells, f"{measured.value:.4g}", str(measured)))
         return rows
@@ -215,8 +215,9 @@ class PlayedChain:
         notes = self._test_notes()
         if self.assumed:
             unforeseen = sum(move.count for move in self.moves() if move.assumed == 0)
-            steps = self.counts.counts.sum()
-            notes.insert(0, f"{unforeseen} of {steps} steps took an edge that the assumed walk lacks")
+            notes.insert(
+                0, f"{unforeseen} of {self.counts.counts.sum()} steps took an edge that the assumed walk lacks"
+            )
         if not self.counts.escaped.any():
             notes.append("nobody escaped, so the times to the exit are infinite")
         missing = {name for name, interval in self.observed.items() if np.isnan(interval.value)}
@@ -261,6 +262,30 @@ class PlayedChain:
 
     def _repr_html_(self) -> str:
         return html_table(self._head, self.columns, self.rows(), self.notes())
+
+    def draw(self, path: str | Path) -> None:
+        """Draw the reach curves of the episodes, with Wilson's interval, and of the chains, into a file."""
+        from hierroom.support.sheet import save_figure  # matplotlib loads slowly, and few chains are drawn
+
+        save_figure(self._figure(), path)
+
+    def _figure(self) -> Figure:
+        from matplotlib.figure import Figure
+
+        figure, n = Figure(figsize=(6, 4), layout="constrained"), self.episodes
+        axes, times = figure.subplots(), np.unique(np.linspace(0, self.counts.lengths.max(), 200).astype(int))
+        shares = self.empirical_reach(times)
+        seen = ~np.isnan(shares)  # up to the step limit
+        low, high = np.transpose([wilson_interval(share, n, self.level)[1:] for share in shares[seen]])
+        axes.fill_between(times[seen], low, high, alpha=0.25, linewidth=0)
+        axes.plot(times[seen], shares[seen], label=f"{n} episodes, {100 * self.level:g}% interval")
+        axes.plot(times, self.chain.reach_probability(times), "--", label="their chain")
+        if self.assumed is not None:
+            axes.plot(times, self.assumed.chain.reach_probability(times), "--", label="assumed walk")
+            axes.set_title(f"goal graph {self.assumed.graph.name}", parse_math=False)
+        axes.set(xlabel="steps", ylabel="probability of exit", ylim=(-0.02, 1.02))  # a curve at zero can be seen
+        axes.legend(frameon=False)
+        return figure
 
     def _chain(self, counts: sp.csr_array) -> Chain:
         steps, end = row_sums(counts), self.goals[EXIT][0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, overload
@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from hierroom.complexity.augmented import AugmentedGraph, alike_nodes
 from hierroom.complexity.chains.chain import Chain
 from hierroom.complexity.chains.reach import expected_states
-from hierroom.complexity.chains.walk import PAPER_WALK, TABLE_READING, Reading, Walk
+from hierroom.complexity.chains.walk import PAPER_WALK, Walk
 from hierroom.complexity.rules_report import RulesReport
 from hierroom.complexity.walk_report import ChainReport, WalkReport
 from hierroom.goals import GoalGraph, Rules, as_goal_graph
@@ -32,9 +32,7 @@ class HasRules(Protocol):
 
 
 @overload
-def analyze(
-    subject: GoalGraph | str | Path, drop_key: bool = ..., walk: Walk = ..., reading: Reading = ...
-) -> ComplexityReport: ...
+def analyze(subject: GoalGraph | str | Path, drop_key: bool = ..., walk: Walk = ...) -> ComplexityReport: ...
 @overload
 def analyze(subject: Rules, *, walk: Walk = ...) -> RulesReport: ...
 @overload
@@ -47,7 +45,6 @@ def analyze(
     subject: Any,
     drop_key: bool = False,
     walk: Walk = PAPER_WALK,
-    reading: Reading = TABLE_READING,
     *,
     source: Any = "start",
     target: Any = "exit",
@@ -59,7 +56,6 @@ def analyze(
             a TOML file), `Rules`, an object with ``rules`` such as a task, a networkx graph, or a `Chain`.
         drop_key: whether keys of a goal graph can be dropped.
         walk: the probabilities of one step.
-        reading: interpretation of the paper's augmented graph.
         source: the node of a networkx graph at which the walk starts.
         target: the node of a networkx graph to reach.
 
@@ -72,13 +68,11 @@ def analyze(
         subject = rules
     if not isinstance(walk, Walk):
         raise InputError(f"a walk must be a Walk of three probabilities, not {shown(walk)}")
-    if not isinstance(reading, Reading):
-        raise InputError(f"a reading must be a Reading, not {shown(reading)}")
     if (source, target) != ("start", "exit") and not hasattr(subject, "adj"):
         raise InputError("source and target are nodes of a networkx graph, not of goal graphs, rules and chains")
     if isinstance(subject, (Rules, Chain)) or hasattr(subject, "adj"):
-        if drop_key or reading != TABLE_READING:
-            raise InputError("drop_key and reading are of goal graphs, not of rules, chains or networkx graphs")
+        if drop_key:
+            raise InputError("drop_key is of goal graphs, not of rules, chains or networkx graphs")
         if isinstance(subject, Rules):
             return RulesReport(subject, walk)
         if isinstance(subject, Chain):
@@ -90,7 +84,7 @@ def analyze(
         return ChainReport(Chain.from_networkx(subject, source, target, walk=walk), walk)
     if not isinstance(subject, (GoalGraph, str, Path, Mapping)):
         raise InputError(f"analyze takes a goal graph, rules, a task, a graph or a chain, not {shown(subject)}")
-    return ComplexityReport(as_goal_graph(subject), bool(drop_key), walk, reading)
+    return ComplexityReport(as_goal_graph(subject), bool(drop_key), walk)
 
 
 @dataclass(frozen=True)
@@ -106,7 +100,6 @@ class ComplexityReport(WalkReport):
     graph: GoalGraph
     drop_key: bool = False
     walk: Walk = PAPER_WALK
-    reading: Reading = TABLE_READING
 
     def __post_init__(self) -> None:
         _ = self.augmented  # refuses a graph that is too large
@@ -114,7 +107,7 @@ class ComplexityReport(WalkReport):
     @cached_property
     def augmented(self) -> AugmentedGraph:
         """The goal graph unrolled over the sets of open doors."""
-        return AugmentedGraph(self.graph, self.drop_key, self.walk, self.reading)
+        return AugmentedGraph(self.graph, self.drop_key, self.walk)
 
     @cached_property
     def chain(self) -> Chain:
@@ -153,9 +146,6 @@ class ComplexityReport(WalkReport):
             "exit_room": self.graph.exit_room,
             "drop_key": self.drop_key,
         }
-
-    def _assumed(self) -> dict[str, Any]:
-        return {**super()._assumed(), "reading": asdict(self.reading)}
 
     @property
     def _are_states_counted(self) -> bool:

@@ -1,18 +1,13 @@
-"""Lists of reports for papers, spreadsheets and notebooks: CSV, LaTeX, Markdown and pandas."""
+"""Lists of reports for papers and spreadsheets: CSV, LaTeX and Markdown."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
-from hierroom.complexity.played_chain import PlayedChain
 from hierroom.complexity.report import ComplexityReport
 from hierroom.complexity.walk_report import WalkReport, short
-from hierroom.support.errors import InputError, shown
 from hierroom.support.tables import csv_text, latex_table, markdown_table
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 ColumnName = Literal["graph", "exit_depth", "width", "nodes", "edges", "hitting_time", "expected_steps", "std"]
 
@@ -64,31 +59,3 @@ def list_text(reports: Iterable[WalkReport], form: str) -> str:
     table = latex_table if form == "latex" else markdown_table
     headings = [heading.replace("\n", " ") for heading, _ in COLUMNS.values()]
     return table(headings, map(report_cells, reports)) + "\n"
-
-
-def to_frame(reports: WalkReport | PlayedChain | Iterable[WalkReport]) -> pd.DataFrame:
-    """Return reports as a DataFrame, one row each, indexed by the names of their graphs.
-
-    A chain measured from play gives one row for each quantity, with the observed value and the chain's value.
-
-    Args:
-        reports: one report or several of the same kind, as `analyze` or `measure` return them.
-
-    Examples:
-        >>> reports = [hierroom.complexity.analyze(graph) for graph in "ab"]
-        >>> hierroom.complexity.to_frame(reports)["width"].to_dict()
-        {'a': 1, 'b': 2}
-    """
-    import pandas as pd  # loads slowly, and few programs need it
-
-    if isinstance(reports, PlayedChain):
-        parts = [
-            pd.DataFrame.from_dict(numbers, orient="index", columns=[kind, f"{kind}_low", f"{kind}_high"])
-            for kind, numbers in (("observed", reports.observed), ("chain", reports.intervals))
-        ]
-        return pd.concat(parts, axis=1).reindex([*reports.intervals])
-    several = [*reports] if isinstance(reports, Iterable) else [reports]
-    analyzed = [one for one in several if isinstance(one, WalkReport)]
-    for other in (one for one in several if not isinstance(one, WalkReport)):
-        raise InputError(f"to_frame takes reports of one kind, such as analyze gives them, not {shown(other)}")
-    return pd.DataFrame(rows_of(analyzed), columns=list(FIELDS)).set_index("graph")

@@ -119,10 +119,6 @@ class WalkReport(ABC):
         """See `Chain.expected_steps_to`."""
         return self.chain.expected_steps_to(goal)
 
-    def hitting_time_to(self, node: str) -> float:
-        """See `Chain.hitting_time_to`."""
-        return self.chain.hitting_time_to(node)
-
     def edge_sensitivity(self) -> list[EdgeSensitivity]:
         """See `Chain.edge_sensitivity`."""
         return self.chain.edge_sensitivity()
@@ -130,9 +126,6 @@ class WalkReport(ABC):
     def goal_sensitivity(self) -> dict[str, float]:
         """See `Chain.goal_sensitivity`."""
         return self.chain.goal_sensitivity()
-
-    def _assumed(self) -> dict[str, Any]:
-        return {"walk": asdict(self.walk) if self.walk else None}
 
     @property
     def _are_states_counted(self) -> bool:
@@ -142,7 +135,7 @@ class WalkReport(ABC):
         """Return the whole report as plain numbers, strings, lists and dicts."""
         return {
             **self.described(),
-            **self._assumed(),
+            "walk": asdict(self.walk) if self.walk else None,
             **{name: getattr(self, name) for name in NUMBERS},
             "reach_probability": by_time(self.reach_probability, REPORT_TIMES),
             "expected_states": by_time(self.expected_states, REPORT_TIMES) if self._are_states_counted else None,

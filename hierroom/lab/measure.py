@@ -13,7 +13,7 @@ import numpy as np
 from hierroom.agents.episode_facts import EpisodeFacts
 from hierroom.agents.player import Play, Player, make_player, quotas
 from hierroom.complexity.augmented import AugmentedGraph
-from hierroom.complexity.chains.walk import PAPER_WALK, TABLE_READING, Reading, Walk
+from hierroom.complexity.chains.walk import PAPER_WALK, Walk
 from hierroom.complexity.observed import EpisodeCounts
 from hierroom.complexity.play_rules import PlayedRules
 from hierroom.complexity.played_chain import PlayedChain
@@ -55,7 +55,6 @@ def measure(
     progress: Callable[[int], object] = lambda done: None,
     seed: int = 0,
     walk: Walk = PAPER_WALK,
-    reading: Reading = TABLE_READING,
 ) -> PlayedChain:
     """Play in real levels and report the measured chain next to the assumed walk.
 
@@ -65,7 +64,7 @@ def measure(
         seed: determines the bootstrap.
     """
     counts = count_transitions(turns, player, episodes, progress)
-    assumed = analyze(graph_of(turns), turns.config.drop_key, walk, reading)
+    assumed = analyze(graph_of(turns), turns.config.drop_key, walk)
     return PlayedChain.against(assumed, counts, seed=seed)
 
 

@@ -4,7 +4,7 @@ import networkx as nx
 import numpy as np
 import pytest
 
-from hierroom.complexity import AugmentedGraph, Reading, Walk, analyze, count_nodes
+from hierroom.complexity import AugmentedGraph, Walk, analyze, count_nodes
 from hierroom.complexity.augmented import MAX_NODES, alike_nodes
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
 from hierroom.support.errors import InputError
@@ -80,32 +80,18 @@ def test_a_graph_without_symmetry_has_no_alike_nodes():
     assert (alike_nodes(AugmentedGraph(NAMED_GRAPHS["d"]))[1] == 1).all()
 
 
-def test_readings_change_the_edges_they_name():
-    seen = {
-        keys: AugmentedGraph(NAMED_GRAPHS["f"], reading=Reading(keys=keys)).to_networkx().edges
-        for keys in ("accessible", "way to the start", "own room")
-    }
-    # key 2 is at the start: from room 1 it is in sight unless only the own room counts
-    assert [("room 1, open 1", "key 2, open 1") in edges for edges in seen.values()] == [True, True, False]
-    # key 3 is in room 1: from the start it is in sight only where every accessible room is
-    assert [("start, open 1", "key 3, open 1") in edges for edges in seen.values()] == [True, False, False]
-    drawn = AugmentedGraph(NAMED_GRAPHS["c"], reading=Reading(rooms="neighbours")).to_networkx()
-    assert ("start, open 1 2", "room 2, open 1 2") not in drawn.edges  # as in the appendix
-
-
 @pytest.mark.parametrize(
     ("make", "message"),
     [
         (lambda: Walk(0.8, 0.3, 0.1), "must sum to 1, not 1.2"),
         (lambda: Walk(1.2, -0.1, -0.1), "must be from 0 to 1, not"),
         (lambda: Walk(float("nan"), 0.5, 0.5), "must be from 0 to 1, not"),
-        (lambda: Reading(keys="all"), "keys of a reading must be one of .*'all'"),
         (lambda: analyze("h"), "a graph must be a letter from a to g"),
         (lambda: analyze(GoalGraph((2, 1), 1)), "must form a tree rooted at room 0"),
         (lambda: analyze(GoalGraph((0, 3, 2), 3)), "must form a tree.*the key of room 2 is behind a cycle"),
     ],
 )
-def test_invalid_walks_readings_and_graphs_raise_input_error(make, message):
+def test_invalid_walks_and_graphs_raise_input_error(make, message):
     with pytest.raises(InputError, match=message) as caught:
         make()
     assert "\n" not in str(caught.value)

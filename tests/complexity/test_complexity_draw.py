@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import ArrowStyle, FancyArrowPatch
 from pictures import has_colour, pixels
 
-from hierroom.complexity import Reading, analyze
+from hierroom.complexity import analyze
 from hierroom.complexity.draw import DONE, PURSUED, rules_picture
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, Rules
 from hierroom.support.errors import InputError
@@ -52,19 +52,11 @@ def test_every_goal_node_and_set_of_doors_is_drawn(tmp_path, letter):
 
 
 @pytest.mark.parametrize(
-    ("reading", "drop_key", "said"),
-    [
-        (Reading(), False, "grey band: its rooms lead to each other; grey arrow: from each of them"),
-        (Reading("own room", "neighbours", "start"), True, "back to the start, as a key is dropped"),
-        (
-            Reading("way to the start", "through the start"),
-            False,
-            "each other, through the start; grey arrow: from the",
-        ),
-    ],
+    ("drop_key", "said"),
+    [(False, "grey arrow: from each of them"), (True, "back to each of them, as a key is dropped")],
 )
-def test_notes_say_how_the_augmented_graph_is_read(reading, drop_key, said):
-    assert said in texts_of(analyze("f", drop_key, reading=reading)._figure())[-1]
+def test_notes_say_how_the_augmented_graph_is_read(drop_key, said):
+    assert said in texts_of(analyze("f", drop_key)._figure())[-1]
 
 
 def test_of_a_large_chain_only_the_goals_are_drawn():

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hierroom.complexity import GraphSet, Reading, Walk, analyze
+from hierroom.complexity import GraphSet, Walk, analyze
 from hierroom.goals import MAX_GRID_ROOMS, NAMED_GRAPHS, GoalGraph, enumerate_graphs
 from hierroom.support.errors import InputError
 
@@ -97,11 +97,11 @@ def test_interval_selects_its_graphs_easiest_first():
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_interval_uses_given_walk_reading_and_drop_key(drop_key):
-    walk, reading = Walk(0.5, 0.4, 0.1), Reading("own room", "through the start", "start")
-    found = GraphSet("expected_steps:20..40", drop_key=drop_key, walk=walk, reading=reading).graphs
+def test_interval_uses_given_walk_and_drop_key(drop_key):
+    walk = Walk(0.5, 0.4, 0.1)
+    found = GraphSet("expected_steps:20..40", drop_key=drop_key, walk=walk).graphs
     assert found
-    values = [analyze(graph, drop_key, walk, reading).expected_steps for graph in found]
+    values = [analyze(graph, drop_key, walk).expected_steps for graph in found]
     assert values == sorted(values)
     assert 20 <= values[0] <= values[-1] <= 40
 

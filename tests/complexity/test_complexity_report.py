@@ -44,10 +44,10 @@ def test_expected_steps_grow_along_the_goals():
 
 def test_hitting_time_to_needs_a_single_node():
     report = analyze("c")
-    assert report.hitting_time_to("exit") == report.hitting_time
-    assert 0 < report.hitting_time_to("key 1, all closed") < report.hitting_time
+    assert report.chain.hitting_time_to("exit") == report.hitting_time
+    assert 0 < report.chain.hitting_time_to("key 1, all closed") < report.hitting_time
     with pytest.raises(InputError, match="'door 1' is achieved at 6; name one of them"):
-        report.hitting_time_to("door 1")
+        report.chain.hitting_time_to("door 1")
     with pytest.raises(InputError, match=r"the goals are key 1, .* there is no 'key 9'"):
         report.expected_steps_to("key 9")
 

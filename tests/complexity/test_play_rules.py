@@ -187,5 +187,3 @@ def test_command_prints_and_writes_played_rules(tmp_path, monkeypatch, capsys):
     assert Path("found.png").stat().st_size > 0
     with pytest.raises(InputError, match="the chain of a task is not measured from play"):
         graph_of(Turns(EnvConfig(task="chest_task:free"), 1))
-    with pytest.raises(InputError, match="--reading is for chains on goal graphs"):
-        complexity([*few, "--reading", "own room", "accessible", "accessible"])

@@ -1,4 +1,4 @@
-"""The random walk of the paper's appendix, and the possible readings of its augmented graph."""
+"""The random walk of the paper's appendix."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from hierroom.complexity.chains.weights import rounding_slack
-from hierroom.support.errors import InputError, require_name, require_number, use_python_numbers
+from hierroom.support.errors import InputError, require_number, use_python_numbers
 
 
 @dataclass(frozen=True)
@@ -66,38 +66,4 @@ class Walk:
         return weights
 
 
-READINGS = {
-    "keys": ("accessible", "way to the start", "own room"),
-    "rooms": ("accessible", "neighbours", "through the start"),
-    "drop": ("accessible", "key room", "start"),
-}
-
-
-@dataclass(frozen=True)
-class Reading:
-    """One interpretation of the paper's augmented graph; the default reproduces Table 2 for a, b, c and g.
-
-    Args:
-        keys: where a key can be picked up. In every `"accessible"` room; in rooms that have the key's room on their
-            `"way to the start"` in the tree of keys; or only in the key's `"own room"`.
-        rooms: the rooms to which a room leads. Every other `"accessible"` room; its `"neighbours"` in the tree of keys,
-            as the appendix draws graph c; or, as levels are built, only `"through the start"`.
-        drop: where dropping a key leads: to every `"accessible"` room, the `"key room"`, or the `"start"` room.
-
-    Examples:
-        >>> appendix = hierroom.complexity.Reading(rooms="neighbours")
-        >>> round(hierroom.complexity.analyze("c", reading=appendix).hitting_time, 2)
-        12.23
-    """
-
-    keys: str = "accessible"
-    rooms: str = "accessible"
-    drop: str = "accessible"
-
-    def __post_init__(self) -> None:
-        for field, allowed in READINGS.items():
-            require_name(f"{field} of a reading must be one of", getattr(self, field), allowed)
-
-
 PAPER_WALK = Walk()
-TABLE_READING = Reading()
