@@ -57,11 +57,6 @@ class PlayedRules:
         return cls(n_episodes, {goal: len(contexts) for goal, contexts in before.items()}, reduced, target)
 
     @property
-    def never(self) -> tuple[str, ...]:
-        """The goals that were never achieved, so that nothing is known about them."""
-        return tuple(goal for goal, n in self.seen.items() if not n)
-
-    @property
     def furthest(self) -> str:
         """The target; if it was never achieved, the goal that was achieved least often, or the target if none was."""
         return (

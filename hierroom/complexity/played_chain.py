@@ -166,11 +166,11 @@ class PlayedChain:
         assumed, measured, counts = self.assumed.chain.weights, self.chain.weights, self.counts.total()
         labels, visited = self.labels, row_sums(counts) > 0
         edges = (assumed + measured).tocoo()
-        found = [
+        pairs = [(i, j) for i, j in zip(edges.row.tolist(), edges.col.tolist(), strict=True) if i != j and visited[i]]
+        found = (
             MoveDifference(labels[i], labels[j], float(assumed[i, j]), float(measured[i, j]), int(counts[i, j]))
-            for i, j in zip(edges.row.tolist(), edges.col.tolist(), strict=True)
-            if i != j and visited[i]
-        ]
+            for i, j in pairs
+        )
         return sorted(found, key=lambda move: -abs(move.assumed - move.measured))
 
     def to_dict(self) -> dict[str, Any]:
@@ -237,10 +237,8 @@ class PlayedChain:
             return ["too few steps to test whether play is Markov on these nodes: trust what was observed"]
         test = f"Markov of order 1 against 2: chi2({self.markov.degrees}) = {self.markov.statistic:.1f}"
         if not self.markov.is_rejected:
-            return [
-                f"{test}, p = {self.markov.p_value:.2g}: nothing speaks against the chain",
-                "each interval covers the value over very many episodes of this player",
-            ]
+            covers = "each interval covers the value over very many episodes of this player"
+            return [f"{test}, p = {self.markov.p_value:.2g}: nothing speaks against the chain", covers]
         return [
             f"{test}, p = {self.markov.p_value:.1g}: play is NOT Markov on these nodes. The chain's expected steps",
             "are those of play all the same; its other numbers and intervals are not: read what was observed instead",

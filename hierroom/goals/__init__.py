@@ -17,7 +17,6 @@ from hierroom.goals.ids import (
 )
 from hierroom.goals.rules import Rules
 from hierroom.goals.specs import GraphSpec, GraphSpecs, as_goal_graph, graph_specs, plain_specs, spec_names
-from hierroom.goals.tree import open_goals
 
 __all__ = [
     "COLOURS",
@@ -41,7 +40,6 @@ __all__ = [
     "graph_specs",
     "is_graph_name",
     "is_graph_set",
-    "open_goals",
     "plain_specs",
     "room_goals",
     "spec_names",

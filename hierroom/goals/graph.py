@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hierroom.goals.alternatives import read_name, toml_text
 from hierroom.goals.rules import Rules
-from hierroom.goals.tree import canonical_rooms, child_rooms, open_goals
+from hierroom.goals.tree import canonical_rooms, child_rooms
 from hierroom.support.errors import InputError, require_number, shown
 from hierroom.support.files import as_utf8, read_toml, write_atomically
 from hierroom.support.output import said_when_slow
@@ -141,7 +141,9 @@ class GoalGraph:
         if not held.shape == is_open.shape == (*held.shape[:-1], self.n_rooms - 1):
             shapes = f"{held.shape} and {is_open.shape}"
             raise InputError(f"keys and doors must each have {self.n_rooms - 1} flags, not arrays of shape {shapes}")
-        return open_goals(np.array(self.key_rooms), np.array(self.exit_room), held, is_open)
+        can_enter = np.concatenate([np.ones((*is_open.shape[:-1], 1), bool), is_open], axis=-1)
+        keys_in_reach = ~held & ~is_open & can_enter[..., self.key_rooms]
+        return np.concatenate([keys_in_reach, held & ~is_open, can_enter[..., [self.exit_room]]], axis=-1)
 
     def canonical(self) -> GoalGraph:
         """Return the graph without its label and with canonical room numbers, so that isomorphic graphs are equal."""

@@ -1,11 +1,8 @@
-"""The tree of keys: its canonical order, places to draw it, and the goals that can be achieved in it."""
+"""The tree of keys: its canonical order, and places to draw it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-
-import numpy as np
-from numpy.typing import NDArray
 
 
 def child_rooms(key_rooms: Sequence[int]) -> tuple[tuple[int, ...], ...]:
@@ -63,21 +60,3 @@ def tree_places(key_rooms: Sequence[int]) -> list[tuple[float, int]]:
         if below[room]:
             columns[room] = (columns[below[room][0]] + columns[below[room][-1]]) / 2
     return list(zip(columns, depths, strict=True))
-
-
-def open_goals(
-    key_rooms: NDArray[np.integer],
-    exit_rooms: NDArray[np.integer],
-    keys: NDArray[np.bool_],
-    doors: NDArray[np.bool_],
-) -> NDArray[np.bool_]:
-    """Return which goals [..., 2 B + 1] (keys, doors, exit) can be achieved now, for many graphs together.
-
-    All arrays have an entry for each branch room [..., B], except ``exit_rooms`` [...]; see `GoalGraph.open_goals`.
-    """
-    enterable = np.concatenate([np.ones((*doors.shape[:-1], 1), bool), doors], axis=-1)
-    homes = np.broadcast_to(key_rooms, doors.shape)
-    exits = np.broadcast_to(exit_rooms, doors.shape[:-1])[..., None]
-    keys_in_reach = ~keys & ~doors & np.take_along_axis(enterable, homes, axis=-1)
-    exit_in_reach = np.take_along_axis(enterable, exits, axis=-1)
-    return np.concatenate([keys_in_reach, keys & ~doors, exit_in_reach], axis=-1)

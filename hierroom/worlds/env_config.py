@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Annotated, Any, Literal, get_args
 
@@ -26,21 +26,21 @@ NOVELTY_BONUS = 0.03
 certain to be worth more than visiting the remaining states first."""
 _Count = Annotated[int, Meta(ge=1, le=2**62 - 1)]
 FRAMES_PER_SECOND = 10
-GRAPHS = tyro.constructors.PrimitiveConstructorSpec(
-    nargs="*",
-    metavar="GRAPH [GRAPH ...]",
-    instance_from_str=tuple,
-    is_instance=lambda _: True,
-    str_from_instance=lambda specs: list(spec_names(specs)) or ["none"],  # for help texts only
-)
+
+
+def _several(metavar: str, names_of: Callable[[Any], Iterable[str]]) -> tyro.constructors.PrimitiveConstructorSpec:
+    return tyro.constructors.PrimitiveConstructorSpec(
+        nargs="*",
+        metavar=f"{metavar} [{metavar} ...]",
+        instance_from_str=tuple,
+        is_instance=lambda _: True,
+        str_from_instance=lambda given: [*names_of(given)] or ["none"],  # for help texts only
+    )
+
+
+GRAPHS = _several("GRAPH", spec_names)
 """Graphs on the command line: texts that `hierroom.complexity.GraphSet` reads."""
-LAYOUTS = tyro.constructors.PrimitiveConstructorSpec(
-    nargs="*",
-    metavar="FILE [FILE ...]",
-    instance_from_str=tuple,
-    is_instance=lambda _: True,
-    str_from_instance=lambda maps: [*map(str, maps)] or ["none"],  # for help texts only
-)
+LAYOUTS = _several("FILE", lambda maps: map(str, maps))
 """Layouts on the command line: paths."""
 
 

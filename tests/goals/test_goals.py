@@ -19,7 +19,6 @@ from hierroom.goals import (
     GoalGraph,
     as_goal_graph,
     enumerate_graphs,
-    open_goals,
 )
 from hierroom.support.errors import InputError
 
@@ -243,16 +242,6 @@ def test_open_goals_of_graph_f(keys, doors, expected):
     graph = NAMED_GRAPHS["f"]
     goals = graph.open_goals([bit == "1" for bit in keys], [bit == "1" for bit in doors])
     assert "".join("01"[bit] for bit in goals.astype(int)) == expected
-
-
-def test_open_goals_of_many_graphs_equal_each_alone():
-    rng = np.random.default_rng(0)
-    graphs = [graph for graph in enumerate_graphs(5) for _ in range(4)]
-    keys, doors = rng.random((2, len(graphs), 4)) < 0.5
-    key_rooms, exits = np.array([graph.key_rooms for graph in graphs]), np.array([graph.exit_room for graph in graphs])
-    together = open_goals(key_rooms, exits, keys, doors)
-    for n, graph in enumerate(graphs):
-        np.testing.assert_array_equal(together[n], graph.open_goals(keys[n], doors[n]))
 
 
 def test_goal_vectors_encode_kind_and_colour():

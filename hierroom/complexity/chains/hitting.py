@@ -1,6 +1,7 @@
 """First passage of a random walk in discrete time: mean, variance, probability, visits, and sensitivity to each edge.
 
-Every function takes W as in `chains.weights`. A mean is ``inf`` where the target may never be reached, so that the
+Every function takes W [n, n] as in `chains.weights`, with rows that sum to at most one, targets (one or several nodes)
+and perhaps a source, the start node. A mean is ``inf`` where the target may never be reached, so that the
 equation has no solution. Q is the transition matrix among the nodes that are not targets; on them, I - Q = D - W. N =
 (I - Q)^-1 is the fundamental matrix (Kemeny and Snell, Finite Markov Chains, 1960, chapter 3). Systems are solved
 without subtraction (`chains.elimination`), so each entry has a small relative error.
@@ -48,10 +49,6 @@ def mean_first_passage_time(weights: Weights, targets: Targets) -> NDArray[np.fl
     m_i = 0 on the targets and sum_j (D - W)_ij m_j = 1 elsewhere, the boundary-value problem of Norris, Markov Chains
     (1997), theorem 1.3.5. The paper's Table 2 has other numbers: see `laplacian_hitting_time`.
 
-    Args:
-        weights: W [n, n], dense or sparse; rows sum to at most one.
-        targets: one or several nodes.
-
     Examples:
         >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
         >>> hierroom.complexity.mean_first_passage_time(W, targets=2).round(3).tolist()
@@ -73,10 +70,6 @@ def first_passage_variance(weights: Weights, targets: Targets) -> NDArray[np.flo
     2. the law of total variance over the first step, v_i = sum_j P_ij v_j + sum_j P_ij (m_j + 1 - m_i)^2 with v = 0 on
        the targets. It loses digits where means are large and close together.
 
-    Args:
-        weights: W [n, n], dense or sparse; rows sum to at most one.
-        targets: one or several nodes.
-
     Examples:
         >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
         >>> hierroom.complexity.first_passage_variance(W, targets=2).round(3).tolist()
@@ -90,12 +83,7 @@ def first_passage_variance(weights: Weights, targets: Targets) -> NDArray[np.flo
 
 
 def first_passage_std(weights: Weights, targets: Targets) -> NDArray[np.float64]:
-    """Return the standard deviation [n] of the steps until a target is first reached, see `first_passage_variance`.
-
-    Args:
-        weights: W [n, n], dense or sparse; rows sum to at most one.
-        targets: one or several nodes.
-    """
+    """Return the standard deviation [n] of the steps until a target is first reached, see `first_passage_variance`."""
     variances, unit = _variances(weights, targets)
     return np.sqrt(variances) * unit
 
@@ -126,10 +114,6 @@ def hitting_probability(weights: Weights, targets: Targets) -> NDArray[np.float6
     h_i = 1 on the targets, h_i = 0 where no target can be reached, and sum_j (D - W)_ij h_j = 0 elsewhere (Norris,
     theorem 1.3.2, the minimal solution). Nodes that cannot miss the targets get exactly one.
 
-    Args:
-        weights: W [n, n], dense or sparse; rows sum to at most one.
-        targets: one or several nodes.
-
     Examples:
         >>> W = [[0.5, 0.25, 0.25], [0, 1, 0], [0, 0, 1]]
         >>> hierroom.complexity.hitting_probability(W, targets=2).tolist()
@@ -148,11 +132,6 @@ def expected_visits(weights: Weights, source: int, targets: Targets) -> NDArray[
 
     v = e_source' N, the source's row of the fundamental matrix, solves (D - W)' v = e_source on the transient nodes.
     It is ``inf`` at nodes of a class without a target that the walk may enter but never leaves.
-
-    Args:
-        weights: W [n, n], dense or sparse; rows sum to at most one.
-        source: index of the start node.
-        targets: one or several nodes.
 
     Examples:
         >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
@@ -181,11 +160,6 @@ def passage_time_sensitivity(weights: Weights, source: int, targets: Targets) ->
     dm_s / dW_ij = v_i (m_j - m_i), where v are the expected visits from s and m the mean times. It follows from
     dN = N dQ N, where a little probability changes from staying at i to going to j. Only edges from nodes that are
     visited before a target have an entry; all are ``nan`` if the mean is ``inf``.
-
-    Args:
-        weights: W [n, n], dense or sparse; rows sum to at most one.
-        source: index of the start node.
-        targets: one or several nodes.
 
     Examples:
         >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]

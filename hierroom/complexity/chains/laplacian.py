@@ -61,9 +61,6 @@ RARE = 1e-3
 def laplacian(weights: Weights) -> sp.csr_array:
     """Return the graph Laplacian L = W - D, [n, n] CSR, where D holds the row sums of W (paper, section 2.1).
 
-    Args:
-        weights: W [n, n], dense or sparse.
-
     Examples:
         >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]
         >>> hierroom.complexity.laplacian(W).toarray().tolist()
@@ -75,11 +72,6 @@ def laplacian(weights: Weights) -> sp.csr_array:
 
 def laplacian_hitting_time(weights: Weights, source: int, target: int) -> float:
     """Return the paper's hitting time (Table 2): b' pinv(D - W) b, b = e_source - e_target; ``inf`` without a path.
-
-    Args:
-        weights: W [n, n], dense or sparse; rows may have any sum, and the diagonal does not matter.
-        source: index of the start node.
-        target: index of the goal node.
 
     Examples:
         >>> W = [[0.5, 0.5, 0], [0.5, 0, 0.5], [0, 0, 1]]

@@ -95,11 +95,11 @@ def read_rooms(drawn: Drawn, refuse: Callable[[Cell, str], NoReturn], where: Cal
         *((f"{COLOURS[colour]} key", drawn.keys[colour], room) for colour, room in key_rooms.items()),
     ):
         if room not in entered:
-            locked = _first_locked(room, entered, door_rooms)
+            locked = next(one for one in _ways(room, door_rooms) if door_rooms[one] in entered)
             key = f"the key of that door, at {where(drawn.keys[locked])}, is out of reach before that door opens"
             refuse(cell, f"the {what} cannot be reached in any order: it is behind {name[locked]}, and {key}")
     for colour, room in door_rooms.items():
-        if room not in (passed := _passed(key_rooms[colour], key_rooms)):
+        if room not in (passed := _ways(key_rooms[colour], key_rooms)):
             least = "the start" if passed == [-1] else name[passed[0]]
             refuse(
                 doors[colour],
@@ -146,16 +146,9 @@ def _entered(key_rooms: Mapping[int, int], door_rooms: Mapping[int, int]) -> set
     return entered
 
 
-def _first_locked(room: int, entered: set[int], door_rooms: Mapping[int, int]) -> int:
-    """Return the door on the way to a room that can be reached but never opened."""
-    while door_rooms[room] not in entered:
-        room = door_rooms[room]
-    return room
-
-
-def _passed(room: int, key_rooms: Mapping[int, int]) -> list[int]:
-    """Return the rooms that an agent in a room must have entered: the room, its key's room, and so on."""
+def _ways(room: int, parents: Mapping[int, int]) -> list[int]:
+    """Return a room, the room on the way to it, and so on to the first one, -1."""
     passed = [room]
     while passed[-1] >= 0:
-        passed.append(key_rooms[passed[-1]])
+        passed.append(parents[passed[-1]])
     return passed

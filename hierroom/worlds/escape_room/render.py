@@ -44,11 +44,6 @@ AGENT_ID = 10
 TERMINAL_COLOURS = (91, 92, 94, 95, 93, 37)  # ANSI foreground codes of `COLOURS`
 
 
-def default_tile_size(size: int) -> int:
-    """Return the side length of a cell in pixels: MiniGrid's 32, or less so that a large grid fits on a screen."""
-    return max(8, min(32, 800 // size))
-
-
 def legible_tile_size(size: int) -> int:
     """Return an even side length of a cell in pixels at which text fits into a grid of ``size`` cells a side."""
     tile_size = max(-(-304 // size), min(16, 800 // size))
@@ -264,4 +259,4 @@ class LevelReplayer:
 
     def window_tile_size(self, state: State) -> int:
         """Return MiniGrid's side length of a cell in pixels, or less so that a large grid fits on a screen."""
-        return default_tile_size(state.size)
+        return max(8, min(32, 800 // state.size))

@@ -10,6 +10,7 @@ from hierroom.support.kernel import copy_matrix, njit
 from hierroom.worlds.random_kernels import GOLDEN, mix, shuffle, stream_key
 
 PLACES, SHELF, BENCH = range(3)
+"""Rows of things [3, T]: the thing at each place of the shelf, and the counts of each thing on the shelf and bench."""
 MIN_SPLIT_PLACES = 5
 """With fewer places on the shelf there are too few orders to keep some for evaluation."""
 

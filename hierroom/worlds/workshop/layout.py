@@ -11,12 +11,8 @@ from hierroom.support.errors import InputError
 from hierroom.support.schema import Array, of_records, record_type, require
 from hierroom.worlds.env_config import SPLITS
 from hierroom.worlds.seeds import SOURCE_FIELDS
+from hierroom.worlds.workshop.kernels import BENCH, PLACES, SHELF
 from hierroom.worlds.workshop.recipes import Recipes
-
-PLACES, SHELF, BENCH = range(3)
-"""Rows of an environment's things [3, T]: the thing at each place of the shelf (P of them, then zeros), and the counts
-of each thing on the shelf and on the bench."""
-
 
 SHOP = record_type(
     *SOURCE_FIELDS,
