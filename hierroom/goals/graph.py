@@ -207,8 +207,7 @@ class GoalGraph:
     @classmethod
     def from_toml(cls, path: str | Path) -> GoalGraph:
         """Read a graph as `to_toml` writes it; if there is no entry ``name``, its label is the file's name."""
-        path = Path(path)
-        table = read_toml(path, "goal graph")
+        table = read_toml(path := Path(path), "goal graph")
         try:
             graph = cls.from_dict(table)
             if graph.label is not None:
