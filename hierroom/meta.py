@@ -207,7 +207,12 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
 
 
 def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integer]:
-    """Return a meta-controller's goals [M]; where an episode begins, call its ``reset`` first."""
+    """Return a meta-controller's goals [M]; where an episode begins, call its ``reset`` first.
+
+    Where there are no goals, it is not asked.
+    """
+    if not len(situation.goal_set):
+        return np.full(len(situation), NO_GOAL)
     beginning = situation.envs[situation.meta_turns == 0]
     observations, legal = situation.as_dict(), situation.legal.copy()
     shown = situation if type(meta) in META_CONTROLLERS.values() else _unwritable(situation)

@@ -27,7 +27,8 @@ class parallel_env(TwoAgentEnv, ParallelEnv):
     Args:
         graph: the goal graphs, as for `EnvConfig`.
         render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
-        **entries: other entries of the `EnvConfig`, by name; the reward is ``"intrinsic"`` unless it is given.
+        **entries: other entries of the `EnvConfig`, by name; the reward is ``"intrinsic"`` unless it is given,
+            and ``"extrinsic"`` in a task without goals.
 
     Attributes:
         complexity: the report on its goal graph, on the hardest one it may draw, or on its rules; None if unknown.

@@ -76,7 +76,7 @@ class Episode:
             ``NO_OUTCOME``.
         terminated: whether the world ended it, because the target was reached or can no longer be reached.
         truncated: whether it was cut off, usually by the step limit.
-        success: whether it reached its target.
+        success: whether it reached its target; None without a target.
         shortest: the shortest possible length, or -1 if it was not measured.
         observations: the controller's observations before each step and after the last one, by entry name, as arrays
             [L + 1, ...]; None unless requested.
@@ -99,7 +99,7 @@ class Episode:
     outcomes: NDArray[np.integer]
     terminated: bool
     truncated: bool
-    success: bool
+    success: bool | None
     shortest: int
     observations: Mapping[str, NDArray] | None = None
 
@@ -119,7 +119,9 @@ class Episode:
 
     @property
     def end(self) -> str:
-        """Return in words whether it reached its target."""
+        """Return in words whether it reached its target, or without one its return."""
+        if self.success is None:
+            return f"return {self.rewards.sum():.5g}"
         if isinstance(self.graph, GoalGraph):
             return "escaped" if self.success else "did not escape"
         return "reached its target" if self.success else "did not reach its target"

@@ -25,7 +25,7 @@ class EndedEpisodes:
         rows: [E] int, their positions among the stepped environments.
         envs: [E] int, the indices of their environments.
         variants: [E] names of what was played, such as goal graphs.
-        successes: [E] bool, whether the target was reached.
+        successes: [E] bool, whether the target was reached; False without a target.
         lengths: [E] int, numbers of steps.
         shortest: [E] int, the shortest possible lengths, or -1 where not measured.
         returns: [E] float64, sums of the controller's rewards.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -35,7 +36,7 @@ class Score:
     """The results of a player over some episodes."""
 
     episodes: int
-    success_rate: float  # fraction that reached the target
+    success_rate: float  # fraction that reached the target; NaN without a target
     success_interval: SuccessInterval  # its 95% confidence interval (Wilson 1927)
     length: float  # mean, in primitive steps
     length_over_shortest: float  # mean length over mean shortest length, of successful episodes; or NaN
@@ -44,10 +45,14 @@ class Score:
 
     @property
     def columns(self) -> dict[str, float]:
-        """Success, its interval, and length, by the names of columns in tables."""
+        """Success, its interval, length and return, by the names of columns in tables."""
         low, high = self.success_interval
         success = {"success_rate": self.success_rate, "success_low": low, "success_high": high}
-        return {**success, "length": self.length, "length_over_shortest": self.length_over_shortest}
+        lengths = {"length": self.length, "length_over_shortest": self.length_over_shortest}
+        return {**success, **lengths, "return": self.mean_return}
+
+    def __str__(self) -> str:
+        return outcome_text(self.success_rate, self.mean_return)
 
     @property
     def goal_columns(self) -> dict[str, float]:
@@ -66,6 +71,11 @@ class Evaluation(Score):
     graphs: dict[str, Score]  # by name, the easiest first
 
 
+def outcome_text(success_rate: float, mean_return: float) -> str:
+    """Return the success rate in words, or the return where there is no target."""
+    return f"return {mean_return:.5g}" if math.isnan(success_rate) else f"success {success_rate:.0%}"
+
+
 def evaluate(
     player: Player,
     turns: Turns,
@@ -81,6 +91,7 @@ def evaluate(
     rate is at most as wide as it would be for all episodes at a rate of 50%.
     """
     facts, play, parts = EpisodeFacts(len(turns)), Play(turns, player, episodes, progress), []
+    may_stop = may_stop and turns.world.goals.has_target
     rounds, width = 0, _width(0.5, episodes)
     for step in play:
         completed = int(play.played.min()) if may_stop else 0
@@ -116,7 +127,8 @@ def _first_of_each(played: EndedEpisodes, rounds: int) -> EndedEpisodes:
 
 def _score(episodes: EndedEpisodes, world: World) -> Score:
     success, length = episodes.successes, episodes.lengths
-    success_rate, *interval = wilson_interval(float(success.mean()), len(success), level=0.95)
+    rate = float(success.mean()) if world.goals.has_target else math.nan
+    success_rate, *interval = wilson_interval(rate, len(success), level=0.95)
     is_known = success.any() and episodes.shortest[success].min() >= 0
     shortest = episodes.shortest[success].mean() if is_known else float("nan")
     return Score(

@@ -97,7 +97,7 @@ class _Tape:
                 variant=ended.variants[n],
                 terminated=bool(step.terminated[row]),
                 truncated=not step.terminated[row],
-                success=bool(ended.successes[n]),
+                success=bool(ended.successes[n]) if world.goals.has_target else None,
                 shortest=int(ended.shortest[n]),
                 observations=observed,
                 **parts,

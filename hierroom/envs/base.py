@@ -49,7 +49,7 @@ class TwoAgentEnv(OnSingleEnv):
     """The base of PettingZoo environments, on a `SingleEnv`; the arguments are those of `hierroom.aec_env.raw_env`."""
 
     def __init__(self, /, graph: GraphSpecs = "c", *, render_mode: str | None = None, **entries: Any) -> None:
-        config = EnvConfig.of_arguments({"graph": graph, "reward": "intrinsic", **entries}, ("render_mode",))
+        config = EnvConfig.of_arguments({"graph": graph, **entries}, ("render_mode",))
         self.single = SingleEnv(config, render_mode)
         self.render_mode = render_mode
         self.agents: list[str] = []

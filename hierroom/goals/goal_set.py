@@ -14,6 +14,8 @@ from hierroom.support.errors import InputError, shown
 
 MAX_GOALS = 63
 """Most goals of a world: the goals that a step achieves are bits of a signed 64-bit integer."""
+NO_TARGET = MAX_GOALS
+"""In place of a target: the bit of no goal."""
 MAX_NAME = 100
 """Most characters of a goal's name, so that a table's cell can list hundreds of goals."""
 _OF_OTHERS = re.compile(r"no_goal|new|(50|90|95|99)(_low|_high)?")
@@ -32,7 +34,7 @@ class GoalSet:
     Args:
         names: [G] names.
         vectors: [G + 1, K] float32, the vector that a controller observes for each goal; the last row is 'no goal'.
-        target: the goal that ends an episode with success.
+        target: the goal that ends an episode with success, or `NO_TARGET`.
         kinds: names of the kinds of goals; training reports for each kind how many options reach their goal.
         kind_of: [G], the kind of each goal.
         milestones: evaluations report the first step of each; a world maps the goals of each episode to them.
@@ -62,16 +64,26 @@ class GoalSet:
         freeze(self)  # all environments of the process share it
 
     @classmethod
-    def one_hot(cls, names: Sequence[str], target: str) -> GoalSet:
-        """Return goals with these names and one-hot vectors; each goal is a kind and a milestone of its own."""
+    def one_hot(cls, names: Sequence[str], target: str | None) -> GoalSet:
+        """Return goals with these names and one-hot vectors; each goal is a kind and a milestone of its own.
+
+        Without goals there is no target, and 'no goal' is the vector [0].
+        """
         names, n = tuple(names), len(names)
-        if target not in names:
-            raise InputError(f"the target must be one of the goals {', '.join(names)}, not {shown(target)}")
-        vectors = np.eye(min(n, MAX_GOALS) + 1, n, dtype=np.float32)  # more goals are refused, and take no memory
-        return cls(names, vectors, names.index(target), names, np.arange(n), names)
+        if target not in (names or (None,)):
+            known = f"one of the goals {', '.join(names)}" if names else "None in a task without goals"
+            raise InputError(f"the target must be {known}, not {shown(target)}")
+        vectors = np.zeros((min(n, MAX_GOALS) + 1, max(n, 1)), np.float32)  # more goals are refused: little memory
+        np.fill_diagonal(vectors[:-1], 1)
+        return cls(names, vectors, NO_TARGET if target is None else names.index(target), names, np.arange(n), names)
 
     def __len__(self) -> int:
         return len(self.names)
+
+    @property
+    def has_target(self) -> bool:
+        """Whether episodes can succeed."""
+        return self.target != NO_TARGET
 
     @property
     def n_choices(self) -> int:

@@ -116,7 +116,6 @@ def _require_hdf5_names(names: Iterable[str]) -> None:
 def env_spec(config: EnvConfig, meta: str) -> tuple[EnvSpec | None, str]:
     """Return the spec that makes the environment again, with every entry, or why there is none."""
     entries = {entry.name: getattr(config, entry.name) for entry in fields(config)}
-    entries["reward"] = "intrinsic" if config.reward is None else config.reward  # the default of `Turns`
     for name in ("reward", "task"):
         if not isinstance(entries[name], str | None):
             return None, f"The environment cannot be recovered: its {name} is an object, not a name."

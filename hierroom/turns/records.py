@@ -46,7 +46,7 @@ RULES = record_type(
     ("n_actions", "i8"),  # the controller's number of actions
     *((name, "f8") for name in REWARDED),  # their weights in the controller's reward
     ("autoreset", "?"),  # the next episode begins where one ended; if False, the meta-controller has no turn there
-    ("target", "i8"),  # the target goal: an episode that terminates by achieving it is a success
+    ("target", "i8"),  # the target goal, or `NO_TARGET`: an episode that terminates by achieving it is a success
 )
 """Rules of the turns, the same in all environments."""
 
@@ -136,7 +136,7 @@ class Step:
         achieved_instead: [N] int, the first goal achieved in an option that ended without its own goal, else -1.
         terminated: [N] bool, the world ended the episode: the target was reached or can no longer be reached.
         truncated: [N] bool, the episode was cut off, usually by the step limit.
-        success: [N] bool, the target was reached.
+        success: [N] bool, the target was reached; False without a target.
         episode_ended: [N] bool, the episode terminated or was truncated.
         return_terminated: [N] bool, the controller's return ends here, with no later rewards.
         return_truncated: [N] bool, the controller's return is cut off here although it would continue.

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from copy import deepcopy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -58,11 +59,15 @@ class Turns:
         threads: int = 1,
         memories: Iterable[str] = (),
     ):
-        self.config, horizon = config, config.subgoal_horizon
-        self.reward = make_reward("intrinsic" if config.reward is None else config.reward, config.novelty_bonus)
-        memories = *self.reward.memories, *memories
+        horizon = config.subgoal_horizon
+        given = None if config.reward is None else make_reward(config.reward, config.novelty_bonus)
+        memories = *(given.memories if given else ()), *memories
         settings: dict[str, Any] = {"seed": seed, "autoreset": autoreset, "threads": threads, "memories": memories}
         self.world = world = make_world(config, num_envs, **settings)
+        usual = "intrinsic" if len(world.goals) else "extrinsic"
+        self.config, self.reward = (config, given) if given else (replace(config, reward=usual), make_reward(usual))
+        if not len(world.goals) and {"n_first", "reached"} & self.reward.weights.keys():
+            raise InputError(f"{self.reward.name} rewards goals, and {world.variants[0]} has none")
         self.ledger = Ledger.at_reset(num_envs, world.n_actions)
         self.n_ended = 0
         self._steps = ArrayPool(self._empty_steps)

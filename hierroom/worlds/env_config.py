@@ -86,7 +86,8 @@ class EnvConfig:
         reward: the controller's reward: extrinsic (the environment's own: 1 at the target, such as the exit), bonus (1
             when a goal, such as a key or door, is first achieved in an episode), intrinsic (1 when its goal is reached)
             or novelty (extrinsic plus novelty_bonus). Or your own: an entry point, package.module:Class or
-            package.module:function. None: the method's reward in training, else intrinsic.
+            package.module:function. None: the method's reward in training, else intrinsic, or
+            extrinsic in a task without goals.
         novelty_bonus: what the reward novelty adds for each state entered for the first time in an episode.
         subgoal_horizon: primitive steps after which an option ends without its goal; None: never.
         goal_mask: goals that the meta-controller may choose: reachable (by the goal graph or rules), existing (left to
@@ -192,7 +193,7 @@ class EnvConfig:
         if unknown := [name for name in entries if name not in known]:
             raise InputError(f"an environment takes {', '.join((*known, *others))}; not {', '.join(unknown)}")
         config = cls(**entries)
-        unread = {} if config.reward == "novelty" else {"novelty_bonus": f"with the reward {shown(config.reward)}"}
+        unread = {} if config.reward == "novelty" else {"novelty_bonus": f"with the reward {shown(config.reward or 'intrinsic')}"}
         unread |= {} if has_goals else dict.fromkeys(("subgoal_horizon", "goal_mask"), "without a meta-controller")
         for name, why in unread.items():
             if name in entries and entries[name] != getattr(cls, name):

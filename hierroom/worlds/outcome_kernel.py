@@ -21,7 +21,7 @@ def write_outcomes(
         has_ended: [N] bool, updated without ``autoreset``.
         outcomes: [N] records with the fields of `world.OUTCOME_FIELDS`.
         max_steps: steps after which an episode is truncated.
-        target: the goal that ends an episode.
+        target: the goal that ends an episode; a number that no goal has ends none.
         autoreset: whether the next episode begins where one ended.
 
     Returns:
@@ -42,7 +42,7 @@ def write_outcomes(
                 outcome.n_first += counts[n, goal] == 0
                 counts[n, goal] += times[n, goal]
         outcome.reward, outcome.length = rewards[n], lengths[n]
-        outcome.terminated = terminated[n] or times[n, target] > 0
+        outcome.terminated = terminated[n] or outcome.achieved >> target & 1 == 1
         outcome.truncated = not outcome.terminated and (truncated[n] or lengths[n] >= max_steps)
         if outcome.terminated or outcome.truncated:
             n_ended += 1

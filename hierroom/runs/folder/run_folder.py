@@ -29,14 +29,14 @@ from hierroom.support.files import (
 from hierroom.support.output import warn
 
 _INTERRUPTED = "-interrupted"
-FILMS = ("escape.gif", "success.gif", "failure.gif")
+FILMS = ("escape.gif", "success.gif", "failure.gif", "episode.gif")
 _WRITTEN = ("config.json", "logs.json", "summary.json", "learning_curve.png", *FILMS)
 """The files of a run besides its provenance, tables and checkpoints."""
 _COLUMNS: Mapping[str, Mapping[str, Any]] = {
     "metrics": {"numbers": {"steps": 0, "success_rate": None, "episode_length": None}},
     "evaluations": {
-        "numbers": dict.fromkeys(("seconds", "length_over_shortest", "return"))
-        | {"steps": 0, "graph": None, "episodes": 1, "success_rate": 0, "length": 0},
+        "numbers": dict.fromkeys(("seconds", "graph", "success_rate", "length_over_shortest", "return"))
+        | {"steps": 0, "episodes": 1, "length": 0},
         "texts": ("graph",),
     },
 }

@@ -12,7 +12,6 @@ import torch
 from numpy.typing import NDArray
 
 from hierroom.agents.episode_facts import Achievements, EpisodeFacts
-from hierroom.goals import NO_GOAL
 from hierroom.goals.goal_set import GoalSet, column_name
 from hierroom.support.schema import Array, Items, Real, Table, Whole, as_array
 from hierroom.turns.records import Step
@@ -41,7 +40,7 @@ class EpisodeLog:
         self.ended: list[dict[str, object]] = []
         self._window: dict[str, deque[float]] = {name: deque(maxlen=WINDOW) for name in ("success", "length", "return")}
         self._facts = EpisodeFacts(num_envs)
-        self._goals = goals
+        self._goals, self._kinds = goals, np.append(goals.kind_of, len(goals.kinds))  # the last is of no goal
         self._options = np.zeros((2, 1 + len(goals.kinds)), np.int64)  # that ended, that reached their goal
 
     def begin_update(self) -> None:
@@ -51,7 +50,7 @@ class EpisodeLog:
 
     def add(self, step: Step, turns: Turns, steps: int) -> None:
         """Record a step in ``turns`` and the episodes that it ended; ``steps`` are the steps of training so far."""
-        kinds = np.where(step.goals == NO_GOAL, len(self._goals.kinds), self._goals.kind_of[step.goals])
+        kinds = self._kinds[step.goals]
         for row, chosen in enumerate((step.option_ended, step.reached)):
             self._options[row] += np.bincount(kinds[chosen], minlength=self._options.shape[1])
         ended = self._facts.add(step, turns)
@@ -64,6 +63,8 @@ class EpisodeLog:
         }
         for name, values in numbers.items():
             self._window[name].extend(values)
+        if not self._goals.has_target:
+            numbers["success"] = [np.nan] * len(ended)
         achieved = [self._named(one) for one in ended.milestones]
         for row in zip(ended.envs.tolist(), ended.variants, *numbers.values(), achieved, strict=True):
             self.ended.append(dict(zip(_COLUMNS, (steps, *row), strict=True)))
@@ -80,9 +81,9 @@ class EpisodeLog:
 
     @property
     def means(self) -> dict[str, float]:
-        """Means over the window; before an episode has ended, NaN, but 0 for the success rate."""
+        """Means over the window; before an episode has ended, NaN, but 0 for the success rate; NaN without a target."""
         length, returned = (np.mean(self._window[name] or np.nan) for name in ("length", "return"))
-        success = np.mean(self._window["success"] or 0.0)
+        success = np.mean(self._window["success"] or 0.0) if self._goals.has_target else np.nan
         return {"success_rate": float(success), "episode_length": float(length), "episode_return": float(returned)}
 
     @property

@@ -27,7 +27,7 @@ def evaluation_rows(steps: int, seconds: float, evaluation: Evaluation) -> list[
     """Return rows of ``evaluations.csv``, one per goal graph, with how often and when each goal was first achieved."""
     rows = []
     for graph, score in evaluation.graphs.items():
-        numbers = {**score.columns, "return": score.mean_return, **score.goal_columns}
+        numbers = {**score.columns, **score.goal_columns}
         row = {"steps": steps, "seconds": round(seconds, 3), "graph": graph, "episodes": score.episodes}
         rows.append(row | {name: round(value, 6) for name, value in numbers.items()})
     return rows

@@ -39,8 +39,8 @@ def goal_values(
     return values
 
 
-def as_totals(values: list[Any], goals: Mapping[str, GoalFunction], task: str) -> NDArray:
-    """Return the results of `goal_values` as an array [M, G] of bools or counts."""
+def as_totals(values: list[Any], n_envs: int, goals: Mapping[str, GoalFunction], task: str) -> NDArray:
+    """Return the results of `goal_values` in M environments as an array [M, G] of bools or counts."""
     kinds = {*map(type, values)}
     if not kinds <= _TRUTHS:
         for number, value in enumerate(values):
@@ -49,4 +49,4 @@ def as_totals(values: list[Any], goals: Mapping[str, GoalFunction], task: str) -
                 name, rule = [*goals][number % len(goals)], "must return True, False or a count of at least 0"
                 raise InputError(f"goal {name!r} of {task} {rule}, not {shown(value)}")
     dtype = np.bool_ if kinds <= _TRUTHS else np.int64
-    return np.array(values, dtype).reshape(-1, len(goals))
+    return np.array(values, dtype).reshape(n_envs, len(goals))

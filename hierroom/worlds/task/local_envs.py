@@ -76,7 +76,7 @@ class LocalEnvs:
             results = [env.reset(seed=seed) for env, seed in zip(chosen, seeds, strict=True)]
             observations, infos = reset_results(results, self._name)
             values = goal_values(self._goals, chosen, infos, self._name)
-        return observations, as_totals(values, self._goals, self._name)
+        return observations, as_totals(values, len(envs), self._goals, self._name)
 
     def step(self, envs: Sequence[int], actions: Sequence[int]) -> Taken:
         """Act in some environments, at least one."""
@@ -85,7 +85,7 @@ class LocalEnvs:
             results = [env.step(action) for env, action in zip(chosen, actions, strict=True)]
             observations, rewards, terminated, truncated, infos = step_results(results, self._name)
             values = goal_values(self._goals, chosen, infos, self._name)
-        totals = as_totals(values, self._goals, self._name)
+        totals = as_totals(values, len(envs), self._goals, self._name)
         return Taken(observations, rewards, terminated, truncated, totals)
 
     def render(self, env: int) -> NDArray[np.uint8]:

@@ -146,7 +146,7 @@ class TaskReplayer:
         frame, most = state.frame, replace(state, counts=np.full_like(state.counts, 999))
         if isinstance(frame, str):
             raise InputError(frame)
-        widest = max((text for text, _ in self._lines(most, goal)), key=len)  # gives all pictures one size
+        widest = max((text for text, _ in self._lines(most, goal)), key=len, default="")  # gives all pictures one size
         return side_by_side(frame, _panel(tuple(self._lines(state, goal)), widest, title))
 
     def text(self, state: Moment, goal: int = NO_GOAL) -> str:

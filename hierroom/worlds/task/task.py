@@ -7,7 +7,7 @@ import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
 from typing import Any, cast
 
@@ -33,7 +33,7 @@ from hierroom.worlds.world import Feature
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """Your own Gymnasium environment as a task for two agents, with goals.
+    """Your own Gymnasium environment as a task for two agents, with goals; without goals it is one for flat agents.
 
     Save this as ``my_tasks.py``; then ``python -m hierroom.train --task my_tasks:taxi`` trains on it::
 
@@ -55,10 +55,10 @@ class Task:
             `gymnasium.make`. The actions must be discrete.
         goals: for each goal a function of the environment that ``make`` made and the info of its last step. It returns
             whether the goal is achieved, or how often it was achieved so far. A step achieves the goal when the result
-            becomes true or grows.
+            becomes true or grows. None, or none of them: ``meta_0`` has nothing to pick, and no episode is a success.
         rules: for each goal the facts that it ``needs``, ``uses`` and ``gives``, as for `Rules`; by default a goal
             gives itself. Or `Rules`, with a rule for each goal. None: no rules.
-        target: the goal that ends an episode with success.
+        target: the goal that ends an episode with success; None without goals.
         max_steps: steps after which an episode is truncated, if the environment does not end it first.
         vectors: for each goal the numbers that an agent's observation shows for it; None: one-hot.
         capacity: largest counts of facts of the rules; 1 by default.
@@ -77,9 +77,9 @@ class Task:
     """
 
     make: Callable[..., gymnasium.Env] | str
-    goals: Mapping[str, GoalFunction]
+    goals: Mapping[str, GoalFunction] = field(default_factory=dict)
     rules: Mapping[str, Any] | Rules | None = None
-    target: str = ""
+    target: str | None = None
     max_steps: int = DEFAULT_MAX_STEPS
     vectors: Mapping[str, Sequence[float]] | None = None
     capacity: Mapping[str, int] | None = None
@@ -91,13 +91,14 @@ class Task:
             raise InputError(
                 f"make of a task is a function that makes its environment or an id, not {shown(self.make)}"
             )
-        if not isinstance(self.goals, Mapping) or not self.goals:
-            raise InputError(f"goals of a task are functions by name, at least one, not {shown(self.goals)}")
-        for name, function in self.goals.items():
+        goals: Any = {} if self.goals is None else self.goals
+        if not isinstance(goals, Mapping):
+            raise InputError(f"goals of a task are functions by name, not {shown(goals)}")
+        for name, function in goals.items():
             read_name("the name of a goal", name)
             if not callable(function):
                 raise InputError(f"goal {name!r} must be a function of environment and info, not {shown(function)}")
-        object.__setattr__(self, "goals", dict(self.goals))  # the caller may go on to change theirs
+        object.__setattr__(self, "goals", dict(goals))  # the caller may go on to change theirs
         if self.label is not None:
             read_name("the label of a task", self.label)
         require_number("max_steps", self.max_steps, 1, 10**6, is_whole=True)
@@ -106,7 +107,7 @@ class Task:
         object.__setattr__(self, "rules", self._rules())
 
     def __repr__(self) -> str:
-        return f"<Task {self.name}, goals {', '.join(self.goals)}>"
+        return f"<Task {self.name}, goals {', '.join(self.goal_set.names) or 'none'}>"
 
     def __getstate__(self) -> dict[str, Any]:
         """Pickle and copy only the entries, because features contain functions without a name."""

@@ -33,8 +33,9 @@ def try_out(task: TaskParts) -> Trial:
         _, infos = reset_results([env.reset(seed=0)], task.name)
     values = goal_values(task.goals, [env], infos, task.name)
     are_counts = tuple(not isinstance(value, (bool, np.bool_)) for value in values)
-    if values[target := task.goal_set.target] and not are_counts[target]:
-        name = task.goal_set.names[target]
+    goals = task.goal_set
+    if goals.has_target and values[goals.target] and not are_counts[goals.target]:
+        name = goals.names[goals.target]
         warn_once(f"the target {name!r} of {task.name} is true at a reset; such an episode cannot achieve it")
     with user_code(f"close of {task.name}"):
         env.close()

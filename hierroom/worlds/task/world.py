@@ -42,7 +42,7 @@ class TaskWorld(BaseWorld):
         self.task, self._trial, self.label = task, task.trial, task.label
         self.goals, self.n_actions = task.goal_set, task.n_actions
         self.rules = task.rules and replace(task.rules, label=task.name)
-        self.is_repeatable = np.array(self._trial.are_counts)
+        self.is_repeatable = np.array(self._trial.are_counts, bool)
         self.observation_spaces: dict[str, spaces.Space] = {name: one for name, (_, one) in self._trial.entries.items()}
         self.default_max_steps = task.max_steps
         left_out = ", ".join(self._trial.left_out)
