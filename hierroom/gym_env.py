@@ -57,7 +57,7 @@ class EscapeRoom(RegisteredEnv, OnSingleEnv, gymnasium.Env):
         has_goals = not isinstance(self.meta, NoGoals)
         config = EnvConfig.of_arguments(arguments, ("meta", "render_mode"), has_goals=has_goals)
         self.single = SingleEnv(config, render_mode)
-        self.config = self.single.turns.config
+        self.config = config
         self.render_mode = render_mode
         self.observation_space = self.single.observation_spaces[CONTROLLER]
         self.action_space = self.single.action_spaces[CONTROLLER]

@@ -207,19 +207,14 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
 
 
 def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integer]:
-    """Return a meta-controller's goals [M]; where an episode begins, call its ``reset`` first.
-
-    Where there are no goals, it is not asked.
-    """
-    if not len(situation.goal_set):
-        return np.full(len(situation), NO_GOAL)
+    """Return a meta-controller's goals [M]; where an episode begins, call its ``reset`` first."""
     beginning = situation.envs[situation.meta_turns == 0]
     observations, legal = situation.as_dict(), situation.legal.copy()
     shown = situation if type(meta) in META_CONTROLLERS.values() else _unwritable(situation)
     with running(meta):
         if len(beginning) and hasattr(meta, "reset"):
             meta.reset(beginning)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
-        return meta.choose(observations, legal, shown)
+        return meta.choose(observations, legal, shown) if legal.shape[1] else np.full(len(legal), NO_GOAL)
 
 
 def _unwritable(situation: Situation) -> Situation:

@@ -14,7 +14,7 @@ import tyro
 
 import hierroom
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.config.presets import find_preset, implied_preset
+from hierroom.runs.config.presets import start_config
 from hierroom.runs.folder.config_file import read_config
 from hierroom.support.cli import Flag, read_arguments, run
 from hierroom.support.errors import InputError, shown
@@ -55,7 +55,7 @@ class TrainArguments:
 def parse(argv: Sequence[str]) -> TrainArguments:
     """Read the command line; other options come from a file, the preset or the resumed run."""
     first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-    for name in ("preset", *_CODE):
+    for name in ("preset", "method", *_CODE):
         first.add_argument(f"--{name}", nargs="?")  # tyro reports a missing value later
     for name in ("config", "resume", "out"):
         first.add_argument(f"--{name}", nargs="?", type=Path)  # "", as of an unset variable, becomes the current folder
@@ -65,7 +65,7 @@ def parse(argv: Sequence[str]) -> TrainArguments:
     trust = "--trust-run" in argv or "--trust_run" in argv
     if known.resume and not (known.preset is known.config is known.out is None):
         raise InputError(_WITH_RESUME)
-    words = {name: word for name in ("preset", *_CODE) if (word := getattr(known, name)) is not None}
+    words = {name: word for name in ("preset", "method", *_CODE) if (word := getattr(known, name)) is not None}
     named = {name: None if word == "None" and name in _CODE else word for name, word in words.items()}
     if known.resume:
         from hierroom.runs.folder.run_folder import RunFolder  # imports torch
@@ -76,7 +76,7 @@ def parse(argv: Sequence[str]) -> TrainArguments:
     elif known.config:
         default = read_config(known.config, trust=trust, **named)
     else:
-        default = find_preset(known.preset or implied_preset(named)).changed(task=named.get("task"))
+        default = start_config(known.preset, named).changed(task=named.get("task"))
     if known.graph and known.layout:
         raise InputError("--graph and --layout are both given; a layout has a goal graph of its own, so leave one out")
     for name in () if known.resume else _LEVELS:  # each replaces the other in the preset or file
@@ -135,7 +135,7 @@ def train(
     if not isinstance(quiet, bool):
         raise InputError(f"quiet must be True or False, not {shown(quiet)}")
     if config is None:
-        config = find_preset(entries.pop("preset", None) or implied_preset(entries))
+        config = start_config(entries.pop("preset", None), entries)
     elif not isinstance(config, TrainConfig):
         raise InputError(f"train takes a TrainConfig and entries such as graph='c', not {config!r}")
     if is_task(task := entries.get("task")):

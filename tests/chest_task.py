@@ -107,3 +107,7 @@ def hurry(step):
     """A user's reward, which in a task sees no states."""
     assert step.before is step.after is None
     return step.success - 0.01
+
+
+balance = hierroom.Task(make="CartPole-v1", max_steps=60)
+two_balances = hierroom.Task(make="CartPole-v1", goals=None, max_steps=60, processes=2)

@@ -51,9 +51,6 @@ class Score:
         lengths = {"length": self.length, "length_over_shortest": self.length_over_shortest}
         return {**success, **lengths, "return": self.mean_return}
 
-    def __str__(self) -> str:
-        return outcome_text(self.success_rate, self.mean_return)
-
     @property
     def goal_columns(self) -> dict[str, float]:
         """How often each goal was achieved, and its mean step, by the names of columns in tables."""
@@ -71,9 +68,11 @@ class Evaluation(Score):
     graphs: dict[str, Score]  # by name, the easiest first
 
 
-def outcome_text(success_rate: float, mean_return: float) -> str:
-    """Return the success rate in words, or the return where there is no target."""
-    return f"return {mean_return:.5g}" if math.isnan(success_rate) else f"success {success_rate:.0%}"
+def outcome_in_words(success_rate: float, mean_return: float, digits: int = 0) -> tuple[str, str]:
+    """Return what counts, success or without a target the return, and its number as text."""
+    if math.isnan(success_rate):
+        return "return", "-" if math.isnan(mean_return) else f"{mean_return:.5g}"
+    return "success", f"{success_rate:.{digits}%}"
 
 
 def evaluate(
@@ -127,8 +126,9 @@ def _first_of_each(played: EndedEpisodes, rounds: int) -> EndedEpisodes:
 
 def _score(episodes: EndedEpisodes, world: World) -> Score:
     success, length = episodes.successes, episodes.lengths
-    rate = float(success.mean()) if world.goals.has_target else math.nan
-    success_rate, *interval = wilson_interval(rate, len(success), level=0.95)
+    success_rate, *interval = wilson_interval(float(success.mean()), len(success), level=0.95)
+    if not world.goals.has_target:
+        success_rate, interval = math.nan, [math.nan, math.nan]
     is_known = success.any() and episodes.shortest[success].min() >= 0
     shortest = episodes.shortest[success].mean() if is_known else float("nan")
     return Score(

@@ -41,6 +41,9 @@ def make_turns(
 ) -> Turns:
     """Make the environments of a config, and their turns; only training levels come in stages of the curriculum."""
     method = config.resolved_method
+    if method.meta != "none" and not len(world_spec(config.env).goals):
+        named = f"method {config.agents.method} with meta-controller {method.meta}"
+        raise InputError(f"{config.env.names[0]} has no goals to pick, so train it with method ppo, not {named}")
     stages = config.env.curriculum_stages if levels == "training" else 1
     memories = controller_features(config).memories  # parts of an episode that these features need
     if method.meta == LEARNED:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from pathlib import Path
 from typing import Any, cast
 
@@ -11,6 +12,7 @@ from rich.console import Console
 from rich.table import Column, Table
 
 from hierroom.agents.episode import Episode
+from hierroom.agents.evaluation import outcome_in_words
 from hierroom.agents.playback import MOST_IN_GIF, save_episodes
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import FILMS, RunFolder
@@ -46,7 +48,8 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: 
         crossing = curve and curve.crossing(milestone)
         summary |= {f"{name}_to_{milestone}": crossing and getattr(crossing, name) for name in ("steps", "seconds")}
     if curve is not None:
-        summary |= {"evaluated_success_rate": float(curve.success[-1]), "evaluated_length": float(curve.length[-1])}
+        ends = {"success_rate": curve.success, "length": curve.length, "return": curve.returns}
+        summary |= {f"evaluated_{name}": float(values[-1]) for name, values in ends.items()}
     folder.save_summary(summary)
     picture, run = folder.path / "learning_curve.png", (folder.path, *trust_option(trainer.config))
     with spent.on("pictures"):
@@ -69,7 +72,7 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: 
 
 
 def telling_episode(agent: TrainedAgent, seed: int) -> Episode:
-    """Return the first episode in which an agent succeeds; if it never does, the first episode."""
+    """Return the first episode in which an agent succeeds; if it never does, or has no target, the first episode."""
     played = list(rollout(agent, None, N_PICTURED, num_envs=N_PICTURED, seed=seed, progress=lambda done: None))
     return next((episode for episode in played if episode.success), played[0])
 
@@ -85,7 +88,9 @@ def _film(trainer: Trainer, folder: RunFolder) -> tuple[str, str, tuple[str, ...
         episode = telling_episode(agent, (trainer.config.seed + 1) % 2**63)
         kind = good = "escape" if trainer.config.env.task is None else "success"
         none = ""
-        if not episode.success:
+        if episode.success is None:
+            kind = "episode"
+        elif not episode.success:
             kind, none, options = "failure", f" (no {good} in {N_PICTURED} episodes)", ("--failures",)
         path = folder.path / f"{kind}.gif"
         try:
@@ -103,12 +108,17 @@ def _film(trainer: Trainer, folder: RunFolder) -> tuple[str, str, tuple[str, ...
 def _table(curve: LearningCurve | None, summary: dict[str, Any]) -> Table:
     rows = {}
     if curve is not None:
-        rows[f"success, evaluated over {curve.episodes[-1]:.0f} episodes"] = f"{curve.success[-1]:.1%}"
+        name, number = outcome_in_words(curve.success[-1], curve.returns[-1], 1)
+        rows[f"{name}, evaluated over {curve.episodes[-1]:.0f} episodes"] = number
         rows["episode length, evaluated"] = f"{curve.length[-1]:.1f}"
     n_last = min(WINDOW, summary["episodes"])
-    rows[f"success, last {n_last} episodes of training"] = f"{summary['training_success_rate']:.1%}"
+    name, number = outcome_in_words(summary["training_success_rate"], summary["training_episode_return"], 1)
+    rows[f"{name}, last {n_last} episodes of training"] = number
     rows["steps"] = f"{summary['steps']:,}"
-    for milestone in MILESTONES if curve is not None else ():
+    if curve is not None and not curve.has_target:
+        best = int(curve.returns.argmax())
+        rows[f"best return, evaluated after {curve.steps[best]:,.0f} steps"] = f"{curve.returns[best]:.5g}"
+    for milestone in MILESTONES if curve is not None and curve.has_target else ():
         steps = summary[f"steps_to_{milestone}"]
         rows[f"steps to {milestone}% success, evaluated"] = "-" if steps is None else f"{steps:,.0f}"
     if "stage" in summary:
@@ -123,7 +133,7 @@ def _table(curve: LearningCurve | None, summary: dict[str, Any]) -> Table:
 
 
 def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path) -> None:
-    """Plot success rate and episode length over the steps trained, as a PNG; ``curve`` has the evaluations."""
+    """Plot success rate (or return) and episode length over the steps trained; ``curve`` has the evaluations."""
     from matplotlib.figure import Figure  # imported here, because it loads slowly
 
     rows = run.metrics.numbers()
@@ -131,15 +141,20 @@ def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path)
     steps = [row["steps"] / unit for row in rows]
     figure = Figure(figsize=(8, 3.2), layout="constrained")
     panels = figure.subplots(1, 2)
-    windows = [100 * row["success_rate"] for row in rows], [row["episode_length"] for row in rows]
-    evaluated = None if curve is None else (100 * curve.success, curve.length)
+    has_target = not any(math.isnan(row["success_rate"]) for row in rows)
+    column, scale = ("success_rate", 100) if has_target else ("episode_return", 1)
+    windows = [scale * row[column] for row in rows], [row["episode_length"] for row in rows]
+    evaluated = None if curve is None else (scale * curve.outcome, curve.length)
     for n, axes in enumerate(panels):
         axes.plot(steps, windows[n], color="tab:orange", linewidth=1, label=f"training, last {WINDOW} episodes")
         if curve is not None and evaluated is not None:
             axes.plot(curve.steps / unit, evaluated[n], color="tab:blue", marker="o", markersize=3, label="evaluated")
         axes.set_xlabel(f"primitive steps ({name})")
         axes.grid(alpha=0.3)
-    panels[0].set(ylim=(-2, 102), ylabel="success (%)", title="reached the target")
+    if has_target:
+        panels[0].set(ylim=(-2, 102), ylabel="success (%)", title="reached the target")
+    else:
+        panels[0].set(ylabel="return", title="return of an episode")
     longest = np.nanmax([1, *windows[1], *(() if curve is None else curve.length)])  # NaN before an episode ends
     panels[1].set(ylim=(0, 1.05 * longest), ylabel="steps", title="episode length")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)

@@ -10,6 +10,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from hierroom.agents.evaluation import outcome_in_words
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent, unsaved_memory
 from hierroom.learners.networks.initial_weights import one_torch_thread
@@ -124,7 +125,7 @@ def run_session(
             console.print(line, soft_wrap=True, markup=False)
 
         env, world = trainer.config.env, trainer.turns.world
-        names = env.names if env.task is None else world.variants
+        names = env.names if env.task is None else [f"{world.variants[0]}{' without goals' * (not world.goals)}"]
         say(f"{trainer.config.title_on(names)}, into {folder.path}")
         for line in (*world.stage_titles, *world.notes):
             say(line)
@@ -181,7 +182,7 @@ def train(
             evaluation = trainer.evaluation = trainer.evaluate()
         folder.evaluations.append(evaluation_rows(trainer.steps, trainer.seconds, evaluation))
         logs.add(evaluation_scalars(evaluation), trainer.steps)
-        return f" (evaluated {evaluation.success_rate:.0%})"
+        return f" (evaluated {outcome_in_words(evaluation.success_rate, evaluation.mean_return)[1]})"
 
     def has_completed_part(n_parts: int, before: int) -> bool:
         return before * n_parts // total < trainer.steps * n_parts // total
@@ -230,7 +231,8 @@ def _status(trainer: Trainer, row: Mapping[str, float], evaluated: str) -> str:
     stage = f"stage {row['stage']:.0f} of {len(stages)}, " if stages else ""
     is_long = stage or not row["episodes"]  # the line fits into 80 columns, and no length is shown before there is one
     length = "" if is_long else f" length {row['episode_length']:.0f},"
-    return f"{trainer.steps_per_second:,.0f} steps/s, {stage}success {row['success_rate']:.0%}{evaluated},{length}"
+    outcome = " ".join(outcome_in_words(row["success_rate"], row["episode_return"]))
+    return f"{trainer.steps_per_second:,.0f} steps/s, {stage}{outcome}{evaluated},{length}"
 
 
 @contextmanager

@@ -67,7 +67,9 @@ class Turns:
         usual = "intrinsic" if len(world.goals) else "extrinsic"
         self.config, self.reward = (config, given) if given else (replace(config, reward=usual), make_reward(usual))
         if not len(world.goals) and {"n_first", "reached"} & self.reward.weights.keys():
-            raise InputError(f"{self.reward.name} rewards goals, and {world.variants[0]} has none")
+            raise InputError(
+                f"{self.reward.name} rewards goals, and {world.variants[0]} has none; give it the reward extrinsic"
+            )
         self.ledger = Ledger.at_reset(num_envs, world.n_actions)
         self.n_ended = 0
         self._steps = ArrayPool(self._empty_steps)

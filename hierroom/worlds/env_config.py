@@ -193,7 +193,11 @@ class EnvConfig:
         if unknown := [name for name in entries if name not in known]:
             raise InputError(f"an environment takes {', '.join((*known, *others))}; not {', '.join(unknown)}")
         config = cls(**entries)
-        unread = {} if config.reward == "novelty" else {"novelty_bonus": f"with the reward {shown(config.reward or 'intrinsic')}"}
+        unread = (
+            {}
+            if config.reward == "novelty"
+            else {"novelty_bonus": f"with the reward {shown(config.reward or 'intrinsic')}"}
+        )
         unread |= {} if has_goals else dict.fromkeys(("subgoal_horizon", "goal_mask"), "without a meta-controller")
         for name, why in unread.items():
             if name in entries and entries[name] != getattr(cls, name):

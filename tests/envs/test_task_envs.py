@@ -26,7 +26,7 @@ unlock = hierroom.Task(
     max_steps=60,
 )
 TASKS = {
-    **{name: getattr(chest_task, name) for name in ("chest", "free", "lake", "taxi", "pole")},
+    **{name: getattr(chest_task, name) for name in ("chest", "free", "lake", "taxi", "pole", "balance")},
     "unlock": unlock,
 }
 

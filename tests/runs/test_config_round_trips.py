@@ -42,9 +42,10 @@ def test_config_written_and_read_back_is_equal(config, tmp_path, monkeypatch):
     assert find_preset(config.preset).changed(**config.entries) == config
     assert find_preset(config.preset).changed(**{part: getattr(config, part) for part in PARTS}).env == config.env
     assert gymnasium.make("hierroom/EscapeRoom-v0", **vars(config.env)).unwrapped.config == config.env
-    spec, _ = env_spec(config.env, "none")
+    filled = replace(config.env, reward=config.env.reward or "intrinsic")  # as `Turns` does
+    spec, _ = env_spec(filled, "none")
     recovered = gymnasium.make(EnvSpec.from_json(spec.to_json())).unwrapped.config
-    assert recovered == replace(config.env, reward=config.env.reward or "intrinsic")
+    assert recovered == filled
     assert EnvConfig(**table["env"]) == config.env
     unused = OF_ESCAPE_ROOMS if config.env.task else OF_DRAWN if config.env.layout else ()
     typed = {name: one for name, one in _flat(table).items() if name not in (*OF_ENVIRONMENTS, *unused)}

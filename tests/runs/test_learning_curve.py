@@ -12,6 +12,7 @@ def row(steps, rate, *, graph="a", episodes=100, length=10.0):
     return {name: str(value) for name, value in locals().items() if name != "rate"} | {
         "success_rate": str(rate),
         "seconds": str(steps / 10),
+        "return": "0",
     }
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs
 from hierroom.runs.config.config import CHANGED_WHEN_RESUMED, TrainConfig
-from hierroom.runs.config.presets import find_preset, implied_preset
+from hierroom.runs.config.presets import start_config
 from hierroom.runs.config.run_name import run_name
 from hierroom.runs.folder.config_file import flat_entries, flat_entry_types, hint_of
 from hierroom.support.cells import join_names
@@ -118,7 +118,7 @@ class Plan:
             yield {"graph": [graph.name if NAMED_GRAPHS.get(graph.name) == graph else graph]}
 
     def _run(self, variant: str, entries: dict[str, Any], varied: Sequence[str]) -> PlannedRun:
-        start = find_preset(entries.pop("preset", None) or implied_preset(entries))
+        start = start_config(entries.pop("preset", None), entries)
         config = start.changed(**{"threads": 1, **entries})  # processes run in parallel instead
         config.env.refuse_unread(entries)
         if ships(config.env.task):

@@ -17,8 +17,8 @@ from hierroom.support.tables import csv_text
 if TYPE_CHECKING:
     import pandas as pd
 
-_NEEDED = ("steps", "success_rate", "length")  # in every row
-_LEFT_OUT_OF_CURVES = ("seconds", "graph", "success_low", "success_high", "return")
+_NEEDED = ("steps", "length")  # in every row
+_LEFT_OUT_OF_CURVES = ("seconds", "graph", "success_low", "success_high")
 
 
 class SweepTable:

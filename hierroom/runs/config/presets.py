@@ -11,6 +11,7 @@ from hierroom.learners.config import PPOConfig
 from hierroom.runs.config.config import TrainConfig
 from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig, ships
+from hierroom.worlds.make import find_task
 
 _PAPER = TrainConfig(
     preset="paper",
@@ -109,6 +110,18 @@ def find_preset(name: str) -> TrainConfig:
 def preset_in_world(preset: str, env: EnvConfig) -> TrainConfig:
     """Return a preset with the task or the layouts of some environments, which decide other entries too."""
     return find_preset(preset).changed(**{name: one for name in ("task", "layout") if (one := getattr(env, name))})
+
+
+def start_config(preset: str | None, entries: Mapping[str, Any]) -> TrainConfig:
+    """Return the config that a run's entries change: a preset, by default the implied one.
+
+    Its method is ppo if the entries name none and their task has no goals. So the task's module is imported.
+    """
+    start, task = find_preset(preset or implied_preset(entries)), entries.get("task")
+    if "method" in entries or task is None or ships(task):
+        return start
+    found = find_task(task)
+    return start if found is None or len(found.goal_set) else start.changed(method="ppo")
 
 
 def implied_preset(entries: Mapping[str, Any]) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hierroom.runs.config.config import ENTRIES, META_PART, OF_META, PARTS, TrainConfig
-from hierroom.runs.config.presets import find_preset, implied_preset
+from hierroom.runs.config.presets import start_config
 from hierroom.support.errors import InputError, shown, warn_once
 from hierroom.support.files import read_toml, usable_path
 from hierroom.support.typed_value import entry_types, typed_value
@@ -41,7 +41,7 @@ def read_config(path: str | Path, *, trust: bool = False, **entries: Any) -> Tra
     preset = entries.pop("preset", None) or table.pop("preset", None)
     table.pop("preset", None)
     try:
-        start = find_preset(preset or implied_preset({**table, **entries}))
+        start = start_config(preset, {**table, **entries})
         task = {"task": entries.pop("task")} if "task" in entries else {}  # it decides what the file's entries mean
         config = start.changed(**table | task)
         config.env.refuse_unread(table)

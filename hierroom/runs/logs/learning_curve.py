@@ -45,11 +45,12 @@ class Crossing:
 
 @dataclass(frozen=True)
 class LearningCurve:
-    """Success at the P evaluations of a run, over all goal graphs together."""
+    """Success at the P evaluations of a run, over all goal graphs together; without a target the return counts."""
 
     steps: np.ndarray  # [P] primitive steps trained until then, increasing
     seconds: np.ndarray  # [P] seconds of training until then
-    success: np.ndarray  # [P] success rates
+    success: np.ndarray  # [P] success rates; NaN without a target
+    returns: np.ndarray  # [P] mean returns
     length: np.ndarray  # [P] mean lengths of the episodes in primitive steps
     episodes: np.ndarray  # [P] numbers of episodes
 
@@ -67,12 +68,22 @@ class LearningCurve:
             values = np.array([float(row[name]) for row in rows])
             return np.bincount(point, weights * values, len(steps)) / episodes
 
-        return cls(steps, table["seconds"][first], mean("success_rate"), mean("length"), episodes)
+        return cls(steps, table["seconds"][first], mean("success_rate"), mean("return"), mean("length"), episodes)
 
     @property
     def area(self) -> float:
-        """The mean success rate over the steps: the area under the curve divided by its number of steps."""
-        return float(np.trapezoid(self.success, self.steps) / np.ptp(self.steps)) if len(self.steps) > 1 else np.nan
+        """The mean outcome over the steps: the area under the curve divided by its number of steps."""
+        return float(np.trapezoid(self.outcome, self.steps) / np.ptp(self.steps)) if len(self.steps) > 1 else np.nan
+
+    @property
+    def has_target(self) -> bool:
+        """Whether success is known."""
+        return not np.isnan(self.success).all()
+
+    @property
+    def outcome(self) -> np.ndarray:
+        """The success rates [P]; without a target the returns."""
+        return self.success if self.has_target else self.returns
 
     def crossing(self, percent: float, resamples: int = 1000) -> Crossing | None:
         """Return when the success rate reached a percentage, see `first_crossing`; None if the measured rate did not.

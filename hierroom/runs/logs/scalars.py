@@ -78,5 +78,6 @@ def result_scalars(curve: LearningCurve | None) -> dict[str, float]:
     if curve is None:
         return {}
     crossings = {milestone: curve.crossing(milestone) for milestone in MILESTONES}
-    ends = {"eval/success_rate": float(curve.success[-1]), "eval/length": float(curve.length[-1])}
+    outcome = "success_rate" if curve.has_target else "return"
+    ends = {f"eval/{outcome}": float(curve.outcome[-1]), "eval/length": float(curve.length[-1])}
     return ends | {f"eval/steps_to_{name}": at.steps for name, at in crossings.items() if at is not None}

@@ -133,6 +133,7 @@ class Task:
             return None
         if not isinstance(self.rules, (Rules, Mapping)):
             raise InputError(f"rules of a task are a mapping from goals to what each needs, not {shown(self.rules)}")
+        target = self.target or ""  # a rule without a goal is refused
         names = self.rules.names if isinstance(self.rules, Rules) else tuple(self.rules)
         found = {
             "lack": [name for name in self.goals if name not in names],
@@ -142,20 +143,20 @@ class Task:
             raise InputError(f"a task has a rule for each goal ({', '.join(self.goals)}); these {', '.join(wrong)}")
         if isinstance(self.rules, Rules):
             rules = replace(self.rules, capacity={**self.rules.capacity, **(self.capacity or {})})
-            if not any(rules.target in way.gives for way in rules.rules[self.target]):
-                raise InputError(f"the target {self.target!r} does not give the target of its rules, {rules.target!r}")
+            if not any(rules.target in way.gives for way in rules.rules[target]):
+                raise InputError(f"the target {target!r} does not give the target of its rules, {rules.target!r}")
         else:
             given = {name: _giving_itself(name, rule) for name, rule in self.rules.items()}
-            rules = Rules(given, self.target, self.capacity or {}, label=self.label)
+            rules = Rules(given, target, self.capacity or {}, label=self.label)
         there = {fact for ways in rules.rules.values() for way in ways for fact in way.gives}
         there |= {fact for fact, n in rules.start.items() if n}
         for name, ways in rules.rules.items():
             for fact in (fact for way in ways for fact in (*way.needs, *way.uses)):
                 if fact not in there:
                     raise InputError(f"the rule of goal {name!r} asks for {fact!r}, which no rule gives")
-        if math.isinf(goal_depths(rules)[self.target]):
+        if math.isinf(goal_depths(rules)[target]):
             why = "goals on the way need each other, or more of a fact than its capacity"
-            raise InputError(f"no order of the rules of a task achieves the target {self.target!r}: {why}")
+            raise InputError(f"no order of the rules of a task achieves the target {target!r}: {why}")
         return rules
 
     @cached_property
