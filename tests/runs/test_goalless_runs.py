@@ -1,0 +1,60 @@
+"""Runs of a task without goals: flat, with the return as the outcome."""
+
+import json
+import math
+import signal
+
+import chest_task
+import pytest
+from same_run import differences
+from stopped_run import stop_at_update
+
+import hierroom
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.support.errors import InputError
+from hierroom.train import main as train
+
+SMALL = ["--num-envs", "4", "--sequence-length", "16", "--minibatches", "2", "--epochs", "1", "--hidden-size", "8"]
+SMALL += ["--steps", "512", "--evaluations", "2", "--evaluation-episodes", "4", "--threads", "1", "--log", "none"]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    out = tmp_path_factory.mktemp("runs") / "balance"
+    assert train(["--task", "chest_task:balance", *SMALL, "--out", str(out)]) == 0
+    return out
+
+
+def test_run_without_a_method_trains_ppo_and_reports_returns(run):
+    assert RunFolder.open(run).config().agents.method == "ppo"
+    rows = RunFolder.open(run).evaluations.read()
+    assert [math.isnan(float(row["success_rate"])) for row in rows] == [True] * 3
+    assert [row["return"] for row in rows] == [row["length"] for row in rows]  # each step is rewarded by 1
+    summary = json.loads((run / "summary.json").read_text())
+    assert (summary["steps_to_50"], summary["evaluated_success_rate"]) == (None, None)
+    assert summary["evaluated_return"] == float(rows[-1]["return"])
+    assert (run / "episode.gif").exists()
+
+
+def test_stopped_run_resumes_exactly(run, tmp_path, monkeypatch):
+    stop_at_update(monkeypatch, signal.SIGINT, 3)
+    out = tmp_path / "balance"
+    assert train(["--task", "chest_task:balance", *SMALL, "--out", str(out)]) == 130
+    assert train(["--resume", str(out), "--trust-run", "--log", "none"]) == 0
+    assert differences(run, out) == []
+
+
+@pytest.mark.parametrize("option", ["--method=hippo", "--method=ppo-bonus", "--meta=random"])
+def test_methods_with_goals_are_refused(option, tmp_path):
+    with pytest.raises(
+        InputError, match=r"chest_task:balance has (no goals to pick, so train|none; give it the reward)"
+    ):
+        train(["--task", "chest_task:balance", *SMALL, option, "--out", str(tmp_path / "run")])
+
+
+@pytest.mark.parametrize("task", [chest_task.balance, chest_task.two_balances], ids=["here", "processes"])
+def test_episode_has_no_success_and_its_return(task):
+    assert (task.goals, task.target, hierroom.env(task).unwrapped.complexity) == ({}, None, None)
+    (episode,) = hierroom.rollout("random", hierroom.EnvConfig(task=task), episodes=1)
+    assert (episode.success, episode.rewards.sum(), len(episode.events)) == (None, len(episode), 0)
+    assert episode.title.endswith(f": return {len(episode)}, {len(episode)} steps")
