@@ -96,7 +96,7 @@ def test_environments_of_a_large_discrete_number_play():
 def test_training_with_a_large_discrete_number_makes_no_folder(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "large", module := ModuleType("large"))
     module.task = task_of(spaces.Discrete(10**6))
-    with pytest.raises(InputError, match="would need 256 MB of weights"):
+    with pytest.raises(InputError, match="would need 512 MB of weights"):
         hierroom.train(task="large:task", steps=64, num_envs=4, out=tmp_path / "run", quiet=True)
     assert not (tmp_path / "run").exists()
 

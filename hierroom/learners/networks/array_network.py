@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import torch
 from torch import Tensor, nn
@@ -69,7 +71,7 @@ def _encoder_of(array: ByteArray, hidden_size: int) -> nn.Module:
         return _Ids(array, hidden_size)
     if array.kind == "numbers":
         return _Numbers(array, hidden_size)
-    return PictureEncoder(array, hidden_size)
+    return PictureEncoder(replace(array, kind="symbols") if array.were_symbols else array, hidden_size)
 
 
 class _Ids(nn.Module):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,9 +20,11 @@ RESERVED = (
 )
 """Entries of an agent's observation that do not come from the world, and features that are no entries."""
 MAX_SYMBOL_SIDE = 31
-"""Images of bytes up to this side are grids of symbols, like MiniGrid's; larger ones are pixels."""
+"""Images of bytes up to this side may be grids of symbols, like MiniGrid's; larger ones are pixels."""
 MAX_SYMBOLS = 2**14
 """Images with more bytes are pixels, too: a symbol takes 64 bytes of memory in each turn of a minibatch."""
+_MOST_SYMBOLS, _LAST_SYMBOL = 32, 127
+"""Symbols seen in a trial have at most so many values, up to this one: letters have, but not grey or colours."""
 MAX_CATEGORIES = 256
 MAX_NUMBERS = 2**22
 """Most numbers of an entry that a network reads: each has a place in lists that are made before the network."""
@@ -114,12 +116,29 @@ def _unlike(observations: Sequence[Any], path: tuple[Any, ...], space: spaces.Sp
     return f"arrays of different kinds in {text_of(space)}"
 
 
-def feature_of(name: str, space: spaces.Space) -> Feature:
-    """Return the feature that reads an entry of the observation."""
+def is_byte_image(space: spaces.Space) -> bool:
+    """Return whether an entry is an image of bytes, which may be pixels or symbols."""
+    return isinstance(space, spaces.Box) and space.dtype == np.uint8 and len(space.shape) in (2, 3)
+
+
+def are_symbols(space: spaces.Space, values: Collection[int]) -> bool:
+    """Return whether an image of bytes is a grid of symbols, as its size and the values seen in a trial say."""
+    return _is_small(_image_shape(space.shape or ())) and len(values) <= _MOST_SYMBOLS and max(values) <= _LAST_SYMBOL
+
+
+def _is_small(shape: tuple[int, int, int]) -> bool:
+    return max(shape[:2]) <= MAX_SYMBOL_SIDE and math.prod(shape) <= MAX_SYMBOLS
+
+
+def feature_of(name: str, space: spaces.Space, symbols: Collection[str] = (), is_guess: bool = False) -> Feature:
+    """Return the feature that reads an entry of the observation.
+
+    The images named in ``symbols`` are grids of them; ``is_guess`` says that no user has named them.
+    """
     if (n := math.prod(space.shape or ())) > MAX_NUMBERS:
         raise InputError(f"a network reads up to {MAX_NUMBERS:,} numbers of an entry; {name} has {n:,}")
     if isinstance(space, spaces.Box):
-        layout = _layout(space)
+        layout = _layout(space, name in symbols, is_guess)
         return Feature(
             (MAX_CATEGORIES,) * layout.n_bytes,
             lambda o: layout.to_bytes(_channels_last(o.view.entries[name], layout)),
@@ -163,14 +182,13 @@ def _categories(space: spaces.Space) -> tuple[NDArray, NDArray]:
     return np.zeros(space.shape, np.int64), np.full(space.shape, 2)
 
 
-def _layout(space: spaces.Box) -> ByteArray:
+def _layout(space: spaces.Box, is_symbols: bool, is_guess: bool) -> ByteArray:
     shape, low, high = space.shape, float(space.low.min()), float(space.high.max())
-    is_byte = space.dtype == np.uint8
-    if len(shape) == 3 or (len(shape) == 2 and is_byte):
-        height, width, channels = _image_shape(shape)
-        if is_byte and max(height, width) <= MAX_SYMBOL_SIDE and height * width * channels <= MAX_SYMBOLS:
-            return ByteArray((height, width, channels), "symbols", 0, 255)
-        return ByteArray((height, width, channels), "pixels", *((0, 255) if is_byte else (low, high)))
+    if is_byte_image(space):
+        image, kind = _image_shape(shape), "symbols" if is_symbols else "pixels"
+        return ByteArray(image, kind, 0, 255, were_symbols=is_guess and _is_small(image))
+    if len(shape) == 3:
+        return ByteArray(_image_shape(shape), "pixels", low, high)
     bounds = space.low.ravel().tolist(), space.high.ravel().tolist()
     return ByteArray(tuple(shape), "numbers", low, high, bounds=bounds)
 

@@ -63,6 +63,8 @@ class Task:
         vectors: for each goal the numbers that an agent's observation shows for it; None: one-hot.
         capacity: largest counts of facts of the rules; 1 by default.
         processes: number of processes for the environments; 0: this process.
+        symbols: names of the images of bytes that are grids of symbols, such as MiniGrid's ``image``; all others are
+            pixels. None: those up to 31 cells a side that show few and small numbers in a short trial.
         label: the name in titles, tables and messages; None: ``package.module:name``, if the task is given so.
 
     Examples:
@@ -84,6 +86,7 @@ class Task:
     vectors: Mapping[str, Sequence[float]] | None = None
     capacity: Mapping[str, int] | None = None
     processes: int = 0
+    symbols: Sequence[str] | None = None
     label: str | None = None
 
     def __post_init__(self) -> None:
@@ -103,6 +106,10 @@ class Task:
             read_name("the label of a task", self.label)
         require_number("max_steps", self.max_steps, 1, 10**6, is_whole=True)
         require_number("processes", self.processes, 0, 2**10, is_whole=True)
+        if self.symbols is not None:
+            if not isinstance(self.symbols, (list, tuple)):
+                raise InputError(f"symbols of a task are a list of names of entries, not {shown(self.symbols)}")
+            object.__setattr__(self, "symbols", tuple(read_name("an entry of symbols", one) for one in self.symbols))
         self.goal_set  # noqa: B018 - refuses a wrong target and wrong vectors now
         object.__setattr__(self, "rules", self._rules())
 
@@ -209,7 +216,8 @@ class Task:
     @cached_property
     def features(self) -> dict[str, Feature]:
         """Features that networks can read: each entry of the observation, and the status of each goal."""
-        entries = {name: feature_of(name, space) for name, (_, space) in self.trial.entries.items()}
+        trial, is_guess = self.trial, self.symbols is None
+        entries = {name: feature_of(name, one, trial.symbols, is_guess) for name, (_, one) in trial.entries.items()}
         return {**entries, "goal-status": goal_status(len(self.goals))}
 
     @cached_property

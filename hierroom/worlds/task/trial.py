@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
@@ -12,7 +14,7 @@ from hierroom.support.errors import InputError, user_code, warn_once
 from hierroom.worlds.task.goal_values import goal_values
 from hierroom.worlds.task.local_envs import LocalEnvs
 from hierroom.worlds.task.parts import TaskParts, Trial
-from hierroom.worlds.task.spaces import MAX_CATEGORIES, flat_entries
+from hierroom.worlds.task.spaces import MAX_CATEGORIES, are_symbols, flat_entries, is_byte_image, read_entry
 
 N_STEPS, N_PICTURES = 20, 3
 
@@ -40,15 +42,29 @@ def try_out(task: TaskParts) -> Trial:
     with user_code(f"close of {task.name}"):
         env.close()
     random, seconds = np.random.default_rng(0), []
-    envs.reset([0], [0])
+    seen: dict[str, set[int]] = {name: set() for name, (_, space) in entries.items() if is_byte_image(space)}
+
+    def look(observations: Sequence[Any]) -> None:
+        for name, values in seen.items():
+            values.update(np.unique(read_entry(observations, name, *entries[name], task.name)).tolist())
+
+    look(envs.reset([0], [0])[0])
     for _ in range(N_STEPS):
         action, started = int(actions.start + random.integers(actions.n)), time.perf_counter()
         taken = envs.step([0], [action])
         seconds.append(time.perf_counter() - started)
+        look(taken.observations)
         if taken.terminated[0] or taken.truncated[0]:
-            envs.reset([0], [0])
+            look(envs.reset([0], [0])[0])
     envs.close()
-    return Trial(entries, left_out, int(actions.n), int(actions.start), are_counts, float(np.median(seconds)))
+    symbols = [name for name, values in seen.items() if are_symbols(entries[name][1], values)]
+    if task.symbols is not None:
+        if wrong := [name for name in task.symbols if name not in seen]:
+            images = f"these are {', '.join(seen)}" if seen else "it has none"
+            raise InputError(f"symbols of {task.name} are entries that are images of bytes, not {wrong[0]!r}; {images}")
+        symbols = task.symbols
+    sizes = int(actions.n), int(actions.start)
+    return Trial(entries, left_out, *sizes, are_counts, symbols, float(np.median(seconds)))
 
 
 def picture_seconds(task: TaskParts) -> float:
