@@ -42,6 +42,7 @@ class LedgerTwin:
             "events": events,
             "achieved_bits": achieved,
             "n_first": outcomes["n_first"].astype(np.int64),
+            "elapsed": np.ones(len(events), np.int64),
             "is_discovery": outcomes["is_discovery"].copy(),
             "is_novel": outcomes["is_novel"].copy(),
             "extrinsic": outcomes["reward"].copy(),

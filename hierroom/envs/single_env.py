@@ -22,9 +22,9 @@ from hierroom.worlds.world import World, whole_numbers
 
 _ONLY, _TRUE = np.zeros(1, np.int64), np.ones(1, bool)
 _OUTCOMES = tuple(np.int64(outcome) for outcome in range(N_OUTCOMES))
-_AT_RESET = (NO_GOAL, 0, 0, -1, 0.0, 0.0, False, False, False, NO_GOAL, False)
+_AT_RESET = (NO_GOAL, 0, 0, 0, -1, 0.0, 0.0, False, False, False, NO_GOAL, False)
 _NAMES = (
-    *("events", "meta_elapsed", "lengths", "shortest", "rewards", "extrinsic"),
+    *("events", "elapsed", "meta_elapsed", "lengths", "shortest", "rewards", "extrinsic"),
     *("terminated", "truncated", "episode_ended", "goals", "success"),
 )
 """The fields of a step's record that are reported to users."""
@@ -55,7 +55,7 @@ class SingleEnv:
         asks_complexity = checked_options(options, self.turns.world, "complexity").get("complexity")
         self.turns.reset(fresh_seed() if seed is None and not self.has_begun else seed)
         self.has_begun = True
-        self._last = *_AT_RESET[:3], self.turns.ledger.shortest.item(), *_AT_RESET[4:]
+        self._last = *_AT_RESET[:4], self.turns.ledger.shortest.item(), *_AT_RESET[5:]
         self._show()
         infos = self.infos()
         if asks_complexity:
@@ -146,11 +146,11 @@ class SingleEnv:
 
     def info(self, agent: str) -> dict[str, Any]:
         """Return the info of one agent: see `infos`."""
-        event, meta_elapsed, length, shortest, _, _, _, _, _, _, success = self._last
+        event, elapsed, meta_elapsed, length, shortest, *_, success = self._last
         ledger, is_meta = self.turns.ledger, agent == META
         return {
             "goal_event": event,
-            "elapsed": meta_elapsed if is_meta else int(meta_elapsed > 0),
+            "elapsed": meta_elapsed if is_meta else elapsed,
             "illegal_actions": (ledger.illegal_goals if is_meta else ledger.illegal_actions).item(),
             "success": success,
             "length": length,

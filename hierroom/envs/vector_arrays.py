@@ -80,7 +80,7 @@ class VectorArrays:
     def final(self, step: Step) -> dict[str, Any]:
         """Return the last observations and infos of the episodes that a step ended."""
         ended = step.episode_ended.copy()
-        numbers = (step.events, step.meta_elapsed > 0, step.illegal_actions, step.lengths, step.shortest)
+        numbers = (step.events, step.elapsed, step.illegal_actions, step.lengths, step.shortest)
         infos = _by_name(
             (step.success & ended, *(values * ended.astype(_INT64) for values in numbers)),
             [ended.copy() for _ in INFOS],

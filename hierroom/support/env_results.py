@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +14,8 @@ from hierroom.support.errors import InputError, shown
 _OF_NUMBERS = "biuf"
 """Kinds of NumPy's types of numbers; flags are among them."""
 _FLAG, _FLOAT64 = np.dtype(bool), np.dtype(np.float64)
+MOST_ELAPSED = 10**6
+"""Most primitive steps of an action."""
 _RESET, _STEP = ("observation", "info"), ("observation", "reward", "terminated", "truncated", "info")
 
 
@@ -45,6 +47,19 @@ def step_results(results: Sequence[Any], env: str) -> StepResults:
         flags = [_as_flags(values, name, env) for values, name in zip(ends, _STEP[2:], strict=False)]
     terminated, truncated = flags
     return StepResults(observations, _as_numbers(rewards, env), terminated, truncated, infos)
+
+
+def elapsed_steps(infos: Sequence[Mapping[str, Any]], env: str) -> NDArray[np.int64]:
+    """Return ``elapsed`` of the infos of M environments, the primitive steps of an action; 0 where it is missing."""
+    elapsed = np.zeros(len(infos), np.int64)
+    for place, info in enumerate(infos):
+        if "elapsed" in info:
+            given = info["elapsed"]
+            if isinstance(given, bool) or not isinstance(given, (int, np.integer)) or not 1 <= given <= MOST_ELAPSED:
+                rule = f"a whole number from 1 to {MOST_ELAPSED:,}"
+                raise InputError(f"info['elapsed'] of {env}, the steps of an action, is {rule}, not {shown(given)}")
+            elapsed[place] = given
+    return elapsed
 
 
 def unpaid_step(result: Any, env: str) -> tuple[Any, bool, bool]:

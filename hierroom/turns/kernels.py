@@ -35,7 +35,8 @@ def record_turns(outcomes, actions, ledgers, steps, starts, rules):
     for n in range(outcomes.shape[0]):
         outcome, ledger, step = outcomes[n], ledgers[n], steps[n]
         goal, achieved = ledger.goals, outcome.achieved
-        ledger.option_steps += 1
+        elapsed = max(outcome.elapsed, 1)
+        ledger.option_steps += elapsed
         ledger.option_rewards += outcome.reward
         action = actions[n]
         if action < 0 or action >= n_actions:
@@ -67,7 +68,7 @@ def record_turns(outcomes, actions, ledgers, steps, starts, rules):
         step.rewards += w_novel * outcome.is_novel
         step.reached, step.timed_out, step.option_ended, step.episode_ended = reached, timed_out, option_ended, ended
         step.meta_rewards = ledger.option_rewards if option_ended else 0.0
-        step.meta_elapsed = ledger.option_steps
+        step.elapsed, step.meta_elapsed = elapsed, ledger.option_steps
         step.achieved_instead = ledger.first_events if option_ended and not reached else NO_GOAL
         step.terminated, step.truncated = terminated, truncated
         step.success = terminated and achieved >> target & 1 == 1
@@ -123,7 +124,7 @@ def write_results(steps, ledgers, begins_anew, rewards, flags, numbers):
         begins_anew: whether infos describe the next episode where one ended.
         rewards: [N] float64.
         flags: [9, N] bool: terminated, truncated, success, and the masks of six infos, which are all True.
-        numbers: [5, N] int64: goal events, elapsed steps (0 or 1), illegal actions, lengths, shortest lengths.
+        numbers: [5, N] int64: goal events, elapsed steps (0 after a reset), illegal actions, lengths, shortest lengths.
     """
     for n in range(steps.shape[0]):
         step, ledger = steps[n], ledgers[n]
@@ -132,6 +133,6 @@ def write_results(steps, ledgers, begins_anew, rewards, flags, numbers):
             flags[2, n], numbers[0, n], numbers[1, n], numbers[2, n], numbers[3, n] = False, NO_GOAL, 0, 0, 0
             numbers[4, n] = ledger.shortest
         else:
-            flags[2, n], numbers[0, n], numbers[1, n] = step.success, step.events, step.meta_elapsed > 0
+            flags[2, n], numbers[0, n], numbers[1, n] = step.success, step.events, step.elapsed
             numbers[2, n], numbers[3, n], numbers[4, n] = step.illegal_actions, step.lengths, step.shortest
     flags[3:] = True

@@ -56,6 +56,7 @@ STEP = record_type(
     ("events", "i8"),
     ("achieved_bits", "i8"),
     ("n_first", "i8"),
+    ("elapsed", "i8"),
     ("meta_elapsed", "i8"),
     ("achieved_instead", "i8"),
     ("lengths", "i8"),
@@ -132,6 +133,7 @@ class Step:
         option_ended: [N] bool, the option ended for any reason, and with it the meta-controller's turn.
         outcomes: [N] int, how an option ended, where one did: ``REACHED``, ``TIMED_OUT`` or ``OTHER``.
         meta_rewards: [N] float64, the extrinsic reward summed over the option where it ended, else 0.
+        elapsed: [N] int, primitive steps of the controller's action: 1, unless the environment reports others.
         meta_elapsed: [N] int, primitive steps since the meta-controller's last turn, this one included.
         achieved_instead: [N] int, the first goal achieved in an option that ended without its own goal, else -1.
         terminated: [N] bool, the world ended the episode: the target was reached or can no longer be reached.
@@ -185,8 +187,7 @@ class Step:
         """
         if agent == CONTROLLER:
             envs, records = np.arange(len(self.records)), self.records
-            elapsed = np.ones(len(envs), np.int64)
-            return envs, records["rewards"], elapsed, records["return_terminated"], records["return_truncated"]
+            return envs, records["rewards"], records["elapsed"], records["return_terminated"], records["return_truncated"]
         envs = np.flatnonzero(self.records["option_ended"])
         records = self.records.take(envs)
         terminated, truncated = records["terminated"], records["truncated"] & ~records["terminated"]

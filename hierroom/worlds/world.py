@@ -28,6 +28,7 @@ OUTCOME_FIELDS = (
     ("terminated", "?"),
     ("truncated", "?"),
     ("length", "i4"),  # number of steps of the episode so far, this one included
+    ("elapsed", "i8"),  # primitive steps that the action took, where the environment reports them, else 0
 )
 """Fields of a step's outcome in one environment; the records of a world may have more."""
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.env_results import reset_results, step_results
+from hierroom.support.env_results import elapsed_steps, reset_results, step_results
 from hierroom.support.errors import InputError, shown, user_code
 from hierroom.worlds.task.goal_values import as_totals, goal_values
 from hierroom.worlds.task.parts import TaskParts
@@ -60,6 +60,7 @@ class Taken(NamedTuple):
     terminated: NDArray[np.bool_]
     truncated: NDArray[np.bool_]
     totals: NDArray  # [M, G] values of the goals
+    elapsed: NDArray[np.int64]  # [M] primitive steps of the actions; 0 where the environment does not report them
 
 
 class LocalEnvs:
@@ -85,8 +86,9 @@ class LocalEnvs:
             results = [env.step(action) for env, action in zip(chosen, actions, strict=True)]
             observations, rewards, terminated, truncated, infos = step_results(results, self._name)
             values = goal_values(self._goals, chosen, infos, self._name)
+            elapsed = elapsed_steps(infos, self._name)
         totals = as_totals(values, len(envs), self._goals, self._name)
-        return Taken(observations, rewards, terminated, truncated, totals)
+        return Taken(observations, rewards, terminated, truncated, totals, elapsed)
 
     def render(self, env: int) -> NDArray[np.uint8]:
         """Return an environment's picture [H, W, 3]."""

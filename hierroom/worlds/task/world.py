@@ -118,12 +118,15 @@ class TaskWorld(BaseWorld):
         before, n = self._totals.copy(), len(actions)
         acts = (actions.view(np.uint64) < self.n_actions) > self._has_ended  # negative actions become large ones
         if np.count_nonzero(acts) == n:
-            _, rewards, terminated, truncated, _ = self._act(self.everywhere, actions)
+            _, rewards, terminated, truncated, _, elapsed = self._act(self.everywhere, actions)
         else:
-            rewards, terminated, truncated = np.zeros(n), *np.zeros((2, n), bool)
+            rewards, elapsed, (terminated, truncated) = np.zeros(n), np.zeros(n, np.int64), np.zeros((2, n), bool)
             if len(envs := np.flatnonzero(acts)):
-                _, rewards[envs], terminated[envs], truncated[envs], _ = self._act(envs, actions[envs])
-        return self.record(np.maximum(self._totals - before, 0), rewards, terminated, truncated | self._cut)
+                taken = self._act(envs, actions[envs])
+                _, rewards[envs], terminated[envs], truncated[envs], _, elapsed[envs] = taken
+        outcomes = self.record(np.maximum(self._totals - before, 0), rewards, terminated, truncated | self._cut)
+        outcomes["elapsed"] = elapsed
+        return outcomes
 
     def _act(self, envs: NDArray[np.integer], actions: NDArray[np.integer]) -> Taken:
         taken, where = self._envs.step(envs.tolist(), (self._trial.first_action + actions).tolist()), self._where(envs)
