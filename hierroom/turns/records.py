@@ -187,7 +187,13 @@ class Step:
         """
         if agent == CONTROLLER:
             envs, records = np.arange(len(self.records)), self.records
-            return envs, records["rewards"], records["elapsed"], records["return_terminated"], records["return_truncated"]
+            return (
+                envs,
+                records["rewards"],
+                records["elapsed"],
+                records["return_terminated"],
+                records["return_truncated"],
+            )
         envs = np.flatnonzero(self.records["option_ended"])
         records = self.records.take(envs)
         terminated, truncated = records["terminated"], records["truncated"] & ~records["terminated"]

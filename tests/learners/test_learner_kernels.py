@@ -193,7 +193,7 @@ def test_adam_steps_like_torch():
         parameter.grad = torch.from_numpy(shares.sum(0))
         expected_norm = torch.nn.utils.clip_grad_norm_([parameter], 0.5)
         adam.step()
-        norm = sum_gradients(shares, blocks)
+        norm = sum_gradients(shares, blocks, blocks)
         close(norm, expected_norm)
         adam_step(found, shares[0], means, squares, blocks, min(1, 0.5 / (norm + 1e-6)), 0.01, 1e-5, step)
         close(found, parameter, 1e-10)

@@ -30,8 +30,12 @@ def clear(gradient: NDArray[np.floating], blocks: NDArray[np.int64]) -> None:
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def sum_gradients(shares: NDArray[np.floating], blocks: NDArray[np.int64]) -> float:
-    """Sum blocks of gradients [L, P] into the first row, in order, and return the Euclidean norm of the whole row."""
+def sum_gradients(
+    shares: NDArray[np.floating],  # [L, P] gradients
+    blocks: NDArray[np.int64],  # [B, 2] as in `clear`
+    measured: NDArray[np.int64],  # [C, 2] blocks outside of which the sum is zero
+) -> float:
+    """Sum blocks of gradients into the first row, in order, and return its Euclidean norm."""
     total = shares[0]
     for share in range(1, len(shares)):
         added = shares[share]
@@ -39,8 +43,9 @@ def sum_gradients(shares: NDArray[np.floating], blocks: NDArray[np.int64]) -> fl
             for i in range(blocks[b, 0], blocks[b, 1]):
                 total[i] += added[i]
     square = 0.0
-    for i in range(len(total)):
-        square += total[i] * total[i]
+    for c in range(len(measured)):
+        for i in range(measured[c, 0], measured[c, 1]):
+            square += total[i] * total[i]
     return math.sqrt(square)
 
 

@@ -137,7 +137,9 @@ class FusedBackend:
 
         hands = [shards[first :: len(workers)] for first in range(len(workers))]
         statistics = np.sum(self._pool.each(work, workers, hands), axis=0)
-        return statistics, sum_gradients(self._shares[: len(workers)], minibatch.blocks)
+        # The norm of a table of categories alone is summed over all rows, as it always was: others round differently.
+        measured = minibatch.blocks if self._inputs.layer else np.array([[0, len(self._parameters)]])
+        return statistics, sum_gradients(self._shares[: len(workers)], minibatch.blocks, measured)
 
     def _blocks(self) -> NDArray[np.int64]:
         """Return first index and stop [B, 2] of the blocks of parameters that had a gradient."""
