@@ -109,8 +109,7 @@ class Learner:
         if self._returns is not None:
             self.network.return_scale = self._returns.scale  # so that it is saved and exported with the weights
         self._device = torch.device(device)
-        # Interpreted kernels would be too slow.
-        is_interpreted = getattr(numba_config, "DISABLE_JIT", False)
+        is_interpreted = getattr(numba_config, "DISABLE_JIT", False)  # then the kernels would be too slow
         if can_fuse(self.network) and self._device.type == "cpu" and not is_interpreted:
             self._backend = FusedBackend(self.network, config, threads)
         else:
@@ -193,6 +192,7 @@ class Learner:
         self._rollout.finish(envs, rewards, elapsed, terminated, truncated, next_values)
         if self._returns is not None:
             self._returns.add(envs, rewards, elapsed, terminated | truncated)
+        self._starts_episode[envs[episode_ended]] = True
 
     def bootstrap(self, envs: NDArray[np.integer], features: NDArray[np.uint8]) -> None:
         """Store values of current observations [M, K] for full sequences that await them, as `act` does too."""

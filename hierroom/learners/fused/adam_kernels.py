@@ -30,22 +30,32 @@ def clear(gradient: NDArray[np.floating], blocks: NDArray[np.int64]) -> None:
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
-def sum_gradients(
-    shares: NDArray[np.floating],  # [L, P] gradients
-    blocks: NDArray[np.int64],  # [B, 2] as in `clear`
-    measured: NDArray[np.int64],  # [C, 2] blocks outside of which the sum is zero
-) -> float:
-    """Sum blocks of gradients into the first row, in order, and return its Euclidean norm."""
+def sum_gradients(shares: NDArray[np.floating], blocks: NDArray[np.int64]) -> None:
+    """Sum blocks of gradients [L, P] into the first row, in order."""
     total = shares[0]
     for share in range(1, len(shares)):
         added = shares[share]
         for b in range(len(blocks)):
             for i in range(blocks[b, 0], blocks[b, 1]):
                 total[i] += added[i]
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def norm(gradient: NDArray[np.floating]) -> float:
+    """Return the Euclidean norm of a gradient [P]."""
     square = 0.0
-    for c in range(len(measured)):
-        for i in range(measured[c, 0], measured[c, 1]):
-            square += total[i] * total[i]
+    for i in range(len(gradient)):
+        square += gradient[i] * gradient[i]
+    return math.sqrt(square)
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def norm_of_blocks(gradient: NDArray[np.floating], blocks: NDArray[np.int64]) -> float:
+    """Return the Euclidean norm of a gradient [P] that is zero outside of blocks, as in `clear`."""
+    square = 0.0
+    for b in range(len(blocks)):
+        for i in range(blocks[b, 0], blocks[b, 1]):
+            square += gradient[i] * gradient[i]
     return math.sqrt(square)
 
 

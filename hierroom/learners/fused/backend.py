@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from torch import nn
 
 from hierroom.learners.config import PPOConfig
-from hierroom.learners.fused.adam_kernels import adam_step, sum_gradients
+from hierroom.learners.fused.adam_kernels import adam_step, norm, norm_of_blocks, sum_gradients
 from hierroom.learners.fused.encoder_kernels import compare_rows, most_common, rare_rows
 from hierroom.learners.fused.network import FusedNetwork, Inputs, Parameters
 from hierroom.learners.fused.shard_worker import Minibatch, ShardWorker, fixed_numbers
@@ -137,9 +137,11 @@ class FusedBackend:
 
         hands = [shards[first :: len(workers)] for first in range(len(workers))]
         statistics = np.sum(self._pool.each(work, workers, hands), axis=0)
-        # The norm of a table of categories alone is summed over all rows, as it always was: others round differently.
-        measured = minibatch.blocks if self._inputs.layer else np.array([[0, len(self._parameters)]])
-        return statistics, sum_gradients(self._shares[: len(workers)], minibatch.blocks, measured)
+        sum_gradients(self._shares[: len(workers)], minibatch.blocks)
+        # A sum over blocks rounds differently, so runs on categories alone keep the sum over all rows.
+        is_old = self._inputs.layer is None
+        total = self._shares[0]
+        return statistics, norm(total) if is_old else norm_of_blocks(total, minibatch.blocks)
 
     def _blocks(self) -> NDArray[np.int64]:
         """Return first index and stop [B, 2] of the blocks of parameters that had a gradient."""
