@@ -92,7 +92,7 @@ def description(episode: Episode) -> str:
         cells = [step.rjust(widths[0]), steps.rjust(widths[1])]
         cells += [word.ljust(width) for word, width in zip(words, widths[2:], strict=True)]
         lines.append("  ".join(cells).rstrip())
-    if not episode.success:
+    if episode.success is False:
         *_, final = episode.states(drawn=())
         first = max(1, len(episode) - N_LAST_ACTIONS + 1)
         actions = ", ".join(episode.action_name(step) for step in range(first, len(episode) + 1))

@@ -33,7 +33,8 @@ class CompareArguments:
         by: entries of the config to group runs by, named as in training and joined by commas: meta, or method,gamma;
             or variant, the name that a sweep's plan gave. By default those that differ between the runs, variant and
             method first; not seed, graph, steps, threads, device or evaluations.
-        metric: what to compare, over the steps trained.
+        outcome: what to compare, over the steps trained; by default the success rate, or the return if no run has a
+            target.
         out: the folder to write to: new, empty, or of an earlier comparison, which is replaced; by default a new one,
             compare, compare-2, ...
         resamples: resamples of the bootstrap.
@@ -45,7 +46,7 @@ class CompareArguments:
         tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUNS", help_behavior_hint="(required)")
     ]
     by: str | None = None
-    metric: MetricName = "success_rate"
+    outcome: MetricName | None = None
     out: Path | None = None
     resamples: int = 2000
     seed: int = 0
@@ -84,7 +85,7 @@ def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
     # These import torch, scipy and matplotlib, and --help does not need them.
     from hierroom.lab.compare.caveats import caveats
     from hierroom.lab.compare.comparison import compare
-    from hierroom.lab.compare.evaluated_run import find_runs, read_each, read_run, refuse_without_overlap
+    from hierroom.lab.compare.evaluated_run import find_runs, known_metrics, read_each, read_run, refuse_without_overlap
     from hierroom.lab.compare.grouping import choose_groups
     from hierroom.lab.compare.tasks import Tasks
 
@@ -97,7 +98,8 @@ def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
         groups = choose_groups(runs, arguments.by)
         tasks = Tasks.common(groups)
         track = partial(bar.track, description="estimating")
-        comparison = compare(groups, tasks, arguments.metric, arguments.resamples, arguments.seed, track)
+        outcome = arguments.outcome or known_metrics(runs)[0]
+        comparison = compare(groups, tasks, outcome, arguments.resamples, arguments.seed, track)
     notes = [*unread, *(f"left out, as it has no evaluations: {path}" for path in left_out)]
     if arguments.by is None:
         notes.append(f"compared by {', '.join(comparison.by)}, as no --by was given")

@@ -84,6 +84,8 @@ def _table(results: Mapping[str, Evaluation]) -> Table:
         "length / shortest, successes": lambda r: _number(r.length_over_shortest, ".2f"),
         "return of the controller": lambda r: f"{r.mean_return:.2f}",
     }
+    if all(math.isnan(result.success_rate) for result in results.values()):
+        texts = {name: texts[name] for name in ("episodes", "return of the controller", "length")}
     for goal in dict.fromkeys(goal for result in results.values() for goal in result.steps_to_goals):
         texts[f"steps to {goal}"] = lambda r, g=goal: (
             f"{_number(r.steps_to_goals[g][1])} ({r.steps_to_goals[g][0]:.1%})" if g in r.steps_to_goals else "-"

@@ -96,6 +96,7 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
 
     from hierroom import Rules, __version__
     from hierroom.lab.compare.curve import METRICS
+    from hierroom.lab.compare.evaluated_run import known_metrics
     from hierroom.lab.compare.style import line_style
     from hierroom.lab.compare.tasks import common_kind
     from hierroom.lab.report.curves import (
@@ -120,21 +121,22 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
         rules: dict[str, Rules] = {}  # of tasks that played; others are not imported
         n_played = min(len(untried), arguments.replays) * arguments.played
         bar.update(task, description="playing", total=n_played, completed=0)
-        while untried and len(goals) < arguments.replays:
+        while untried and (n := len(replays) + len(films)) < arguments.replays:
             one = untried.popleft()
-            done = len(goals) * arguments.played
+            done = n * arguments.played
             if played := _play(one, arguments, notes, lambda n, done=done: bar.update(task, completed=done + n)):
                 row, episodes, world = played
                 if isinstance(world.rules, Rules):
                     rules[world.variants[0]] = world.rules
-                goals.append({"run": one.name, "group": curves.group_of[str(one.path)], **row})
+                if len(world.goals):
+                    goals.append({"run": one.name, "group": curves.group_of[str(one.path)], **row})
                 (replays if one.config.env.task is None else films).append({"run": one.name, "episodes": episodes})
         bar.update(task, description="computing complexity", total=None)
         complexity, too_large = complexities(runs, rules)
     notes += [*curves.notes, *too_large]
-    if arguments.replays and len(goals) < len(runs):
+    if arguments.replays and (n := len(replays) + len(films)) < len(runs):
         more = "; --replays N plays more" if untried else ""
-        notes.append(f"episodes were played by {len(goals)} of {len(runs)} runs{more}")
+        notes.append(f"episodes were played by {n} of {len(runs)} runs{more}")
     points = learning_points(curves)
     data = {
         "tiles": TILES,
@@ -142,7 +144,10 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
             {"label": label, "colour": colour, "dash": _DASHES[dash]}
             for label, (colour, dash) in zip(curves.labels, map(line_style, count()), strict=False)
         ],
-        "metrics": [{"name": name, "label": one.label, "is_rate": one.is_rate} for name, one in METRICS.items()],
+        "metrics": [
+            {"name": name, "label": METRICS[name].label, "is_rate": METRICS[name].is_rate}
+            for name in known_metrics(one.evaluated for one in runs if one.evaluated is not None)
+        ],
         "curves": curve_rows(curves),
         "runs": run_rows(runs, curves),
         "kind": common_kind(one.config.env.kind for one in runs),

@@ -52,11 +52,14 @@ def main(argv: Sequence[str]) -> int:
     if arguments.text and arguments.out is not None:
         raise InputError("--text prints the episodes, and --out writes them to a file; leave one out")
     from hierroom.agents.playback import require_file, save_episodes
+    from hierroom.worlds.make import world_spec
     from hierroom.worlds.window import has_screen
 
     if arguments.out is not None:
         require_file(arguments.out)
     agent = arguments.load(arguments.greedy)
+    if arguments.failures and not world_spec(agent.config.env).goals.has_target:
+        raise InputError(f"{agent.config.env.names[0]} has no target, so --failures finds none; leave it out")
     episodes, n_played = _play(agent, arguments)
     arguments.warn_of_changes(agent)
     if arguments.failures:

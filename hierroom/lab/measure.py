@@ -73,6 +73,8 @@ def play_rules(
 ) -> PlayedRules:
     """Play in new environments, and estimate which goals must be achieved before which others: see `PlayedRules`."""
     facts, play, sequences = EpisodeFacts(len(turns)), Play(turns, player, episodes, progress), []
+    if not turns.world.goals.has_target:
+        raise InputError(f"{turns.world.variants[0]} has no target, to which rules could lead")
     names, world, variants = turns.world.goals.milestones, turns.world, set()
     for step in play:
         ended = facts.add(step, play.turns, play.envs, play.counted)

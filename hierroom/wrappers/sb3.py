@@ -27,8 +27,8 @@ def sb3_view(envs: VectorEnv) -> BatchVecEnv:
 
     Returns:
         The ``VecEnv``. `seed` takes one seed for all environments; their indices make episodes differ. At the end of an
-        episode the info has the entries of Stable-Baselines3, those of the environment, and ``is_success``;
-        ``VecMonitor`` adds ``episode``. MaskablePPO finds ``action_masks``.
+        episode the info has the entries of Stable-Baselines3, those of the environment, and ``is_success``, which is
+        None without a target; ``VecMonitor`` adds ``episode``. MaskablePPO finds ``action_masks``.
 
     Examples:
         >>> envs = hierroom.sb3_view(gymnasium.make_vec("hierroom/EscapeRoom-a-v0", num_envs=4))
@@ -82,12 +82,13 @@ class BatchVecEnv(VecEnv):
                 finals, last = [{} for _ in ended], _split(observations, ended)
                 observations, given = self.envs.reset(options={"reset_mask": dones.copy()})
                 begun = _by_environment(given)
+            has_target = cast(EscapeRooms, self.envs.unwrapped).turns.world.goals.has_target
             for n, final, observation in zip(ended, finals, last, strict=True):
                 self.reset_infos[n] = begun[n]
                 info = {**infos[n], **final}
                 infos[n] = {
                     **info,
-                    "is_success": info["success"],
+                    "is_success": info["success"] if has_target else None,
                     "terminal_observation": observation,
                     "TimeLimit.truncated": bool(truncated[n] and not terminated[n]),
                 }

@@ -48,7 +48,7 @@ def test_runs_are_grouped_by_given_or_differing_entries(tmp_path, compare, choic
 
 
 def test_returns_of_different_rewards_are_not_comparable(tmp_path, compare):
-    printed = compare(make_runs(tmp_path / "r", PPO, HIPPO), metric="return")
+    printed = compare(make_runs(tmp_path / "r", PPO, HIPPO), outcome="return")
     assert "returns of different rewards (extrinsic, intrinsic) are not comparable" in printed
     assert "differ also in" not in printed  # meta-controller and reward follow from the method
 

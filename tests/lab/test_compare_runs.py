@@ -41,7 +41,7 @@ def test_summary_improvement_and_curves_by_hand(runs, compare):
 
 
 def test_less_is_better_for_lengths(runs, compare):
-    printed = compare(runs, by="meta", metric="length")
+    printed = compare(runs, by="meta", outcome="length")
     fixed = row("compare/summary.csv", meta="fixed-dfs", graph="all")
     assert float(fixed["final_iqm"]) == pytest.approx(1000 - 950 * 0.85)
     assert float(row("compare/improvement.csv", score="final")["probability"]) == pytest.approx(14.5 / 16)
@@ -52,7 +52,7 @@ def test_metric_without_first_values_has_no_area(runs, compare):
     path = runs / "random-2" / "evaluations.csv"
     *before, last = path.read_text().splitlines(keepends=True)
     path.write_text("".join([*before, last.rpartition(",")[0], ",nan\n"]))
-    printed = compare(runs, by="meta", metric="length_over_shortest")
+    printed = compare(runs, by="meta", outcome="length_over_shortest")
     fixed = row("compare/summary.csv", meta="fixed-dfs", graph="all")
     assert float(fixed["final_iqm"]) == pytest.approx(3 - 1.9 * 0.85)
     assert fixed["auc_iqm"] == ""  # nothing has escaped at step 0, so no run has an area

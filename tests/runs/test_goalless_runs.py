@@ -5,11 +5,15 @@ import math
 import signal
 
 import chest_task
+import pandas as pd
 import pytest
 from same_run import differences
 from stopped_run import stop_at_update
 
 import hierroom
+from hierroom.commands import compare, evaluate, report, watch
+from hierroom.lab.sweep.plan import read_plan
+from hierroom.lab.sweep.summary import summarise
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
@@ -42,6 +46,29 @@ def test_stopped_run_resumes_exactly(run, tmp_path, monkeypatch):
     assert train(["--task", "chest_task:balance", *SMALL, "--out", str(out)]) == 130
     assert train(["--resume", str(out), "--trust-run", "--log", "none"]) == 0
     assert differences(run, out) == []
+
+
+def test_commands_show_the_return(run, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert evaluate.main([str(run), "--trust-run", "--episodes", "4"]) == 0
+    assert compare.main([str(run), "--resamples", "100"]) == 0
+    assert report.main([str(run), "--trust-run", "--episodes", "1", "--played", "4"]) == 0
+    said = capsys.readouterr().out
+    assert "return of the controller on task chest_task:balance" in said
+    assert "success" not in said
+    page = (tmp_path / "report.html").read_text()
+    assert ('<th scope="col" class="number">return</th>' in page, "nan%" in page) == (True, False)
+    assert '"metrics":[{"name":"return"' in page.replace(" ", "")
+    with pytest.raises(InputError, match=r"^chest_task:balance has no target, so --failures"):
+        watch.main([str(run), "--trust-run", "--failures"])
+
+
+def test_sweep_plans_ppo_and_its_summary_has_the_return():
+    (planned,) = read_plan(None, ["task=chest_task:balance"]).runs()
+    assert planned.identity["method"] == "ppo"
+    row = {"success_rate": "", "return": "21.5", "length": "21.5", "length_over_shortest": ""}
+    summary = summarise([planned], pd.DataFrame([{**planned.identity, **row}]))
+    assert dict(zip(summary.headings, summary.lines[0], strict=True))["return"] == "21.5"
 
 
 @pytest.mark.parametrize("option", ["--method=hippo", "--method=ppo-bonus", "--meta=random"])

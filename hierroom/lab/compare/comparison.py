@@ -22,6 +22,7 @@ from hierroom.lab.compare.estimates import (
     mean,
     probability_of_improvement,
 )
+from hierroom.lab.compare.evaluated_run import known_metrics
 from hierroom.lab.compare.grouping import Group
 from hierroom.lab.compare.tasks import ALL, Place, Tasks
 
@@ -43,7 +44,7 @@ class GroupSummary:
     final_mean: Estimate  # [1] the mean of the metric at the last steps
     auc: Estimate  # [1] the interquartile mean of the areas under the curves
     auc_mean: Estimate  # [1] the mean of these areas
-    steps_to: Mapping[float, float]  # median steps to each of `SUCCESS_LEVELS`; infinity if half or fewer reach it
+    steps_to: Mapping[float, float]  # median steps to `SUCCESS_LEVELS` of `shares`; infinity if half or fewer reach it
     reached: Mapping[float, float]  # the fraction of the curves that reach each level
 
 
@@ -82,12 +83,32 @@ def compare(
 ) -> Comparison:
     """Estimate everything, with intervals from ``resamples`` resamples; ``track`` may show the progress."""
     steps = shared_steps([curve for group in groups for curve in tasks.curves(group, metric, tasks.graphs)])
-    estimator = _Estimator(tasks, metric, steps, partial(estimate, resamples=resamples, seed=seed))
+    estimates = partial(estimate, resamples=resamples, seed=seed)
+    estimator = _Estimator(tasks, metric, steps, estimates, shares(groups, tasks))
     places = [(ALL, tasks.graphs), *((graph, (graph,)) for graph in tasks.graphs)]
     parts = [(group, *place) for group in groups for place in places if tasks.curves(group, metric, place[1])]
     summaries = tuple(estimator.summary(*part) for part in track(parts))
     improvements = tuple(estimator.improvement(*pair) for pair in track([*combinations(groups, 2)]))
     return Comparison(metric, tuple(groups[0].choices), tuple(groups), tasks, summaries, improvements)
+
+
+def shares(groups: Sequence[Group], tasks: Tasks) -> Callable[[Group, Sequence[Place]], list[Curve]]:
+    """Return a function from a group and graphs to curves from 0 to 1: success rates, or without any the returns.
+
+    Returns are shares of the way from the lowest first to the highest last one of all groups on that graph.
+    """
+    if "success_rate" in known_metrics(run for group in groups for run in group.runs):
+        return lambda group, graphs: tasks.curves(group, "success_rate", graphs)
+    ends = {}
+    for graph in tasks.graphs:
+        curves = [curve for group in groups for curve in tasks.curves(group, "return", [graph])]
+        low, high = min(curve.values[0] for curve in curves), max(curve.values[-1] for curve in curves)
+        ends[graph] = low, high - low or np.nan
+    return lambda group, graphs: [
+        Curve(curve.steps, (curve.values - ends[graph][0]) / ends[graph][1])
+        for graph in graphs
+        for curve in tasks.curves(group, "return", [graph])
+    ]
 
 
 @dataclass(frozen=True)
@@ -96,6 +117,7 @@ class _Estimator:
     metric: MetricName
     steps: NDArray[np.float64]
     estimate: Callable[[Strata, Callable[[Strata], Scores]], Estimate]
+    shares: Callable[[Group, Sequence[Place]], list[Curve]]
 
     def part(self, curve: Curve) -> Curve:
         return curve.between(self.steps[0], self.steps[-1])
@@ -103,7 +125,7 @@ class _Estimator:
     def summary(self, group: Group, graph: Place, graphs: tuple[Place, ...]) -> GroupSummary:
         values = [*self.tasks.strata(group, self.metric, lambda curve: curve.at(self.steps), graphs).values()]
         areas = [*self.tasks.strata(group, self.metric, lambda curve: [self.part(curve).area], graphs).values()]
-        successes = [self.part(curve) for curve in self.tasks.curves(group, "success_rate", graphs)]
+        successes = [self.part(curve) for curve in self.shares(group, graphs)]
         there = [run for run in group.runs if set(self.tasks.on(run)) & set(graphs)]
         reaching = {level: np.array([curve.steps_to(level) for curve in successes]) for level in SUCCESS_LEVELS}
         return GroupSummary(

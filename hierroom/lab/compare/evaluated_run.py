@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from hierroom.goals import GoalGraph, graph_specs, spec_names
-from hierroom.lab.compare.curve import METRICS, Curve
+from hierroom.lab.compare.curve import METRICS, Curve, MetricName
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.config_file import OF_ENVIRONMENTS
 from hierroom.runs.folder.provenance import code_of, variant_of
@@ -44,6 +44,11 @@ class EvaluatedRun:
     def kind(self) -> str:
         """The source of its levels: ``task``, ``layout`` or ``graph``."""
         return next((kind for kind in ("task", "layout") if self.entries.get(kind)), "graph")
+
+    @property
+    def has_target(self) -> bool:
+        """Whether its success is known; else its return counts."""
+        return any(np.isfinite(metrics["success_rate"].values).any() for metrics in self.curves.values())
 
     @property
     def evaluated_steps(self) -> float:
@@ -77,6 +82,12 @@ class EvaluatedRun:
             head, *rest = re.split(r"-seed\d+(?=-|$)", Path(value).name, maxsplit=1)
             return head + re.sub(r"-([0-9a-f]{6}|\d+)$", "", "".join(rest)) if rest else head
         return join_names(map(str, value), ",") if isinstance(value, (list, tuple)) else str(value)
+
+
+def known_metrics(runs: Iterable[EvaluatedRun]) -> list[MetricName]:
+    """Return the metrics of runs, the usual one first: the success rate, or the return if no run has a target."""
+    has_target = any(run.has_target for run in runs)
+    return [name for name in METRICS if name != "success_rate" or has_target]
 
 
 def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:

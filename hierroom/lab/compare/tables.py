@@ -11,6 +11,7 @@ from rich.table import Table
 from hierroom.lab.compare.comparison import SCORES, SUCCESS_LEVELS, Comparison, GroupSummary
 from hierroom.lab.compare.curve import METRICS
 from hierroom.lab.compare.estimates import Estimate
+from hierroom.lab.compare.evaluated_run import known_metrics
 from hierroom.lab.compare.tasks import ALL, OWN
 from hierroom.lab.sweep.summary import steps_text
 from hierroom.support.tables import named_table
@@ -75,7 +76,9 @@ def summary_table(comparison: Comparison) -> Table:
     where = f"{kind}s of their own" if graphs == (OWN,) else where
     title = escape(f"{metric.label} on {where}, by {', '.join(comparison.by)}")
     caption = f"interquartile means with 95% intervals{'' if metric.is_higher_better else ', less is better'}"
-    caption += f"; steps until the success rate is that high, medians over runs{f' and {kind}s' * (len(graphs) > 1)}"
+    is_success = "success_rate" in known_metrics(run for group in comparison.groups for run in group.runs)
+    level = "success rate is that high" if is_success else "return is so far from the lowest first to the best last"
+    caption += f"; steps until the {level}, medians over runs{f' and {kind}s' * (len(graphs) > 1)}"
     caption += f" (>{steps_text(end)}: half or fewer got there, -: none)"
     levels = [f"steps to\n{level:.0%}" for level in SUCCESS_LEVELS]
     unit = "%" if metric.is_rate else ""

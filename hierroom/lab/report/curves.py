@@ -16,8 +16,7 @@ from hierroom.complexity.report import analyze
 from hierroom.goals import Rules
 from hierroom.lab.compare.caveats import caveats
 from hierroom.lab.compare.comparison import SUCCESS_LEVELS, Comparison, GroupSummary, compare
-from hierroom.lab.compare.curve import METRICS
-from hierroom.lab.compare.evaluated_run import EvaluatedRun, refuse_without_overlap
+from hierroom.lab.compare.evaluated_run import EvaluatedRun, known_metrics, refuse_without_overlap
 from hierroom.lab.compare.grouping import Group, choose_groups, entries_named
 from hierroom.lab.compare.tasks import ALL, Tasks, common_kind, graphs_of
 from hierroom.lab.report.runs import ReportedRun
@@ -52,7 +51,7 @@ def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable
         parts, comparisons = _parts(groups), []
         for members, _ in parts:
             refuse_without_overlap([run for group in members for run in group.runs])
-        for metric in METRICS:
+        for metric in known_metrics(evaluated):
             comparisons += [compare(members, part, metric, RESAMPLES, 0) for members, part in parts]
             progress()
     except InputError as error:

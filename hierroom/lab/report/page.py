@@ -10,6 +10,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from hierroom.agents.evaluation import outcome_in_words
 from hierroom.lab.compare.evaluated_run import plain_entries
 from hierroom.lab.compare.grouping import shortened
 from hierroom.lab.compare.style import line_style
@@ -68,7 +69,9 @@ def page_texts(
     default = plain_entries(preset_in_world("default", runs[0].config.env))
     steps_of = {(p["graph"], p["drop_key"], p["group"]): p["steps_to"].get("95") for p in points}
     groups = sorted({point["group"] for point in points})
+    evaluated = [run.evaluated for run in runs if run.evaluated is not None]
     return {
+        "outcome": " or ".join(sorted({"success" if one.has_target else "return" for one in evaluated})),
         "runs": [_run(run, curves, shown, differing) for run in runs],
         "differing": shown,
         "common": [
@@ -98,7 +101,7 @@ def _run(run: ReportedRun, curves: Curves, shown: Sequence[str], differing: Sequ
         final = [row for row in rows if float(row["steps"]) == curve.steps[-1]]
         last = {
             "steps": f"{curve.steps[-1]:,.0f}",
-            "success": f"{curve.success[-1]:.1%}",
+            "success": outcome_in_words(curve.success[-1], curve.returns[-1], 1)[1],
             "interval": _interval(final[0]) if len(final) == 1 else "-",
             "length": f"{curve.length[-1]:.1f}",
         }
@@ -116,7 +119,7 @@ def _run(run: ReportedRun, curves: Curves, shown: Sequence[str], differing: Sequ
 
 def _interval(row: Mapping[str, str]) -> str:
     try:
-        return f"{float(row['success_low']):.1%} to {float(row['success_high']):.1%}"
+        return f"{float(row['success_low']):.1%} to {float(row['success_high']):.1%}".replace("nan% to nan%", "-")
     except (KeyError, ValueError):
         return "-"
 

@@ -109,7 +109,7 @@ def filmed(episode: Episode) -> dict[str, Any]:
 
 
 def _chosen(played: Sequence[Episode], n: int) -> list[int]:
-    firsts: dict[tuple[bool, str], int] = {}
+    firsts: dict[tuple[bool | None, str], int] = {}
     for number, episode in enumerate(played):
         firsts.setdefault((episode.success, episode.variant), number)
     ends = [[number for (success, _), number in firsts.items() if success is wanted] for wanted in (True, False)]

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from hierroom.agents.evaluation import outcome_in_words
 from hierroom.lab.sweep.job import Event, Job
 from hierroom.runs.folder.run_folder import RunFolder
 
@@ -85,7 +86,8 @@ def _line(event: Event, count: str) -> str:
     match event.kind:
         case "finished":
             played = f"{content['evaluated_episodes']} episodes"
-            return f"{count} {name}: success {content['success_rate']:.1%}, length {content['length']:.0f} in {played}"
+            outcome = " ".join(outcome_in_words(content["success_rate"], content["return"], 1))
+            return f"{count} {name}: {outcome}, length {content['length']:.0f} in {played}"
         case "failed":
             return f"failed: {name}: {content}"
         case "busy":

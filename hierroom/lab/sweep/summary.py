@@ -53,9 +53,14 @@ def summarise(runs: Sequence[PlannedRun], rows: pd.DataFrame, metas: Sequence[st
         columns |= {f"{meta} goals": (f"{meta}_success_rate", percent), f"{meta} length": (f"{meta}_length", whole)}
     if any(run.config.env.exclude for run in runs):
         columns["excluded graphs"] = ("excluded_success_rate", percent)
+    if len(rows) and (has_none := rows["success_rate"] == "").any():  # of tasks without a target
+        number = "{:.5g}".format
+        returns = {"return": ("return", number), "mean return": ("area_under_curve", number)}
+        returns["greedy return"] = ("greedy_return", number)
+        columns = {**returns, "length": columns["length"]} if has_none.all() else {**columns, **returns}
     are_tasks = all(run.config.env.task is not None for run in runs)
     if are_tasks and not (len(rows) and rows["length_over_shortest"].any()):
-        del columns["/ shortest"]  # unknown for a user's environment
+        columns.pop("/ shortest", None)  # unknown for a user's environment
     planned = pd.DataFrame([run.identity for run in runs]).drop(columns="seed")
     names = telling_columns(planned) or ["method", "graph"]
     groups = dict([*rows.groupby(names, sort=False)]) if len(rows) else {}
