@@ -11,6 +11,7 @@ import numpy as np
 import torch
 from torch import nn
 
+from hierroom.agents.config import DEFAULT_NETWORK
 from hierroom.agents.curiosity import Curiosity
 from hierroom.agents.features import Features
 from hierroom.agents.goal_network import GoalNetwork
@@ -96,7 +97,8 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
     if pair.is_curious:
         settings: dict[str, Any] = {"gamma": ppo.gamma, "seed": config.seed, "device": device}
         curiosity = Curiosity(features, num_envs, agents.curiosity_weight, **settings)
-    name = agents.network if ppo.memory == "lstm" else "without memory"
+    is_without = ppo.memory == "none" and agents.network == DEFAULT_NETWORK
+    name = "without memory" if is_without else agents.network
     controller = PPOAgent(features, learner, network=name, curiosity=curiosity)
     if pair.meta != LEARNED:
         return ScriptedAgent(make_meta(pair.meta, num_envs), is_training=True), controller

@@ -13,7 +13,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from hierroom.agents.evaluation import outcome_in_words
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent, unsaved_memory
-from hierroom.learners.networks.initial_weights import one_torch_thread
+from hierroom.learners.networks.initial_weights import torch_threads
+from hierroom.learners.networks.input_layer import reads_pictures
 from hierroom.runs.assembly import evaluation_seed
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
@@ -117,8 +118,9 @@ def run_session(
     """
     spent = TimeSpent() if spent is None else spent
     spent.end_of_imports()
-    # More threads do not help such small networks.
-    with one_torch_thread(), folder.lock, lasting_output(), closing(trainer.turns.world):
+    # More threads do not help small networks.
+    threads = trainer.config.threads if reads_pictures(trainer.controller.learner.network) else 1
+    with torch_threads(threads), folder.lock, lasting_output(), closing(trainer.turns.world):
         console = Console(quiet=is_quiet())
 
         def say(line: str) -> None:

@@ -31,6 +31,11 @@ from hierroom.train import main as train
         ({"method": "ppo", "meta": "own:Meta", "goal_mask": "none"}, None),
         ({"evaluations": 0, "evaluation_episodes": 50}, "evaluation_episodes has no effect without evaluations"),
         ({"normalize_advantages": False, "min_advantage_std": 0.2}, "min_advantage_std has no effect without normal"),
+        ({"pictures": "nature"}, "pictures has no effect without pictures in observations"),
+        ({"scale_observations": True, "network": "own:Net"}, "scale_observations has no effect on a custom network"),
+        ({"task": "chest_task:chest", "pictures": "nature", "scale_observations": True}, None),
+        ({"task": "chest_task:chest", "pictures": "nature", "memory": "none"}, "pictures has no effect without pict"),
+        ({"task": "chest_task:lake", "scale_observations": True}, "scale_observations has no effect without numbers"),
         ({"levels": "evaluation"}, "levels has no effect on training, which sets it"),
     ],
 )

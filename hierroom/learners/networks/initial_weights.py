@@ -33,7 +33,8 @@ def seeded_weights(seed: np.random.SeedSequence) -> Iterator[None]:
     from it. Weights do not depend on the user's default device, gradient mode or precision.
     """
     generator = torch.Generator().manual_seed(int(seed.generate_state(1)[0]))
-    with _DrawsFrom(generator), torch.device("cpu"), plain_torch(), one_torch_thread():
+    # Orthogonal weights round differently with two threads.
+    with _DrawsFrom(generator), torch.device("cpu"), plain_torch(), torch_threads(1):
         yield
 
 
@@ -67,10 +68,10 @@ def plain_torch() -> Iterator[None]:
 
 
 @contextmanager
-def one_torch_thread() -> Iterator[None]:
-    """Let torch compute in one thread, because orthogonal weights round differently with two."""
+def torch_threads(number: int) -> Iterator[None]:
+    """Let torch compute in a number of threads."""
     before = torch.get_num_threads()
-    _set_num_threads(1)
+    _set_num_threads(number)
     try:
         yield
     finally:

@@ -145,6 +145,12 @@ class InputLayer(nn.Module):
         return self.scale is None or self.scale.has_learned
 
 
+def reads_pictures(network: nn.Module) -> bool:
+    """Return whether a network has an `InputLayer` with encoders of pictures."""
+    layer = getattr(network, "encoder", None)
+    return isinstance(layer, InputLayer) and layer.of_pictures is not None
+
+
 class RectifiedInputLayer(InputLayer):
     """An `InputLayer` with a ReLU."""
 

@@ -52,7 +52,8 @@ class TrainConfig:
         stagger_clocks: whether the first episodes begin with different step counts, so that not all environments reach
             the limit together.
         threads: most threads for updates, used where a minibatch has more than 16 sequences (more than 64 environments
-            with 4 minibatches), and for steps of 512 environments or more; they do not change results.
+            with 4 minibatches), and for steps of 512 environments or more; they do not change results. With pictures
+            torch uses them too, which changes rounding.
         device: device of the learner: cpu, cuda, cuda:1, ...
         warm_start: start from the weights of another controller: of a run's folder, a .safetensors file, or a built-in
             agent (a to g). The two controllers must have the same network, features and actions.

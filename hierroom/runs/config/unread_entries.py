@@ -5,10 +5,12 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable
 
+from hierroom.agents.config import DEFAULT_NETWORK
 from hierroom.meta import LEARNED, META_CONTROLLERS
 from hierroom.runs.config.config import ENTRIES, OF_META, TrainConfig
 from hierroom.runs.config.presets import preset_in_world
 from hierroom.turns.rewards import REWARDS
+from hierroom.worlds.make import world_spec
 
 
 def entries_without_effect(config: TrainConfig) -> dict[str, str]:
@@ -34,6 +36,17 @@ def entries_without_effect(config: TrainConfig) -> dict[str, str]:
             unread[name] = "without normalize_advantages"
     if not config.evaluations:
         unread["evaluation_episodes"] = "without evaluations"
+    world = world_spec(config.env)
+    read = {OF_META: config.agents.meta_features or world.meta_features} if is_learned else {}
+    for prefix, names in {"": config.agents.features or world.controller_features, **read}.items():
+        own = config.meta_ppo if prefix else config.ppo
+        features = [world.features[name] for name in names if name in world.features]
+        kinds = {feature.array.kind for feature in features if feature.array is not None}
+        for name, kind, what in (("pictures", "pixels", "pictures"), ("scale_observations", "numbers", "numbers")):
+            if not prefix and config.agents.network != DEFAULT_NETWORK:
+                unread[name] = "on a custom network"
+            elif kind not in kinds and (own.memory == "none" or not kinds):  # with memory, arrays have two encoders
+                unread[f"{prefix}{name}"] = f"without {what} in observations"
     return unread
 
 
