@@ -7,8 +7,8 @@ once, one after another, in processor time, so that a busy machine slows them al
 speeds. "And asked" are the bare environments with every goal asked after each step, which no adapter can do without.
 Floor: 90% of the bare environments' speed on MiniGrid. CartPole takes so little time that its goals alone cost more.
 
-At the end training from frames of 84 x 84 x 3 with Nature's network, next to Stable-Baselines3's PPO with its CnnPolicy:
-8 environments x 32 steps, 4 epochs x 4 minibatches. Floor: as fast in seconds of the processor.
+At the end training from frames of 84 x 84 x 3 with Nature's network, and Stable-Baselines3's PPO with its CnnPolicy: 8
+environments x 32 steps, 4 epochs x 4 minibatches. Floor: as fast in seconds of the processor.
 """
 
 from __future__ import annotations
