@@ -101,7 +101,7 @@ class TorchBackend:
     def _minibatch(self, data: dict[str, Tensor], advantages: Tensor, weights: Tensor, part: Tensor) -> Tensor:
         with self._user_code():
             logits, values = self._network.sequence(
-                data["features"][:, part], data["initial_states"][part], data["resets"][:, part]
+                data["features"].index_select(1, part), data["initial_states"][part], data["resets"][:, part]
             )
         turns = data["masks"][:, part], data["actions"][:, part], data["log_probs"][:, part]
         found, wanted = (logits.shape, values.shape), (turns[0].shape, turns[1].shape)

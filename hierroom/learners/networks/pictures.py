@@ -55,7 +55,8 @@ class PictureEncoder(nn.Module):
         if self.symbols is not None:
             image = self.symbols(image.long() + self.offsets).sum(-2)
         elif -BOUND < self._low < self._high < BOUND:
-            image = (image.float() - self._low) / (self._high - self._low)
+            # In place, because new memory for many frames takes longer than the arithmetic.
+            image = image.to(torch.float32, copy=True).sub_(self._low).div_(self._high - self._low)
         else:
             image = image.sign() * torch.log1p(image.abs())
         return self.layers(image.permute(0, 3, 1, 2))
@@ -64,7 +65,7 @@ class PictureEncoder(nn.Module):
 def _strided(inputs: int, channels: Sequence[int], kernels: Iterable[tuple[int, int]]) -> list[nn.Module]:
     layers = []
     for (before, after), (kernel, stride) in zip(pairwise((inputs, *channels)), kernels, strict=False):
-        layers += [initialised(nn.Conv2d(before, after, kernel, stride, dtype=torch.float32)), nn.ReLU()]
+        layers += [initialised(nn.Conv2d(before, after, kernel, stride, dtype=torch.float32)), nn.ReLU(inplace=True)]
     return layers
 
 
