@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+import sys
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from hierroom.goals.specs import plain_specs
 from hierroom.lab.sweep.plan import Plan, PlannedRun, read_plan
+from hierroom.lab.sweep.search import Search
 from hierroom.lab.sweep.summary import summarise
 from hierroom.lab.sweep.sweep import Shard, Sweep
 from hierroom.runs.config.config import ENTRIES
@@ -18,13 +21,14 @@ from hierroom.runs.config.unread_entries import entries_without_effect
 from hierroom.support.cli import Flag, given, read_arguments, shell_words
 from hierroom.support.errors import InputError
 from hierroom.support.output import warn
-from hierroom.support.tables import print_table
+from hierroom.support.tables import named_table, print_table
 
 if TYPE_CHECKING:
     import pandas as pd
 
 _ENTRY = re.compile(r"[A-Za-z_][\w.-]*=")
 _FLAGS = ("--list", "--markdown", "--help", "-h")  # options without a value
+_BEST = 5  # trials of a search that are shown
 _OF_SEVERAL = ("--graphs", "--metas")  # options with all words up to the next option or entry; others take one value
 
 
@@ -49,6 +53,8 @@ class SweepArguments:
         ray: address of a Ray cluster that trains the runs: auto, HOST:6379 or ray://HOST:10001.
         list: list the runs and say which are done; train nothing.
         markdown: print the table of medians of the finished runs in Markdown; train nothing.
+        search: instead of every combination, try so many chosen by Optuna, on all of the tasks and graphs together.
+            Numbers may also have a range, such as learning_rate=1e-4..3e-3. Its seeds are counted from 1,000,000.
     """
 
     what: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="[PLAN.toml] [ENTRY=VALUES ...]")] = ()
@@ -62,15 +68,26 @@ class SweepArguments:
     ray: str | None = None
     list: Flag = False
     markdown: Flag = False
+    search: int | None = None
 
     @property
     def _settings(self) -> dict[str, Any]:
         return given(self, "graphs", "seeds", "episodes", "metas")
 
+    @property
+    def _file_and_words(self) -> tuple[Path | None, tuple[str, ...]]:
+        is_file = bool(self.what) and not _ENTRY.match(self.what[0])
+        return Path(self.what[0]) if is_file else None, self.what[is_file:]
+
     def plan(self) -> Plan:
         """Return the plan of the file, the entries and the options."""
-        is_file = bool(self.what) and not _ENTRY.match(self.what[0])
-        return replace(read_plan(Path(self.what[0]) if is_file else None, self.what[is_file:]), **self._settings)
+        return replace(read_plan(*self._file_and_words), **self._settings)
+
+    def searched(self) -> Search:
+        """Return the search of the file, the entries and the options."""
+        if self.list or self.markdown or self.shard != "1/1":
+            raise InputError("--search chooses each trial by those before it; leave out --list, --markdown and --shard")
+        return Search.read(*self._file_and_words, self.out, **self._settings)
 
     @property
     def command(self) -> str:
@@ -91,6 +108,8 @@ def main(argv: Sequence[str]) -> int:
         raise InputError("--list and --markdown print different things; choose one")
     if arguments.processes is not None and arguments.ray is not None:
         raise InputError("--processes is for this machine, and --ray trains on a cluster; leave one out")
+    if arguments.search is not None:
+        return _search(arguments.searched(), arguments, argv)
     shard = Shard.parse(arguments.shard)
     sweep = Sweep(arguments.plan(), arguments.out)
     planned = sweep.plan.runs()
@@ -126,10 +145,43 @@ def main(argv: Sequence[str]) -> int:
         again = f"to train again, delete the rows from {table}, and the folders in {sweep.out / 'runs'}"
         warn(f"own code has changed since {_first_of(changed)} was trained; {again}")
     if outcome.is_interrupted:
-        print(f"stopped and saved; go on with:\n{shell_words('python', '-m', 'hierroom', 'sweep', *argv)}")
-        return 130
+        return _stopped(argv)
     print(f"{len(rows)} of {len(runs)} runs are in {table}")
     return 1 if outcome.failures else 0
+
+
+def _search(search: Search, arguments: SweepArguments, argv: Sequence[str]) -> int:
+    first = search.plan_of(0, search.values(search.preset()))
+    for note in _notes(first, first.runs()):
+        warn(note)
+    how = {"processes": arguments.processes, "ray": arguments.ray, "command": arguments.command}
+    if search.fill(arguments.search or 0, lambda line: print(line, file=sys.stderr, flush=True), **how):
+        return _stopped(argv)
+    rows = search.rows()
+    best = sorted((row for row in rows if row["state"] == "complete"), key=lambda row: -row["score"])[:_BEST]
+    print_table(named_table([*rows[0]], [[str(value) for value in row.values()] for row in best], len(rows[0])))
+    print(f"{len(rows)} trials are in {search.out / 'trials.csv'}")
+    if best:
+        entries = {name: values[0] for name, values in search.plan.values.items() if name != "seed"}
+        graph = {"graph": plain_specs(search.plan.graphs)[0]} if search.plan.graphs else {}
+        options = _options({**entries, **graph, **{name: best[0][name] for name in search.space}})
+        print(f"the best again:\n{shell_words('python', '-m', 'hierroom', 'train', *options)}")
+    return 0 if best else 1
+
+
+def _options(entries: Mapping[str, Any]) -> Iterator[str]:
+    for name, value in entries.items():
+        part, dot, field = name.replace("_", "-").rpartition(".")
+        if isinstance(value, bool):
+            yield f"--{part}{dot}{'' if value else 'no-'}{field}"
+        else:
+            yield f"--{part}{dot}{field}"
+            yield from map(str, value if isinstance(value, tuple) else (value,))
+
+
+def _stopped(argv: Sequence[str]) -> int:
+    print(f"stopped and saved; go on with:\n{shell_words('python', '-m', 'hierroom', 'sweep', *argv)}")
+    return 130
 
 
 def _on_few_episodes(rows: pd.DataFrame) -> str:

@@ -138,7 +138,7 @@ def said_when_slow(
             if now and now == before:
                 continue
             words, before = work if isinstance(work, str) else work(), now
-            ready = f"{now:.0%} done, about {_duration(seconds * (1 - now) / now)} left" if now else _duration(seconds)
+            ready = f"{now:.0%} done, about {duration(seconds * (1 - now) / now)} left" if now else duration(seconds)
             print(f"{words}: {ready}", file=stream, flush=True)
             wait = NEXT_SECONDS
 
@@ -168,7 +168,8 @@ def said_in_turn(work: str, items: Sequence[T]) -> Iterator[T]:
             yield item
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
+    """Return a number of seconds in words."""
     for unit, size in (("hours", 3600), ("minutes", 60)):
         if seconds >= 2 * size:
             return f"{seconds / size:.0f} {unit}"

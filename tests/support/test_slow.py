@@ -24,7 +24,7 @@ def test_lines_have_the_share_and_the_time_left(capsys):
     first, second = capsys.readouterr().err.splitlines()
     assert re.fullmatch(r"stirring 8 pots: 25% done, about \d+ seconds left", first)
     assert re.fullmatch(r"stirring 8 pots: \d+ seconds", second)
-    assert [output._duration(seconds) for seconds in (119, 121, 7300)] == ["119 seconds", "2 minutes", "2 hours"]
+    assert [output.duration(seconds) for seconds in (119, 121, 7300)] == ["119 seconds", "2 minutes", "2 hours"]
 
 
 def test_quick_or_silenced_work_writes_nothing(capsys):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,7 +20,7 @@ from hierroom.support.output import said_in_turn
 if TYPE_CHECKING:
     import pandas as pd
 
-    from hierroom.lab.sweep.job import Job
+    from hierroom.lab.sweep.job import Event, Job
     from hierroom.support.interrupt import Interrupt
 
 
@@ -81,8 +81,12 @@ class Sweep:
         ray: str | None = None,
         shard: Shard = Shard(),
         command: str = "",
+        watch: Callable[[Event], bool] = lambda event: False,
     ) -> SweepOutcome:
-        """Do the missing runs of a shard, in processes or on a Ray cluster; ``command`` is written to their rows."""
+        """Do the missing runs of a shard, in processes or on a Ray cluster; ``command`` is written to their rows.
+
+        ``watch`` gets each event, and may return True to end all runs, which stay as they are.
+        """
         runs = shard.of(self.plan.runs())
         self.table.complete(runs)
         have = {*self.table.of(runs)["digest"]}
@@ -123,6 +127,8 @@ class Sweep:
                         elif event.kind == "busy":
                             busy.append(event.job)
                         display.show(event)
+                        if watch(event):
+                            return SweepOutcome(tuple(failures), tuple(replaced), False)
                 jobs = self._awaited(busy, interrupt)
         return SweepOutcome(tuple(failures), tuple(replaced), interrupt.is_requested)
 
