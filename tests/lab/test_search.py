@@ -14,10 +14,11 @@ from hierroom.lab.sweep.search_score import reference_of, scores_so_far
 from hierroom.lab.sweep.sweep import Sweep, SweepOutcome
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.logs.learning_curve import evaluation_points
 from hierroom.support.errors import InputError
 from hierroom.train import parse
 
-WORDS = ("graph=a,b", "learning_rate=1e-5..1e-2", "minibatches=2,4", "evaluations=20")
+WORDS = ("graph=a,b", "learning_rate=1e-5..1e-2", "minibatches=2,4", "evaluations=4")
 
 
 def test_search_without_optuna_says_how_to_install_it(tmp_path, monkeypatch):
@@ -62,7 +63,7 @@ def trained(monkeypatch):
         for run in sweep.plan.runs():
             end = 1 - abs(math.log10(run.config.ppo.learning_rate) + 3) / 3
             if not (folder := sweep.out / "runs" / run.name).exists():
-                make_run(folder, {"a": line(end)})
+                make_run(folder, {"a": line(end)}, evaluation_points(1_000_000, 4))
             if watch(SimpleNamespace(kind="progressed")):
                 break
         return SweepOutcome((), (), False)
