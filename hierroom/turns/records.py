@@ -187,8 +187,8 @@ class Step:
         """
         if agent == CONTROLLER:
             envs, records = np.arange(len(self.records)), self.records
-            names = ("rewards", "elapsed", "return_terminated", "return_truncated")
-            return envs, *(records[name] for name in names)
+            ends = records["return_terminated"], records["return_truncated"]
+            return envs, records["rewards"], records["elapsed"], *ends
         envs = np.flatnonzero(self.records["option_ended"])
         records = self.records.take(envs)
         terminated, truncated = records["terminated"], records["truncated"] & ~records["terminated"]

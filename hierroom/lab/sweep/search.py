@@ -111,7 +111,7 @@ class Search:
         rows = []
         for trial in self.study().trials:
             state = trial.state.name.lower()
-            score = round(trial.value, 6) if state == "complete" else ""
+            score = round(trial.value, 6) if state == "complete" and trial.value is not None else ""
             rows.append({"trial": trial.number, "state": state, "score": score, **self.values(trial.params)})
         return rows
 
@@ -165,7 +165,7 @@ class Search:
 
         def watch(event: Event | None) -> bool:
             nonlocal n_reported, looked, is_bad
-            if event is None or (references is not None and time.monotonic() > looked + _SECONDS):
+            if references is not None and (event is None or time.monotonic() > looked + _SECONDS):
                 for score in scores_so_far(folders, points, references)[n_reported:] if not is_bad else ():
                     trial.report(score, n_reported)
                     n_reported += 1
