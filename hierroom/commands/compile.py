@@ -132,7 +132,10 @@ def play_with_learners() -> None:
     from hierroom.worlds.workshop.task import workshop_of
 
     pole = hierroom.Task("CartPole-v1", {"left": lambda env, info: env.unwrapped.state[0] < 0}, target="left")
+    taxi = hierroom.Task("Taxi-v4", {"hired": lambda env, info: env.unwrapped.s // 4 % 5 == 4}, target="hired")
     _train(task=pole, meta="random", max_steps=30)
+    for task in (pole, taxi):  # numbers, and categories with more values than a byte
+        _train(task=task, preset="task", meta="random", max_steps=30)
     analyze("a").goal_sensitivity()
     _train(**SHOP, method="ppo-novelty")
     _train(**SHOP, preset="learned", meta="learned", features=(*workshop_of("2").features,))

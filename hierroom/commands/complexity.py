@@ -238,6 +238,10 @@ class PlayedArguments(WalkArguments):
                 report.draw(self.draw)
 
 
+ComplexityArguments = GraphArguments
+"""What a shell completes."""
+
+
 def main(argv: Sequence[str]) -> int:
     """Run the command with the arguments of the kind of input that they name."""
     given_names = names_of(argv)

@@ -13,7 +13,6 @@ import tyro
 
 from hierroom.goals.specs import plain_specs
 from hierroom.lab.sweep.plan import Plan, PlannedRun, read_plan
-from hierroom.lab.sweep.search import Search
 from hierroom.lab.sweep.summary import summarise
 from hierroom.lab.sweep.sweep import Shard, Sweep
 from hierroom.runs.config.config import ENTRIES
@@ -25,6 +24,8 @@ from hierroom.support.tables import named_table, print_table
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from hierroom.lab.sweep.search import Search
 
 _ENTRY = re.compile(r"[A-Za-z_][\w.-]*=")
 _FLAGS = ("--list", "--markdown", "--help", "-h")  # options without a value
@@ -87,6 +88,8 @@ class SweepArguments:
         """Return the search of the file, the entries and the options."""
         if self.list or self.markdown or self.shard != "1/1":
             raise InputError("--search chooses each trial by those before it; leave out --list, --markdown and --shard")
+        from hierroom.lab.sweep.search import Search  # imports torch
+
         return Search.read(*self._file_and_words, self.out, **self._settings)
 
     @property

@@ -204,6 +204,7 @@ class MarkingGraph:
                 for begin in range(0, len(layers[-1]), at_once):
                     batch = layers[-1][begin : begin + at_once]
                     moves = finder.find(batch)
+                    self._refuse_many(batch, moves)
                     is_done = np.logical_or.reduceat((moves.facts == target) & (moves.added > 0), moves.starts)
                     after = np.add.reduceat(moves.added * multipliers[moves.facts], moves.starts)
                     after += (batch @ multipliers)[moves.sources]
@@ -234,6 +235,28 @@ class MarkingGraph:
         if math.prod(sizes) < 2**63:
             return np.array([math.prod(sizes[:n]) for n in range(len(sizes))], np.int64)
         return np.random.default_rng(0).integers(1, 2**63, len(sizes))
+
+    @cached_property
+    def _adders(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return, for rules that only add to one fact, that fact [R] and the count added [R]; 0 for other rules.
+
+        Such rules do not interfere with each other. So where some of them apply, all combinations of their facts can be
+        reached. If several rules add to the same fact, only the first counts.
+        """
+        rules, known = self.relevant or self.rules, {self.rules.target}
+        facts, given = rules.given[:, 0].argmax(axis=1), np.zeros(len(rules.names), np.int64)
+        for n in np.flatnonzero((rules.n_alternatives == 1) & ~rules.used[:, 0].any(axis=1)):
+            if np.count_nonzero(rules.given[n, 0]) == 1 and rules.facts[facts[n]] not in known:
+                known.add(rules.facts[facts[n]])
+                given[n] = rules.given[n, 0].max()
+        return facts, given
+
+    def _refuse_many(self, batch: NDArray[np.integer], moves: Moves) -> None:
+        facts, given = (of_rules[moves.rules] for of_rules in self._adders)
+        left = (self.relevant or self.rules).limits[facts] - batch[moves.sources, facts]
+        steps = np.where(given > 0, left // np.maximum(given, 1), 0)
+        if np.bincount(moves.sources, np.log1p(steps)).max(initial=0.0) > math.log(MAX_NODES):
+            raise self._too_large()
 
     @property
     def _most(self) -> int:

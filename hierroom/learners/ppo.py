@@ -26,8 +26,7 @@ Learning (2021).
     starts and q when it was sampled. (The decoupled objective of Hilton, Cobbe & Schulman 2022 has p / q; truncation is
     as in V-trace, Espeholt et al. 2018.) The states before the first and after the last turn of such a sequence remain
     from older weights, as do the bootstrap values there and of truncated turns. `Learner._renewed`.
-9.  Minibatches consist of whole sequences, in a new random order every epoch (37 details, LSTM 4), or of single turns
-    if the network has no memory.
+9.  Minibatches consist of whole sequences in a new order every epoch (37 details, LSTM 4); without memory, of turns.
 10. The softmax and its entropy are taken over the legal actions (Huang & Ontanon 2020).
 11. Advantages are normalised per minibatch (37 details, 7) by the population standard deviation, which has a lower
     bound so that noise is not amplified (`PPOConfig.min_advantage_std`).
@@ -121,8 +120,7 @@ class Learner:
         parts = self.sequences_per_update * (config.sequence_length if self._takes_single_turns else 1)
         if parts < config.minibatches:
             each = "turn" if self._takes_single_turns else "sequence"
-            of = "num_envs, unless sequences_per_update says otherwise, sets their number"
-            raise InputError(f"each of the {config.minibatches} minibatches needs a {each}; there are {parts}: {of}")
+            raise InputError(f"each of the {config.minibatches} minibatches needs a {each}; there are {parts}")
         self._starts_episode = np.ones(num_envs, bool)
         # With one full sequence too few for an update, a single `finish` can still fill one for each environment.
         capacity = self.sequences_per_update + num_envs

@@ -124,7 +124,7 @@ def test_list_options_refuse_missing_and_repeated_values():
 
 
 def test_lists_has_every_list_option():
-    helps = [help_of(name)[0] for name in COMMANDS]
+    helps = [help_of(name)[0] for name in COMMANDS] + [help_of("complexity", "--rules")[0]]
     found = {option for text in helps for option in re.findall(r"(--[\w-]+) (?:[A-Z]+ )?\[", text)}
     assert found == set(LISTS)
 

@@ -77,7 +77,8 @@ def _toml(value):
 def _words(name, value):
     option = name.replace("_", "-")
     if isinstance(value, bool):
-        return [f"--{option}" if value else f"--no-{option}"]
+        part, dot, entry = option.rpartition(".")
+        return [f"--{option}" if value else f"--{part}{dot}no-{entry}"]
     return [f"--{option}", *map(str, value if isinstance(value, list) else [value])] if value != [] else []
 
 
