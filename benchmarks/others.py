@@ -218,9 +218,10 @@ def table() -> None:
             speed = (own.steps / own.cpu_seconds).median()
             steps = f"{own.reached.median() / 1000:.0f}k, " if reached else ""
             line.append(f"{steps}{reached} of {len(own)}; {own.score.mean():.2f}; {speed:,.0f}")
-        cells.append([*line, f"{compared.ratio[name]:.2f}"])
+        ratio = compared.ratio[name]
+        cells.append([*line, "-" if np.isnan(ratio) else f"{ratio:.2f}"])
     print(markdown_table(["task", *METHODS, "ratio"], cells))
-    learned = compared[(rows.groupby("task").reached.max().reindex(compared.index)).notna()]
+    learned = compared[rows.groupby("task").reached.max().reindex(compared.index).notna()].dropna(subset="ratio")
     logs = np.log(learned.ratio)
     resampled = np.random.default_rng(0).choice(logs, (10_000, len(logs))).mean(1)
     low, high = np.exp(np.quantile(resampled, [0.025, 0.975]))
