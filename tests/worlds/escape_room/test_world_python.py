@@ -10,7 +10,7 @@ from children import run_python
 
 KERNELS = (
     *("step_kernels.advance", "view_kernels.look", "generation_kernels.generate", "goal_kernels.write_goals"),
-    *("frontier.find_frontiers", "features._places", "oracle.solve", "observations.write_level"),
+    *("features.find_frontiers", "features._places", "oracle.solve", "observations.write_level"),
     *("recurrent_kernels.lstm_backward", "loss_kernels.loss_backward", "encoder_kernels.encode_rare"),
     *("adam_kernels.adam_step", "elimination._solve_transposed"),
     *("generation_kernels.generate_of_maps", "rooms.find_rooms"),
