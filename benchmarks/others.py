@@ -103,7 +103,7 @@ TASKS: Mapping[str, Other] = {
 
 @dataclass(frozen=True)
 class Row:
-    """What a run measured; ``reached`` are the steps to the threshold, NaN if it was not reached."""
+    """Hold what a run measured; ``reached`` are the steps to the threshold, NaN if it was not reached."""
 
     task: str
     method: str

@@ -53,7 +53,7 @@ class Score:
 
     @property
     def goal_columns(self) -> dict[str, float]:
-        """How often each goal was achieved, and its mean step, by the names of columns in tables."""
+        """Return the share of episodes that achieved each goal, and its mean step, by their columns in tables."""
         columns = {}
         for goal, (share, step) in self.steps_to_goals.items():
             name = column_name(goal)

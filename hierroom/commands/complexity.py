@@ -34,7 +34,7 @@ _ONE_SOURCE = tyro.conf.create_mutex_group(required=False, title="goal graphs, g
 
 @dataclass(frozen=True)
 class WalkArguments:
-    """What every input takes.
+    """Options that every input takes.
 
     Args:
         json: print everything that the reports contain as JSON.
@@ -50,7 +50,7 @@ class WalkArguments:
 
 @dataclass(frozen=True)
 class ListArguments(WalkArguments):
-    """What inputs take that may be several.
+    """Options of inputs that may be several.
 
     Args:
         sort: sort the list by this column in ascending order.
@@ -239,7 +239,7 @@ class PlayedArguments(WalkArguments):
 
 
 ComplexityArguments = GraphArguments
-"""What a shell completes."""
+"""The arguments that a shell completes: those of the usual input."""
 
 
 def main(argv: Sequence[str]) -> int:

@@ -82,7 +82,7 @@ class GoalSet:
 
     @property
     def has_target(self) -> bool:
-        """Whether episodes can succeed."""
+        """Return whether episodes can succeed."""
         return self.target != NO_TARGET
 
     @property

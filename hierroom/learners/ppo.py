@@ -214,6 +214,7 @@ class Learner:
         config = self.config
         taken = self._rollout.take()
         check_batch(taken)
+        begins_scales = self._inputs is not None and not self._inputs.has_scales
         batch, importance_weights = self._renewed(self._scaled(taken))
         known = batch.rewards, batch.values, batch.next_values, batch.elapsed, batch.terminated, batch.truncated
         advantages = generalized_advantages(*known, gamma=config.gamma, gae_lambda=config.gae_lambda)
@@ -221,16 +222,14 @@ class Learner:
         explained = float(1 - np.var(advantages) / target_variance) if target_variance > 0 else 0.0
         if self._takes_single_turns:
             batch, advantages, importance_weights = batch.single_turns(advantages, importance_weights)
-        minibatches = [
-            part
-            for _ in range(config.epochs)
-            for part in np.array_split(self._shuffle_random.permutation(batch.rewards.shape[1]), config.minibatches)
-        ]
+        orders = (self._shuffle_random.permutation(batch.rewards.shape[1]) for _ in range(config.epochs))
+        minibatches = [part for order in orders for part in np.array_split(order, config.minibatches)]
         learning_rate = config.learning_rate_at(progress)
         means = self._backend.train(batch, advantages, importance_weights, minibatches, learning_rate)
         check_update(means, self.network.named_parameters(), self._backend, batch, learning_rate)
         if self._inputs is not None:
-            self._inputs.learn(batch.features)
+            if not begins_scales:  # else `_scaled` has learned them
+                self._inputs.learn(batch.features)
             self.outside = self.outside or self._inputs.outside(batch.features)
         return {
             **dict(zip(STATISTICS, means.tolist(), strict=True)),

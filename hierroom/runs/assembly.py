@@ -104,7 +104,7 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
         return ScriptedAgent(make_meta(pair.meta, num_envs), is_training=True), controller
     features = meta_features(config)
     network = partial(make_network, "recurrent", vectors=features.vectors, config=config.meta_ppo)
-    if features.are_by_goal and world.goals.n_alike:
+    if features.are_by_goal and world.goals.n_alike and config.meta_ppo.memory == "lstm":
         network = partial(GoalNetwork, n_alike=world.goals.n_alike)
     learner = make_learner(features, world.goals.n_choices, config.meta_ppo, meta_seed(config.seed), network)
     warm_up = WarmUp(agents.meta_start_success)

@@ -19,7 +19,7 @@ Edge = tuple[int, int]
 
 
 class Layout(NamedTuple):
-    """Where a graph is drawn; x grows to the right and y downwards, both from 0."""
+    """Place a graph on a sheet; x grows to the right and y downwards, both from 0."""
 
     places: list[Point]  # centre of each node
     routes: dict[Edge, list[Point]]  # the points that the arrow of each edge visits: see `Sheet.arrow`

@@ -23,7 +23,7 @@ def has_screen() -> bool:
 
 @contextmanager
 def without_window() -> Iterator[None]:
-    """Where no screen is, keep SDL, pygame's library, from looking for one, as it prints an error if it finds none."""
+    """Keep SDL, pygame's library, from looking for a screen where there is none, as it would print an error."""
     if has_screen():
         yield
         return

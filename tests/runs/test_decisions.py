@@ -1,4 +1,4 @@
-"""What a run of a user's task decides once, from a trial of its environment."""
+"""Decisions of a run of a user's task, made once from a trial of its environment."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What users keep never changes, and can be pickled."""
+"""Results that users keep never change, and can be pickled."""
 
 import copy
 import pickle

@@ -1,4 +1,4 @@
-"""What `reset` and `step` of a user's environment may return."""
+"""Checks of the results of `reset` and `step` of a user's environment."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What is too large is refused in one line, before its memory is taken."""
+"""Tasks that are too large are refused in one line, before its memory is taken."""
 
 import sys
 from types import ModuleType

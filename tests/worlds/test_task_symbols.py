@@ -1,4 +1,4 @@
-"""Which images of bytes are grids of symbols: a trial guesses, and the user can say it."""
+"""Grids of symbols among images of bytes: a trial guesses, and the user can say it."""
 
 import gymnasium
 import minigrid  # noqa: F401 - it registers its environments

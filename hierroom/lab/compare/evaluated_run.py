@@ -47,7 +47,7 @@ class EvaluatedRun:
 
     @property
     def has_target(self) -> bool:
-        """Whether its success is known; else its return counts."""
+        """Return whether its success is known; else its return counts."""
         return any(np.isfinite(metrics["success_rate"].values).any() for metrics in self.curves.values())
 
     @property

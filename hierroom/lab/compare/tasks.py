@@ -16,7 +16,7 @@ from hierroom.support.errors import InputError
 
 
 class Together(Enum):
-    """What stands for several goal graphs; unlike a text, it equals the name of none."""
+    """Stand for several goal graphs; unlike a text, it equals the name of none."""
 
     ALL = "all"  # those that all groups have
     OWN = "own"  # those on which a run was evaluated

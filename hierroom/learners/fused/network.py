@@ -47,7 +47,7 @@ class Parameters:
 
 @dataclass(frozen=True)
 class Inputs:
-    """How compiled kernels read the observations of a network."""
+    """Read the observations of a network for compiled kernels."""
 
     codes: FeatureEncoder
     layer: InputLayer | None  # None: all K bytes are categories

@@ -121,6 +121,16 @@ class OneTurn(nn.Module):
         return logits, values if scale is None else values / scale.factor, state
 
 
+def linear_heads(hidden_size: int, n_actions: int) -> tuple[nn.Linear, nn.Linear]:
+    """Return a policy head with a nearly uniform first policy, and a value head, both of H inputs."""
+    policy = nn.Linear(hidden_size, n_actions, dtype=torch.float32)
+    value = nn.Linear(hidden_size, 1, dtype=torch.float32)
+    for head, gain in ((policy, 0.01), (value, 1.0)):
+        nn.init.orthogonal_(head.weight, gain)
+        nn.init.zeros_(head.bias)
+    return policy, value
+
+
 class RecurrentActorCritic(nn.Module):
     """An encoder and an LSTM core of H hidden units each, and linear policy and value heads that read the core.
 
@@ -133,11 +143,7 @@ class RecurrentActorCritic(nn.Module):
         super().__init__()
         self.encoder = FeatureEncoder(space.cardinalities, hidden_size, feature_vectors)
         self.core = ResetLSTM(hidden_size, hidden_size)
-        self.policy_head = nn.Linear(hidden_size, space.n_actions, dtype=torch.float32)
-        self.value_head = nn.Linear(hidden_size, 1, dtype=torch.float32)
-        for head, gain in ((self.policy_head, 0.01), (self.value_head, 1.0)):
-            nn.init.orthogonal_(head.weight, gain)
-            nn.init.zeros_(head.bias)
+        self.policy_head, self.value_head = linear_heads(hidden_size, space.n_actions)
 
     def initial_state(self, n: int) -> Tensor:
         """Return zeros [n, 2 H]; see `PolicyNetwork.initial_state`."""

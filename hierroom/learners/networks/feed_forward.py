@@ -7,7 +7,7 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
-from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
+from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic, linear_heads
 from hierroom.learners.networks.encoder import Vectors, require_weights
 from hierroom.learners.networks.input_layer import InputLayer, RectifiedInputLayer
 
@@ -27,11 +27,7 @@ class FeedForwardActorCritic(nn.Module):
         super().__init__()
         self.encoder = InputLayer(space, hidden_size, vectors, trunks=2, **inputs)
         self.core = Trunks(hidden_size)
-        self.policy_head = nn.Linear(hidden_size, space.n_actions, dtype=torch.float32)
-        self.value_head = nn.Linear(hidden_size, 1, dtype=torch.float32)
-        for head, gain in ((self.policy_head, 0.01), (self.value_head, 1.0)):
-            nn.init.orthogonal_(head.weight, gain)
-            nn.init.zeros_(head.bias)
+        self.policy_head, self.value_head = linear_heads(hidden_size, space.n_actions)
 
     def initial_state(self, n: int) -> Tensor:
         """Return an empty state [n, 0]; see `PolicyNetwork.initial_state`."""

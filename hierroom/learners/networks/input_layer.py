@@ -20,7 +20,7 @@ _TORCH_TYPES = {"uint8": torch.uint8, "int32": torch.int32, "float32": torch.flo
 
 @dataclass(frozen=True)
 class InputLayout:
-    """Where the parts of an observation are in its K bytes.
+    """Find the parts of an observation in its K bytes.
 
     Codes are whole numbers that the network reads one-hot: categories, symbols and ids. Numbers are floats.
     """

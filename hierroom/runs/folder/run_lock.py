@@ -35,7 +35,7 @@ class RunLock:
         except Timeout:
             busy = f"{self._folder} is being trained by another process; wait until that ends, or stop it"
             raise RunLockedError(busy) from None
-        except (OSError, NotImplementedError) as error:
+        except (OSError, NotImplementedError) as error:  # the latter where a file system knows no locks
             raise InputError(f"cannot lock the folder {self._folder}: {error}") from error
 
     @property

@@ -77,7 +77,7 @@ class LearningCurve:
 
     @property
     def has_target(self) -> bool:
-        """Whether success is known."""
+        """Return whether success is known."""
         return not np.isnan(self.success).all()
 
     @property
