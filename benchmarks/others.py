@@ -199,6 +199,7 @@ def ratios(rows: pd.DataFrame) -> pd.DataFrame:
     steps = rows.assign(reached=rows.reached.fillna(rows.steps)).pivot_table(
         index="task", columns="method", values="reached", aggfunc="median", sort=False
     )
+    steps = steps.reindex([name for name in TASKS if name in steps.index])
     others = steps[[method for method in METHODS[1:] if method in steps]].min(axis=1)
     return steps.assign(ratio=steps.hierroom / others)
 
