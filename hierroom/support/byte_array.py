@@ -21,7 +21,7 @@ class ByteArray:
             ``numbers`` (float32) or ``ids`` (int32, each below ``n_values``).
         low: the smallest value; -inf if unknown.
         high: the largest value; inf if unknown.
-        n_values: the number of values of ids and symbols.
+        n_values: the number of values of ids and symbols that a network tells apart; larger ones count as the last.
         were_symbols: whether networks of earlier versions read them as symbols, because the picture is small.
         bounds: the smallest values of the numbers, and the largest ones, n_numbers each; empty: ``low`` and ``high``.
     """

@@ -4,6 +4,7 @@ import gymnasium
 import minigrid  # noqa: F401 - it registers its environments
 import numpy as np
 import pytest
+import torch
 from gymnasium import spaces
 
 import hierroom
@@ -75,3 +76,14 @@ def test_networks_of_earlier_versions_read_small_images_as_they_did():
     assert network.encoder.arrays[0].symbols is not None
     config = find_preset("task").changed(task=task_of(lambda: Shows((8, 8), 255)))
     assert InputLayout.of(Trainer(config).controller.learner.space).pictures
+
+
+def test_symbols_beyond_those_of_the_trial_count_as_the_last():
+    task = task_of(lambda: Shows((4, 4), 9))
+    layer = Trainer(find_preset("task").changed(task=task)).controller.learner.network.encoder
+    assert layer.layout.cardinalities[-16:] == (32,) * 16
+    features = np.zeros((2, layer.layout.codes[0][0] + 16), np.uint8)
+    features[0, -16:], features[1, -16:] = 31, 200
+    assert (layer.layout.read_codes(features)[:, -16:] == 31).all()
+    first, second = layer(torch.from_numpy(features))
+    assert torch.equal(first, second)

@@ -60,7 +60,8 @@ class InputLayout:
         if self.is_categorical:
             return features
         categories = features[..., self.columns] if self.columns or self.codes else np.zeros_like(features[..., :1])
-        return np.concatenate([categories, *(_read(features, *one) for one in self.codes)], axis=-1)
+        codes = (np.minimum(_read(features, start, one), one.n_values - 1) for start, one in self.codes)
+        return np.concatenate([categories, *codes], axis=-1)
 
     def read_numbers(self, features: NDArray[np.uint8]) -> NDArray[np.float32]:
         """Return the numbers [..., D] in observations [..., K]."""
@@ -120,7 +121,7 @@ class InputLayer(nn.Module):
     def forward(self, features: Tensor) -> Tensor:
         """Return the outputs [..., trunks H] float for observations [..., K] uint8."""
         flat, layout = features.reshape(-1, features.shape[-1]), self.layout
-        codes = [flat[:, list(layout.columns)].long(), *(_view(flat, *one).long() for one in layout.codes)]
+        codes = [flat[:, list(layout.columns)].long(), *(_codes(flat, *one) for one in layout.codes)]
         if not (layout.columns or layout.codes):
             codes = [torch.zeros_like(flat[:, :1]).long()]
         total = self.codes.linear(torch.cat(codes, 1))
@@ -181,6 +182,10 @@ class _Product(nn.Module):
 
     def forward(self, numbers: Tensor) -> Tensor:
         return numbers @ self.weight
+
+
+def _codes(features: Tensor, start: int, array: ByteArray) -> Tensor:
+    return _view(features, start, array).long().clamp(max=array.n_values - 1)
 
 
 def _view(features: Tensor, start: int, array: ByteArray) -> Tensor:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -25,7 +25,7 @@ class Trial:
         n_actions: its number of actions.
         first_action: the number of its first action.
         are_counts: [G] whether each goal is a count, which can be achieved again.
-        symbols: names of the entries that are grids of symbols.
+        symbols: entries that are grids of symbols: how many symbols a network tells apart in each.
         step_seconds: median time of a step.
     """
 
@@ -34,7 +34,7 @@ class Trial:
     n_actions: int
     first_action: int
     are_counts: tuple[bool, ...]
-    symbols: Collection[str]
+    symbols: Mapping[str, int]
     step_seconds: float
 
 

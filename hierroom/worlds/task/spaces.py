@@ -23,7 +23,7 @@ MAX_SYMBOL_SIDE = 31
 """Images of bytes up to this side may be grids of symbols, like MiniGrid's; larger ones are pixels."""
 MAX_SYMBOLS = 2**14
 """Images with more bytes are pixels, too: a symbol takes 64 bytes of memory in each turn of a minibatch."""
-_MOST_SYMBOLS, _LAST_SYMBOL = 32, 127
+_LEAST_SYMBOLS, _MOST_SYMBOLS, _LAST_SYMBOL = 16, 32, 127
 """Symbols seen in a trial have at most so many values, up to this one: letters have, but not grey or colours."""
 MAX_CATEGORIES = 256
 MAX_NUMBERS = 2**22
@@ -126,19 +126,24 @@ def are_symbols(space: spaces.Space, values: Collection[int]) -> bool:
     return _is_small(_image_shape(space.shape or ())) and len(values) <= _MOST_SYMBOLS and max(values) <= _LAST_SYMBOL
 
 
+def n_symbols(values: Collection[int]) -> int:
+    """Return how many symbols to tell apart, given those seen in a trial: there may be twice as many."""
+    return min(256, max(_LEAST_SYMBOLS, 2 ** (2 * max(values)).bit_length()))
+
+
 def _is_small(shape: tuple[int, int, int]) -> bool:
     return max(shape[:2]) <= MAX_SYMBOL_SIDE and math.prod(shape) <= MAX_SYMBOLS
 
 
-def feature_of(name: str, space: spaces.Space, symbols: Collection[str] = (), is_guess: bool = False) -> Feature:
+def feature_of(name: str, space: spaces.Space, n_symbols: int = 0, is_guess: bool = False) -> Feature:
     """Return the feature that reads an entry of the observation.
 
-    The images named in ``symbols`` are grids of them; ``is_guess`` says that no user has named them.
+    An image with ``n_symbols`` is a grid of them; ``is_guess`` says that no user has named it.
     """
     if (n := math.prod(space.shape or ())) > MAX_NUMBERS:
         raise InputError(f"a network reads up to {MAX_NUMBERS:,} numbers of an entry; {name} has {n:,}")
     if isinstance(space, spaces.Box):
-        layout = _layout(space, name in symbols, is_guess)
+        layout = _layout(space, n_symbols, is_guess)
         return Feature(
             (MAX_CATEGORIES,) * layout.n_bytes,
             lambda o: layout.to_bytes(_channels_last(o.view.entries[name], layout)),
@@ -182,11 +187,11 @@ def _categories(space: spaces.Space) -> tuple[NDArray, NDArray]:
     return np.zeros(space.shape, np.int64), np.full(space.shape, 2)
 
 
-def _layout(space: spaces.Box, is_symbols: bool, is_guess: bool) -> ByteArray:
+def _layout(space: spaces.Box, n_symbols: int, is_guess: bool) -> ByteArray:
     shape, low, high = space.shape, float(space.low.min()), float(space.high.max())
     if is_byte_image(space):
-        image, kind = _image_shape(shape), "symbols" if is_symbols else "pixels"
-        return ByteArray(image, kind, 0, 255, were_symbols=is_guess and _is_small(image))
+        image, kind = _image_shape(shape), "symbols" if n_symbols else "pixels"
+        return ByteArray(image, kind, 0, 255, n_symbols or 256, were_symbols=is_guess and _is_small(image))
     if len(shape) == 3:
         return ByteArray(_image_shape(shape), "pixels", low, high)
     bounds = space.low.ravel().tolist(), space.high.ravel().tolist()

@@ -216,8 +216,9 @@ class Task:
     @cached_property
     def features(self) -> dict[str, Feature]:
         """Features that networks can read: each entry of the observation, and the status of each goal."""
-        trial, is_guess = self.trial, self.symbols is None
-        entries = {name: feature_of(name, one, trial.symbols, is_guess) for name, (_, one) in trial.entries.items()}
+        found, is_guess = self.trial.symbols, self.symbols is None
+        spaces = ((name, space) for name, (_, space) in self.trial.entries.items())
+        entries = {name: feature_of(name, space, found.get(name, 0), is_guess) for name, space in spaces}
         return {**entries, "goal-status": goal_status(len(self.goals))}
 
     @cached_property

@@ -14,7 +14,7 @@ from hierroom.support.errors import InputError, user_code, warn_once
 from hierroom.worlds.task.goal_values import goal_values
 from hierroom.worlds.task.local_envs import LocalEnvs
 from hierroom.worlds.task.parts import TaskParts, Trial
-from hierroom.worlds.task.spaces import MAX_CATEGORIES, are_symbols, flat_entries, is_byte_image, read_entry
+from hierroom.worlds.task.spaces import MAX_CATEGORIES, are_symbols, flat_entries, is_byte_image, n_symbols, read_entry
 
 N_STEPS, N_PICTURES = 20, 3
 
@@ -63,8 +63,9 @@ def try_out(task: TaskParts) -> Trial:
             images = f"these are {', '.join(seen)}" if seen else "it has none"
             raise InputError(f"symbols of {task.name} are entries that are images of bytes, not {wrong[0]!r}; {images}")
         symbols = task.symbols
+    of_symbols = {name: n_symbols(seen[name]) for name in symbols}
     sizes = int(actions.n), int(actions.start)
-    return Trial(entries, left_out, *sizes, are_counts, symbols, float(np.median(seconds)))
+    return Trial(entries, left_out, *sizes, are_counts, of_symbols, float(np.median(seconds)))
 
 
 def picture_seconds(task: TaskParts) -> float:
