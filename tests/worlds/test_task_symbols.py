@@ -82,8 +82,8 @@ def test_symbols_beyond_those_of_the_trial_count_as_the_last():
     task = task_of(lambda: Shows((4, 4), 9))
     layer = Trainer(find_preset("task").changed(task=task)).controller.learner.network.encoder
     assert layer.layout.cardinalities[-16:] == (32,) * 16
-    features = np.zeros((2, layer.layout.codes[0][0] + 16), np.uint8)
-    features[0, -16:], features[1, -16:] = 31, 200
+    features = np.zeros((2, 18), np.uint8)  # the image, the goal and the previous action
+    features[0, :16], features[1, :16] = 31, 200
     assert (layer.layout.read_codes(features)[:, -16:] == 31).all()
     first, second = layer(torch.from_numpy(features))
     assert torch.equal(first, second)
