@@ -206,7 +206,8 @@ class Turns:
     def reset_ended(self, envs: NDArray[np.integer]) -> None:
         """Begin the next episode in environments [M] that had ended before the last step; clear the step's records."""
         assert self._written is not None
-        self.reset(None, envs)
+        self.world.reset(None, envs)
+        self._begin(envs)
         clear_steps(self._written, envs, self.world.n_actions, self.ledger.shortest[envs])
 
     def final_observation(self, agent: str, step: Step, envs: NDArray[np.integer]) -> Observation:

@@ -19,7 +19,7 @@ from hierroom.worlds.base_view import BaseView
 from hierroom.worlds.dependencies import Dependencies
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 from hierroom.worlds.observation_writer import ObservationWriter
-from hierroom.worlds.outcome_kernel import write_outcomes
+from hierroom.worlds.outcome_kernel import begin_episodes, write_outcomes
 from hierroom.worlds.seeds import chosen_envs, write_seeds
 from hierroom.worlds.window import StateScreen
 from hierroom.worlds.world import OUTCOME_FIELDS, Feature, Screen, Seeds
@@ -86,8 +86,9 @@ class BaseWorld(ABC):
     def allocate(self) -> None:
         """Allocate the arrays that change in an episode; to override it, override all methods that use them."""
         num_envs = len(self)
-        self._seeds, self._numbers, self._lengths = (np.zeros(num_envs, np.int64) for _ in range(3))
-        self._indices = self.config.env_index + np.arange(num_envs)
+        self._episodes, self._lengths = np.zeros((num_envs, 3), np.int64), np.zeros(num_envs, np.int64)
+        self._seeds, self._indices, self._numbers = self._episodes.T
+        self._indices[:] = self.config.env_index + np.arange(num_envs)
         self._counts = np.zeros((num_envs, len(self.goals)), np.int64)
         self._given = np.zeros_like(self._counts), np.zeros(num_envs), *np.zeros((2, num_envs), bool)
         self.dependencies = Dependencies.of(self.rules, self.goals)
@@ -138,9 +139,8 @@ class BaseWorld(ABC):
         self._begin_next(chosen)
 
     def _begin_next(self, envs: NDArray[np.integer]) -> None:
-        self._numbers[envs] += 1
-        self._counts[envs], self._lengths[envs], self._markings[envs] = 0, 0, self._start
-        self._has_ended[envs] = False
+        kept = self._episodes, self._counts, self._lengths, self._has_ended, self._markings
+        _BEGIN.run(envs, *kept, self._start)
         self.begin(envs)
 
     def record(
@@ -174,10 +174,12 @@ class BaseWorld(ABC):
 
     def observe(self, envs: NDArray[np.integer]) -> Any:
         """Return the view of environments [M]."""
-        episodes = np.array([self._seeds, self._indices, self._numbers]).take(envs, axis=1).T
-        facts = self.goals, self.dependencies, self.is_repeatable, self.config.levels, self.shown(envs)
-        counts, markings = self._counts.take(envs, axis=0), self._markings.take(envs, axis=0)
-        return BaseView(*facts, counts, markings, self._lengths.take(envs), episodes)
+        return self._view(envs, self.shown(envs))
+
+    def _view(self, envs: NDArray[np.integer], entries: Mapping[str, NDArray]) -> Any:
+        facts = self.goals, self.dependencies, self.is_repeatable, self.config.levels, entries
+        arrays = self._counts, self._markings, self._lengths, self._episodes
+        return BaseView(*facts, *(array.take(envs, axis=0) for array in arrays))
 
     def exact_view(self, envs: NDArray[np.integer]) -> Any:
         """Return a copied view of environments [M], with all facts for meta-controllers."""
@@ -197,7 +199,7 @@ class BaseWorld(ABC):
         """
         if mask not in GOAL_MASKS:
             raise InputError(f"goal_mask of {self.variants[0]} is one of {', '.join(GOAL_MASKS)}, not {mask}")
-        view = self.observe(self.everywhere) if view is None else view
+        view = self._view(self.everywhere, {}) if view is None else view  # masks are the same without observations
         legal = np.zeros((len(view), self.goals.n_choices), bool)
         allowed = True if mask == "none" else getattr(view, mask)
         legal[:, :-1] = allowed & are_turns[:, None]
@@ -288,3 +290,4 @@ class BaseWorld(ABC):
 _FLAG, _NUMBERS = np.zeros(1, bool), np.zeros((1, 1), np.int64)
 _GIVEN, _KEPT = (_NUMBERS, np.zeros(1), _FLAG, _FLAG), (_NUMBERS, _NUMBERS[0], _FLAG, np.zeros(1, OUTCOME))
 _OUTCOMES = Compiled(write_outcomes, *_GIVEN, *_KEPT, 1, 0, True)
+_BEGIN = Compiled(begin_episodes, _NUMBERS[0], _NUMBERS, *_KEPT[:3], _NUMBERS, _NUMBERS[0])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals.goal_set import GoalSet
+from hierroom.support.kernel import Compiled
 from hierroom.worlds.dependencies import Dependencies
 from hierroom.worlds.env_config import SPLITS
+from hierroom.worlds.random_kernels import seed_states
 from hierroom.worlds.world import Feature
 
 
@@ -107,10 +109,7 @@ class BaseView:
 
     def uniforms(self, turns: NDArray[np.integer], n: int) -> NDArray[np.float64]:
         """Return [M, n] random numbers in [0, 1), determined by seed, environment, episode and turn [M]."""
-        drawn = np.empty((len(self), n))
-        for row, episode, turn in zip(drawn, self.episodes.tolist(), turns.tolist(), strict=True):
-            row[:] = random_numbers(episode, self.levels, 1, turn, n)
-        return drawn
+        return _uniforms(episode_states(self.episodes, n, SPLITS[self.levels], 1, turns))
 
     def level(self, m: int, legal: NDArray[np.bool_]) -> Situated:
         """Return the m-th environment as objects that a user's function reads."""
@@ -143,19 +142,30 @@ class BaseView:
         rules = self.dependencies
         if rules is None:
             return ranks
-        for m, episode in enumerate(self.episodes.tolist()):
-            goal = rules.next_goal(self.markings[m], random_numbers(episode, self.levels, 2, 0, rules.n_random))
-            if goal is not None:
+        drawn = _uniforms(episode_states(self.episodes, rules.n_random, SPLITS[self.levels], 2, 0))
+        for m, row in enumerate(drawn):
+            if (goal := rules.next_goal(self.markings[m], row)) is not None:
                 ranks[m, goal] = 1
         return ranks
 
 
-def random_numbers(episode: Sequence[int], levels: str | None, purpose: int, turn: int, n: int) -> NDArray[np.floating]:
-    """Return n numbers in [0, 1) determined by episode (seed, environment, number), levels, purpose and turn."""
-    entropy = [*episode, SPLITS[levels], purpose, turn]
-    return (np.random.SeedSequence(entropy).generate_state(n, np.uint64) >> np.uint64(11)) * 2.0**-53
+def episode_states(episodes: NDArray[np.integer], n: int, *entropy: Any) -> NDArray[np.uint64]:
+    """Return n random numbers of 64 bits [M, n] determined by episodes [M, 3] and entropy: whole numbers, or [M]."""
+    rows, states = np.empty((len(episodes), 3 + len(entropy)), np.int64), np.empty((len(episodes), n), np.uint64)
+    rows[:, :3] = episodes
+    for column, numbers in enumerate(entropy, 3):
+        rows[:, column] = numbers
+    _STATES.run(rows, states)
+    return states
+
+
+def _uniforms(states: NDArray[np.uint64]) -> NDArray[np.float64]:
+    return (states >> np.uint64(11)) * np.float64(2.0**-53)
 
 
 def goal_status(n_goals: int) -> Feature:
     """Return a feature with one number for each goal: 1 if it is reachable, plus 2 if it was achieved."""
     return Feature((4,) * n_goals, lambda o: o.view.reachable + 2 * (o.view.counts > 0), is_by_goal=True)
+
+
+_STATES = Compiled(seed_states, np.zeros((1, 1), np.int64), np.zeros((1, 1), np.uint64))

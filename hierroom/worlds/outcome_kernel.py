@@ -1,4 +1,4 @@
-"""The kernel that writes the results of a step of a simple world into its outcomes."""
+"""Kernels of a simple world: they write the results of a step into its outcomes, and begin episodes."""
 
 import numpy as np
 
@@ -48,3 +48,17 @@ def write_outcomes(
             n_ended += 1
             has_ended[n] = not autoreset
     return n_achieved, n_ended
+
+
+@njit(cache=True, nogil=True)
+def begin_episodes(envs, episodes, counts, lengths, has_ended, markings, start):
+    """Count the next episodes of environments [M] in ``episodes`` [N, 3], and clear what is known of the last ones.
+
+    The other arrays are those of `write_outcomes`, and ``markings`` [N, F] int64, which become ``start`` [F].
+    """
+    for m in range(envs.shape[0]):
+        n = envs[m]
+        episodes[n, 2] += 1
+        counts[n], lengths[n], has_ended[n] = 0, 0, False
+        for fact in range(start.shape[0]):
+            markings[n, fact] = start[fact]

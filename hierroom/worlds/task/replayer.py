@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from hierroom.goals import NO_GOAL
 from hierroom.support.errors import InputError
 from hierroom.support.pictures import side_by_side
+from hierroom.worlds.base_view import episode_states
 from hierroom.worlds.dependencies import Dependencies
 from hierroom.worlds.env_config import SPLITS
 from hierroom.worlds.task.local_envs import LocalEnvs
@@ -42,6 +43,11 @@ class Moment:
     marking: NDArray[np.integer]
     steps: int
     frame: NDArray[np.uint8] | str = "the environment was not asked to draw this state"
+
+
+def seeds_of(episodes: NDArray[np.integer], levels: str | None) -> list[int]:
+    """Return the seeds with which the environments of episodes are reset: [M, 3] seed, environment and number."""
+    return (episode_states(episodes, 1, SPLITS[levels], 0)[:, 0] & np.uint64(0xFFFFFFFF)).tolist()
 
 
 def _frame_of(envs: LocalEnvs) -> NDArray[np.uint8] | str:
@@ -75,14 +81,6 @@ class TaskReplayer:
         """Return itself, as it never changes except for `no_picture`."""
         return self
 
-    def seed_of(self, identity: tuple[int, int, int, str | None]) -> int:
-        """Return the seed with which an episode's environment is reset."""
-        *numbers, levels = identity
-        entropy = (*numbers, SPLITS[levels], 0)
-        # SeedSequence would split the numbers into these words itself, in twice the time.
-        words = [n >> shift & 0xFFFFFFFF for n in entropy for shift in range(0, n.bit_length() or 1, 32)]
-        return int(np.random.SeedSequence(np.array(words, np.uint32)).generate_state(1)[0])
-
     def identity(self, state: Moment) -> tuple[int, int, int]:
         """Return the environments' seed, this one's index, and the number of episodes that it began before."""
         return state.identity[:3]
@@ -112,7 +110,7 @@ class TaskReplayer:
         counts, markings = np.zeros_like(state.counts), state.marking[None].copy()
         dependencies, has_drawn = Dependencies.of(self._rules, self._goals), False
         try:
-            _, totals = envs.reset([0], [self.seed_of(state.identity)])
+            _, totals = envs.reset([0], seeds_of(np.array([state.identity[:3]]), state.identity[3]))
             for step in range(len(actions) + 1):
                 moment = Moment(state.identity, state.max_steps, counts.copy(), markings[0].copy(), step)
                 if step in drawn:

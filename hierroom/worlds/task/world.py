@@ -18,7 +18,7 @@ from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.task.local_envs import LocalEnvs, Taken
 from hierroom.worlds.task.parts import TaskParts
 from hierroom.worlds.task.process_envs import ProcessEnvs
-from hierroom.worlds.task.replayer import Moment, TaskReplayer
+from hierroom.worlds.task.replayer import Moment, TaskReplayer, seeds_of
 from hierroom.worlds.task.spaces import read_entry
 from hierroom.worlds.window import StateScreen
 from hierroom.worlds.world import Feature, Screen
@@ -90,8 +90,8 @@ class TaskWorld(BaseWorld):
 
     def begin(self, envs: NDArray[np.integer]) -> None:
         """Begin the episodes of environments [M], each with its own seed."""
-        seeds = [self.replayer.seed_of(self.identity(env)) for env in envs.tolist()]
-        self._note(envs, *self._envs.reset(envs.tolist(), seeds))
+        seeds = seeds_of(self._episodes.take(envs, axis=0), self.config.levels)
+        self._note(self._where(envs), *self._envs.reset(envs.tolist(), seeds))
         self._taken[envs], self._actions[envs], self._cut[envs] = 0, _NONE, False
 
     def _begin_next(self, envs: NDArray[np.integer]) -> None:
@@ -101,10 +101,9 @@ class TaskWorld(BaseWorld):
 
     def identity(self, env: int) -> tuple[int, int, int, str | None]:
         """Return the identity of an environment's episode: seed, environment, episode number and set of levels."""
-        return int(self._seeds[env]), int(self._indices[env]), int(self._numbers[env]), self.config.levels
+        return *self._episodes[env].tolist(), self.config.levels
 
-    def _note(self, envs: NDArray[np.integer], observations: Sequence[Any], totals: NDArray) -> None:
-        where = self._where(envs)
+    def _note(self, where: NDArray[np.integer] | slice, observations: Sequence[Any], totals: NDArray) -> None:
         for name, (path, space) in self._trial.entries.items():
             self._shown[name][where] = read_entry(observations, name, path, space, self.variants[0])
         self._totals[where] = totals
@@ -115,25 +114,29 @@ class TaskWorld(BaseWorld):
 
     def step(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Act once in every environment; an action that does not exist only costs the step."""
-        before, n = self._totals.copy(), len(actions)
+        n = len(actions)
         acts = (actions.view(np.uint64) < self.n_actions) > self._has_ended  # negative actions become large ones
         if np.count_nonzero(acts) == n:
-            _, rewards, terminated, truncated, _, elapsed = self._act(self.everywhere, actions)
+            times, taken = self._act(self.everywhere, actions)
+            _, rewards, terminated, truncated, _, elapsed = taken
         else:
             rewards, elapsed, (terminated, truncated) = np.zeros(n), np.zeros(n, np.int64), np.zeros((2, n), bool)
+            times = np.zeros_like(self._totals)
             if len(envs := np.flatnonzero(acts)):
-                taken = self._act(envs, actions[envs])
+                times[envs], taken = self._act(envs, actions[envs])
                 _, rewards[envs], terminated[envs], truncated[envs], _, elapsed[envs] = taken
-        outcomes = self.record(np.maximum(self._totals - before, 0), rewards, terminated, truncated | self._cut)
+        outcomes = self.record(times, rewards, terminated, truncated | self._cut)
         outcomes["elapsed"] = elapsed
         return outcomes
 
-    def _act(self, envs: NDArray[np.integer], actions: NDArray[np.integer]) -> Taken:
+    def _act(self, envs: NDArray[np.integer], actions: NDArray[np.integer]) -> tuple[NDArray[np.int64], Taken]:
+        """Act in environments [M]; return how often this achieved each goal [M, G], and what the environments gave."""
         taken, where = self._envs.step(envs.tolist(), (self._trial.first_action + actions).tolist()), self._where(envs)
-        self._note(envs, taken.observations, taken.totals)
+        times = np.maximum(taken.totals - self._totals[where], 0)
+        self._note(where, taken.observations, taken.totals)
         self._actions[envs, np.minimum(self._taken[where], self._actions.shape[1] - 1)] = actions
         self._taken[where] += 1
-        return taken
+        return times, taken
 
     def _where(self, envs: NDArray[np.integer]) -> NDArray[np.integer] | slice:
         return slice(None) if envs is self.everywhere else envs
@@ -167,7 +170,7 @@ class TaskWorld(BaseWorld):
             actions = arrays["actions_taken"][env][: int(arrays["taken"][env])]
             is_known = len(actions) == arrays["taken"][env] and (actions >= 0).all()
             for action in actions if is_known else ():
-                taken = self._act(np.array([env]), action[None])
+                _, taken = self._act(np.array([env]), action[None])
                 if taken.terminated[0] or taken.truncated[0]:
                     break
             if self._taken[env] != arrays["taken"][env] or self._print(env) != arrays["prints"][env]:
