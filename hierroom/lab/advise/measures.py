@@ -1,0 +1,99 @@
+"""Measures of a task before training, each by one function with its equation. `model` says which of them predicts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from hierroom.complexity.report import analyze
+from hierroom.goals import GoalGraph, Rules
+from hierroom.lab.advise.costs import PlayCosts
+from hierroom.support.errors import InputError
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known of a task before training; ``nan`` where it is not.
+
+    Args:
+        expected_steps: E, mean random steps to the target without an episode limit.
+        cost: W, the sum over kinds of goal of the mean random steps to a given goal of that kind.
+        kinds: number of kinds of goal that the script gives: goals of the same kind in the goal set, for which the
+            controller can share a skill. In EscapeRooms key, door and exit; elsewhere each goal is a kind.
+        fewest: fewest goals of a solution, from the rules.
+        markings: nodes of the marking chain of the rules.
+        goals: number of goals on the way to the target.
+        limit: steps of an episode.
+        random_success: share of episodes in which random play reaches the target, with half a success added.
+    """
+
+    expected_steps: float
+    cost: float
+    kinds: int
+    fewest: float
+    markings: float
+    goals: int
+    limit: int
+    random_success: float
+
+    @classmethod
+    def of(cls, costs: PlayCosts, rules: Rules | GoalGraph | None) -> Known:
+        """Return what play and rules show of a task."""
+        steps = [goal.steps.value for goal in costs.goals.values()]
+        fewest, markings, goals = rule_numbers(rules)
+        success = 0.0 if math.isnan(costs.random_success.value) else costs.random_success.value
+        share = (success * costs.episodes + 0.5) / (costs.episodes + 1)
+        return cls(costs.expected_steps.value, sum(steps), len(steps), fewest, markings, goals, costs.limit, share)
+
+
+def rule_numbers(rules: Rules | GoalGraph | None) -> tuple[float, float, int]:
+    """Return the fewest goals of a solution, the markings and the number of rules; ``nan`` without rules."""
+    if rules is None:
+        return math.nan, math.nan, 0
+    of_rules = rules.rules() if isinstance(rules, GoalGraph) else rules
+    report = analyze(of_rules)
+    try:
+        return report.fewest, float(report.nodes), len(of_rules.names)
+    except InputError:  # more markings than can be unrolled
+        return math.nan, math.inf, len(of_rules.names)
+
+
+def w_kinds(known: Known) -> float:
+    """Return W x kinds: each kind of goal is a skill to learn, and each costs its random steps."""
+    return known.cost * known.kinds
+
+
+def w_fewest(known: Known) -> float:
+    """Return W x fewest: the random steps of all skills, times the goals in a row that a solution needs."""
+    return known.cost * known.fewest
+
+
+def e_markings(known: Known) -> float:
+    """Return E x markings: random steps to the target, times the situations that the rules tell apart."""
+    return known.expected_steps * known.markings
+
+
+def e_fewest(known: Known) -> float:
+    """Return E x fewest: random steps to the target, times the goals that a solution needs."""
+    return known.expected_steps * known.fewest
+
+
+def e_alone(known: Known) -> float:
+    """Return E: mean random steps to the target."""
+    return known.expected_steps
+
+
+def search(known: Known) -> float:
+    """Return limit / p: the steps of random episodes until one of them succeeds, with chance p each."""
+    return known.limit / known.random_success
+
+
+MEASURES: Mapping[str, Callable[[Known], float]] = {
+    "W x kinds": w_kinds,
+    "W x fewest": w_fewest,
+    "E x markings": e_markings,
+    "E x fewest": e_fewest,
+    "E": e_alone,
+    "limit / random success": search,
+}

@@ -1,0 +1,169 @@
+"""Random play under the script, counted by stages: what later steps cost, measured before anybody trains.
+
+A *stage* is how many goals of each kind were achieved in the episode. A *trial* is one stay in a stage. Where a world
+can go back to a state, trials start from saved states where they teach most: splitting (Kahn and Harris, 1951).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.agents.episode_facts import EpisodeFacts
+from hierroom.lab.advise.stages import DONE, Trials
+from hierroom.meta import FixedDFS, RandomGoals, take_turn
+from hierroom.turns.records import Step
+from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import DEFAULT_MAX_STEPS
+
+SAVED = 32
+"""States kept of each stage."""
+REVIEW = 512
+"""Steps between two looks at which stage is known worst."""
+CHECKED = 20_000
+"""Most episodes that are kept to check the rules."""
+Progress = Callable[[float], object]
+
+
+@dataclass
+class Budget:
+    """Ends play: after ``play_steps`` primitive steps if they are given, else after ``seconds``; Ctrl-C ends it too."""
+
+    seconds: float = 30.0
+    play_steps: int | None = None
+    steps: int = 0
+    is_interrupted: bool = False
+    started: float = field(default_factory=time.perf_counter)
+
+    @property
+    def share(self) -> float:
+        """The share that is used up."""
+        if self.is_interrupted:
+            return 1.0
+        spent = (time.perf_counter() - self.started) / self.seconds
+        return spent if self.play_steps is None else self.steps / self.play_steps
+
+
+@dataclass
+class Episodes:
+    """What whole episodes of play showed.
+
+    Attributes:
+        n: episodes that began early enough to end within the play, so that short ones do not count too often.
+        successes: how many of them reached the target.
+        sequences: the achieved goals of each ended episode, in order.
+    """
+
+    n: int = 0
+    successes: int = 0
+    sequences: list[list[str]] = field(default_factory=list)
+
+
+class RandomPlay:
+    """Plays random actions in N environments while the script gives goals, and counts stages and episodes.
+
+    Args:
+        turns: N fresh environments with autoreset.
+        seed: determines the actions, together with the environments' own seed.
+        is_split: whether trials may start from saved states; the world must be able to go back to them.
+    """
+
+    def __init__(self, turns: Turns, seed: int, is_split: bool) -> None:
+        n, goals = len(turns), turns.world.goals
+        self.turns, self.random = turns, np.random.default_rng([seed, is_split])
+        self.meta = RandomGoals() if turns.world.rules is None else FixedDFS()
+        self.limit: int = getattr(turns.world, "max_steps", turns.config.max_steps or DEFAULT_MAX_STEPS)
+        self.trials = Trials(n, len(goals.kinds))
+        self.episodes = Episodes()
+        self._is_split, self._kind_of = is_split, np.append(goals.kind_of, len(goals.kinds))  # -1: no goal
+        self._achieved = np.zeros((n, len(goals)), bool)
+        self._saved: dict[int, list[dict[str, np.ndarray]]] = {}
+        self._began, self._ended, self._facts = np.zeros(n, np.int64), [], EpisodeFacts(n)
+        self._needs: dict[int, float] = {}
+        self._n_steps = 0
+
+    def play(self, budget: Budget, until: float, progress: Progress = lambda share: None) -> None:
+        """Play until a share of the budget is used up; Ctrl-C ends play, and keeps what was counted."""
+        turns, world = self.turns, self.turns.world
+        try:
+            for env in range(len(turns)):
+                self._save(0, env)
+            while budget.share < until:
+                for _ in range(16):  # looking at the clock takes time
+                    take_turn(self.meta, turns)
+                    pursued = self._kind_of[turns.ledger.goals]
+                    step = turns.step(self.random.integers(world.n_actions, size=len(turns)))
+                    self._n_steps += 1
+                    self._count(step, pursued)
+                budget.steps += 16 * len(turns)
+                if self._is_split and self._n_steps % REVIEW == 0:
+                    self._needs = self.trials.needs()
+                progress(budget.share)
+        except KeyboardInterrupt:
+            budget.is_interrupted = True
+        self.trials.close()
+        counted = [success for began, success in self._ended if began <= self._n_steps - self.limit]
+        self.episodes.n, self.episodes.successes = len(counted), sum(counted)
+
+    def _count(self, step: Step, pursued: NDArray[np.integer]) -> None:
+        self.trials.tick(pursued, step.reached)
+        ended = self._facts.add(step, self.turns)
+        if not (self.turns.n_ended or step.n_first.any()):
+            return
+        for row, success in zip(ended.rows.tolist(), ended.successes.tolist(), strict=True):
+            self._ended.append((int(self._began[row]), bool(success)))
+            self._began[row] = self._n_steps
+        names = self.turns.world.goals.milestones
+        if len(self.episodes.sequences) < CHECKED:
+            self.episodes.sequences += [[names[goal] for _, goal in one] for one in ended.milestones]
+        self._achieved |= step.achieved
+        jumps = []
+        for env in np.flatnonzero(step.is_first | step.episode_ended).tolist():
+            is_over = bool(step.episode_ended[env])
+            if is_over and step.truncated[env] and not step.success[env]:
+                self.trials.cut(env)
+            elif not is_over:
+                self.trials.leave(env, self._stage_of(env))
+            else:
+                self.trials.leave(env, DONE if step.success[env] else 0)
+            if is_over:
+                self._achieved[env] = False
+            self._save(self.trials.stage[env], env)
+            jumps.append(env)
+        if self._needs:
+            self._jump(jumps)
+
+    def _stage_of(self, env: int) -> int:
+        goals = self.turns.world.goals
+        kinds = np.bincount(goals.kind_of[self._achieved[env]], minlength=len(goals.kinds))
+        return self.trials.number_of(tuple(kinds.tolist()))
+
+    def _save(self, stage: int, env: int) -> None:
+        if not self._is_split:
+            return
+        saved = self._saved.setdefault(stage, [])
+        place = len(saved) if len(saved) < SAVED else int(self.random.integers(self.trials.entered[stage] + 1))
+        if place < SAVED:
+            state = self.turns.get_state(np.array([env])) | {"achieved": self._achieved[[env]]}
+            saved[place : place + 1] = [state]
+
+    def _jump(self, envs: list[int]) -> None:
+        """Let environments that just entered a stage begin a trial in the stage that is known worst instead."""
+        worst = max(self._needs, key=self._needs.__getitem__)
+        chosen = [env for env in envs if self._needs.get(self.trials.stage[env], 0.0) < 0.2 * self._needs[worst]]
+        if not chosen or worst not in self._saved:
+            return
+        state = self.turns.get_state()
+        for env in chosen:
+            saved = self._saved[worst][int(self.random.integers(len(self._saved[worst])))]
+            for name, array in state.items():
+                if len(array) == len(self.turns):  # not of a curriculum, which plays no part here
+                    array[env] = saved[name][0]
+            self._achieved[env] = saved["achieved"][0]
+            self.trials.enter(env, worst)
+            self._needs[worst] *= self.trials.entered[worst] / (self.trials.entered[worst] + 1)
+        self.turns.set_state(state)

@@ -1,0 +1,61 @@
+"""Stages counted by hand, and against the exact mean of random play in a workshop."""
+
+import numpy as np
+import pytest
+
+from hierroom.lab.advise.costs import measure_costs
+from hierroom.lab.advise.stages import DONE, Trials
+from hierroom.support.errors import InputError
+from hierroom.worlds.env_config import EnvConfig
+
+
+def test_flow_by_hand():
+    """Two stages: 3 steps with key pursued, then door; half of the visits to stage 1 fall back to stage 0."""
+    trials = Trials(1, 2)
+    one = trials.number_of((1, 0))
+    for after in (one, 0, one, DONE):
+        kind, steps = (0, 3) if trials.stage[0] == 0 else (1, 5)
+        for step in range(steps):
+            trials.tick(np.array([kind]), np.array([step == steps - 1 and after != 0]))
+        trials.leave(0, after)
+    flow = trials.flow()
+    # v_0 = 1 + v_1 / 2 and v_1 = v_0, so both are 2; E = 2 x 3 + 2 x 5
+    assert flow.visits.tolist() == pytest.approx([2, 2])
+    assert flow.steps == pytest.approx(16)
+    assert flow.by_kind.tolist() == pytest.approx([6, 10, 0])
+    assert flow.reached.tolist() == pytest.approx([2, 1, 0])  # so a door costs 10 random steps
+
+
+def test_unfinished_trials_count_their_steps():
+    trials = Trials(1, 1)
+    for n_steps, end in ((2, lambda: trials.leave(0, DONE)), (4, trials.close)):
+        for _ in range(n_steps):
+            trials.tick(np.array([0]), np.zeros(1, bool))
+        end()
+    assert trials.flow().steps == 2 + 4  # steps in the stage for one exit
+
+
+def test_target_that_is_never_reached_costs_infinitely_many_steps():
+    trials = Trials(1, 1)
+    trials.tick(np.array([0]), np.array([True]))
+    trials.leave(0, trials.number_of((1,)))
+    trials.close()
+    assert trials.flow().steps == np.inf
+    assert trials.totals().tolist() == [[1, 0], [1, 0]]
+
+
+def test_play_finds_the_exact_expected_steps_and_equal_seeds_give_equal_costs():
+    config = EnvConfig(task="workshop:4:9")
+    costs = measure_costs(config, play_steps=300_000, seed=1)
+    assert costs.expected_steps.low < 1761.57 < costs.expected_steps.high  # by benchmarks.study.random_work
+    assert sum(goal.share for goal in costs.goals.values()) == pytest.approx(1)
+    assert costs.goals[costs.hardest].share == max(goal.share for goal in costs.goals.values())
+    assert 0 < costs.random_success.low < costs.random_success.value < costs.random_success.high < 1
+    again = measure_costs(config, play_steps=300_000, seed=1)
+    assert (again.goals, again.expected_steps, again.episodes) == (costs.goals, costs.expected_steps, costs.episodes)
+
+
+@pytest.mark.parametrize("budget", [{"seconds": 0}, {"seconds": float("nan")}, {"play_steps": 0}])
+def test_play_needs_a_budget(budget):
+    with pytest.raises(InputError, match="play"):
+        measure_costs(EnvConfig(graph="a"), **budget)
