@@ -11,7 +11,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from hierroom.envs.base import RegisteredEnv
-from hierroom.envs.single_env import checked_options
+from hierroom.envs.single_env import checked_options, plain_report
 from hierroom.envs.vector_arrays import VectorArrays
 from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaSpec, NoGoals, make_meta, show_step, take_turn
@@ -141,7 +141,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         observations, infos = self._arrays.at_reset(where)
         self._show_last_goals(observations)
         if options.get("complexity"):
-            report = self.complexity.to_dict()
+            report = plain_report(self.complexity)
             for env in np.flatnonzero(where).tolist():
                 infos = self._add_info(infos, {"complexity": report}, env)
         return observations, infos

@@ -72,6 +72,7 @@ def is_open(env, info):
 GOALS = {"coin": has_coins, "key": has_key, "chest": is_open}
 RULES = {"coin": {}, "key": {}, "chest": {"needs": "key"}}
 chest = hierroom.Task(make=Chest, goals=GOALS, rules=RULES, target="chest", max_steps=30, capacity={"coin": 2})
+camp = hierroom.Task(make=Chest, goals=GOALS, rules=RULES, max_steps=30, capacity={"coin": 2}, label="camp")
 free = hierroom.Task(make=Chest, goals=GOALS, target="chest", max_steps=30)
 split = hierroom.Task(make=Chest, goals=GOALS, rules=RULES, target="chest", max_steps=30, processes=2)
 dice = hierroom.Task(make=lambda: Chest(is_random=True), goals=GOALS, target="chest", max_steps=30)

@@ -104,7 +104,7 @@ class AgentsConfig:
             alone, all colours share one network (`agents.goal_network`); else it is the built-in recurrent one. None:
             these two, or the task's own.
         meta_start_success: a learned meta-controller chooses goals at random until this share of 100 episodes reaches
-            the target, such as the exit; then it learns.
+            the target, such as the exit (without a target: of 100 options their goals); then it learns.
     """
 
     method: MethodName = "hippo"

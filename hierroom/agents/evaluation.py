@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from hierroom.agents.episode_facts import EndedEpisodes, EpisodeFacts
 from hierroom.agents.player import Play, Player
@@ -41,7 +42,13 @@ class Score:
     length: float  # mean, in primitive steps
     length_over_shortest: float  # mean length over mean shortest length, of successful episodes; or NaN
     mean_return: float  # mean sum of the controller's rewards, undiscounted
+    score: float  # `geometric_mean` of the goals' shares; NaN with a target, or without goals
     steps_to_goals: dict[str, GoalSteps]  # by milestone, such as key 1, door 1 and exit
+
+    @property
+    def mean_share(self) -> float:
+        """The mean of the goals' shares of episodes."""
+        return float(np.mean([goal.fraction for goal in self.steps_to_goals.values()]))
 
     @property
     def columns(self) -> dict[str, float]:
@@ -49,7 +56,8 @@ class Score:
         low, high = self.success_interval
         success = {"success_rate": self.success_rate, "success_low": low, "success_high": high}
         lengths = {"length": self.length, "length_over_shortest": self.length_over_shortest}
-        return {**success, **lengths, "return": self.mean_return}
+        score = {} if math.isnan(self.score) else {"score": self.score}
+        return {**success, **lengths, "return": self.mean_return, **score}
 
     @property
     def goal_columns(self) -> dict[str, float]:
@@ -68,11 +76,28 @@ class Evaluation(Score):
     graphs: dict[str, Score]  # by name, the easiest first
 
 
-def outcome_in_words(success_rate: float, mean_return: float, digits: int = 0) -> tuple[str, str]:
-    """Return what counts, success or without a target the return, and its number as text."""
-    if math.isnan(success_rate):
+def geometric_mean(shares: ArrayLike) -> NDArray[np.float64]:
+    """Return the score of shares [..., G] of episodes that achieved each goal: from 0 to 1, as the shares are.
+
+    With the shares in percent, s, Crafter's score is ``exp(mean_i ln(1 + s_i)) - 1`` percent, which this divides by 100
+    (Hafner 2021, "Benchmarking the Spectrum of Agent Capabilities", arXiv:2109.06780, section 4).
+
+    Examples:
+        >>> from hierroom.agents.evaluation import geometric_mean
+        >>> round(float(geometric_mean([1.0, 0.0])), 4), round(float(geometric_mean([0.5, 0.5])), 4)
+        (0.0905, 0.5)
+    """
+    return np.expm1(np.log1p(100 * np.asarray(shares, float)).mean(axis=-1)) / 100
+
+
+def outcome_in_words(
+    success_rate: float, mean_return: float, score: float = math.nan, digits: int = 0
+) -> tuple[str, str]:
+    """Return what counts, success or without a target the score or the return, and its number as text."""
+    if math.isnan(success_rate) and math.isnan(score):
         return "return", "-" if math.isnan(mean_return) else f"{mean_return:.5g}"
-    return "success", f"{success_rate:.{digits}%}"
+    name, share = ("score", score) if math.isnan(success_rate) else ("success", success_rate)
+    return name, f"{share:.{digits}%}"
 
 
 def evaluate(
@@ -131,6 +156,8 @@ def _score(episodes: EndedEpisodes, world: World) -> Score:
         success_rate, interval = math.nan, [math.nan, math.nan]
     is_known = success.any() and episodes.shortest[success].min() >= 0
     shortest = episodes.shortest[success].mean() if is_known else float("nan")
+    goals = _steps_to_goals(episodes, world)
+    score = geometric_mean([goal.fraction for goal in goals.values()]) if world.goals.outcome == "score" else math.nan
     return Score(
         episodes=len(success),
         success_rate=success_rate,
@@ -138,7 +165,8 @@ def _score(episodes: EndedEpisodes, world: World) -> Score:
         length=float(length.mean()),
         length_over_shortest=float(length[success].mean() / shortest) if is_known else float("nan"),
         mean_return=float(episodes.returns.mean()),
-        steps_to_goals=_steps_to_goals(episodes, world),
+        score=float(score),
+        steps_to_goals=goals,
     )
 
 

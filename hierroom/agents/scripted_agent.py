@@ -101,11 +101,12 @@ class WarmUp:
     """Chooses legal goals at random, preferring those seen this episode, until enough episodes reach the target.
 
     At first the controller reaches no goal, so an option's reward says nothing about its goal. The warm-up ends
-    (``has_ended``) when a share ``start_success`` of the last `WINDOW` episodes has reached the target.
+    (``has_ended``) when a share ``start_success`` of the last `WINDOW` episodes has reached the target; in a world
+    without one, when that share of the last `WINDOW` options has reached its goal.
     """
 
-    def __init__(self, start_success: float) -> None:
-        self.has_ended = start_success == 0
+    def __init__(self, start_success: float, has_target: bool = True) -> None:
+        self.has_ended, self._has_target = start_success == 0, has_target
         self._start_success = start_success
         self._successes: deque[bool] = deque(maxlen=WINDOW)
 
@@ -117,8 +118,9 @@ class WarmUp:
         return random_choice(np.where(is_any, likely, situation.masks), situation.uniforms)
 
     def add(self, step: Step) -> None:
-        """Count the episodes that a step ended."""
-        self._successes.extend(step.success[step.episode_ended].tolist())
+        """Count the episodes, or without a target the options, that a step ended."""
+        ends = step.success[step.episode_ended] if self._has_target else step.reached[step.option_ended]
+        self._successes.extend(ends.tolist())
         rate = sum(self._successes) / WINDOW
         self.has_ended = len(self._successes) == WINDOW and rate >= self._start_success
 

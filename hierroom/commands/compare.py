@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from hierroom.lab.compare.curve import METRICS, MetricName
+from hierroom.lab.compare.curve import metric_of
 from hierroom.support.cli import Flag, progress_bar, read_arguments
 from hierroom.support.errors import InputError, one_line, require_number
 from hierroom.support.files import to_json, usable_path, write_atomically
@@ -33,8 +33,9 @@ class CompareArguments:
         by: entries of the config to group runs by, named as in training and joined by commas: meta, or method,gamma;
             or variant, the name that a sweep's plan gave. By default those that differ between the runs, variant and
             method first; not seed, graph, steps, threads, device or evaluations.
-        outcome: what to compare, over the steps trained; by default the success rate, or the return if no run has a
-            target.
+        outcome: what to compare, over the steps trained: success_rate, score (over all goals, without a target),
+            return, length, length_over_shortest, or the name of a goal for its share of episodes; by default the first
+            of success_rate, score and return that is known.
         out: the folder to write to: new, empty, or of an earlier comparison, which is replaced; by default a new one,
             compare, compare-2, ...
         resamples: resamples of the bootstrap.
@@ -46,7 +47,7 @@ class CompareArguments:
         tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUNS", help_behavior_hint="(required)")
     ]
     by: str | None = None
-    outcome: MetricName | None = None
+    outcome: str | None = None
     out: Path | None = None
     resamples: int = 2000
     seed: int = 0
@@ -85,7 +86,14 @@ def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
     # These import torch, scipy and matplotlib, and --help does not need them.
     from hierroom.lab.compare.caveats import caveats
     from hierroom.lab.compare.comparison import compare
-    from hierroom.lab.compare.evaluated_run import find_runs, known_metrics, read_each, read_run, refuse_without_overlap
+    from hierroom.lab.compare.evaluated_run import (
+        find_runs,
+        known_metrics,
+        metric_named,
+        read_each,
+        read_run,
+        refuse_without_overlap,
+    )
     from hierroom.lab.compare.grouping import choose_groups
     from hierroom.lab.compare.tasks import Tasks
 
@@ -98,7 +106,7 @@ def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
         groups = choose_groups(runs, arguments.by)
         tasks = Tasks.common(groups)
         track = partial(bar.track, description="estimating")
-        outcome = arguments.outcome or known_metrics(runs)[0]
+        outcome = known_metrics(runs)[0] if arguments.outcome is None else metric_named(arguments.outcome, runs)
         comparison = compare(groups, tasks, outcome, arguments.resamples, arguments.seed, track)
     notes = [*unread, *(f"left out, as it has no evaluations: {path}" for path in left_out)]
     if arguments.by is None:
@@ -112,7 +120,7 @@ def _report(comparison: Comparison, notes: Sequence[str], arguments: CompareArgu
     return {
         "by": list(comparison.by),
         "metric": comparison.metric,
-        "is_higher_better": METRICS[comparison.metric].is_higher_better,
+        "is_higher_better": metric_of(comparison.metric).is_higher_better,
         "graphs": [*map(str, comparison.tasks.graphs)],
         "resamples": arguments.resamples,
         "seed": arguments.seed,

@@ -22,6 +22,7 @@ from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
 from hierroom.support.output import said_in_turn, said_when_slow, warn
 from hierroom.support.tables import named_table, print_table
+from hierroom.worlds.dependencies import rules_by_goal
 from hierroom.worlds.env_config import GRAPHS, LAYOUTS
 from hierroom.worlds.escape_room.level_map import as_maps
 from hierroom.worlds.make import find_task
@@ -146,17 +147,19 @@ class RulesArguments(ListArguments):
 
     def show(self) -> None:
         """Print or draw the reports on rules."""
-        rules = [*map(Rules.from_toml, self.rules), *([] if self.task is None else [_rules_of(self.task)])]
+        rules = [*map(Rules.from_toml, self.rules), *([] if self.task is None else _rules_of(self.task))]
         reports = [analyze(one, walk=Walk(*self.walk)) for one in rules]
         self.print_reports(reports, len(reports) > 1, f"{len(reports)} sets of rules")
 
 
-def _rules_of(task: str) -> Rules | GoalGraph:
+def _rules_of(task: str) -> list[Rules | GoalGraph]:
+    """Return the rules of a task; without a target, once for each goal."""
     found: Any = find_task(task)
     rules = getattr(found, "rules", None)
     if rules is None:
         raise InputError(f"the task {task!r} declares no rules, from which its complexity would follow")
-    return replace(rules, label=found.name)
+    rules = replace(rules, label=found.name)
+    return [rules] if found.goal_set.has_target else [*rules_by_goal(rules).values()]
 
 
 @dataclass(frozen=True)

@@ -85,7 +85,12 @@ def _table(results: Mapping[str, Evaluation]) -> Table:
         "return of the controller": lambda r: f"{r.mean_return:.2f}",
     }
     if all(math.isnan(result.success_rate) for result in results.values()):
+        score: dict[str, Callable[[Evaluation], str]] = {
+            "score (geometric mean of the goals)": lambda r: f"{r.score:.1%}",
+            "mean of the goals": lambda r: f"{r.mean_share:.1%}",
+        }
         texts = {name: texts[name] for name in ("episodes", "return of the controller", "length")}
+        texts |= score if any(result.steps_to_goals for result in results.values()) else {}
     for goal in dict.fromkeys(goal for result in results.values() for goal in result.steps_to_goals):
         texts[f"steps to {goal}"] = lambda r, g=goal: (
             f"{_number(r.steps_to_goals[g][1])} ({r.steps_to_goals[g][0]:.1%})" if g in r.steps_to_goals else "-"

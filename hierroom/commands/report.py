@@ -110,6 +110,7 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
     from hierroom.lab.report.page import page_texts, render_page
     from hierroom.lab.report.replay import TILES
     from hierroom.lab.report.runs import read_runs
+    from hierroom.worlds.dependencies import rules_by_goal
 
     torch.set_num_threads(1)  # as in training
     with progress_bar() as bar:
@@ -127,7 +128,9 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
             if played := _play(one, arguments, notes, lambda n, done=done: bar.update(task, completed=done + n)):
                 row, episodes, world = played
                 if isinstance(world.rules, Rules):
-                    rules[world.variants[0]] = world.rules
+                    has_target, name = world.goals.has_target, world.variants[0]
+                    by_goal = {f"{name}: {goal}": own for goal, own in rules_by_goal(world.rules).items()}
+                    rules |= {name: world.rules} if has_target else by_goal
                 if len(world.goals):
                     goals.append({"run": one.name, "group": curves.group_of[str(one.path)], **row})
                 (replays if one.config.env.task is None else films).append({"run": one.name, "episodes": episodes})

@@ -60,7 +60,7 @@ class SingleEnv:
         infos = self.infos()
         if asks_complexity:
             for info in infos.values():
-                info["complexity"] = self.complexity.to_dict()
+                info["complexity"] = plain_report(self.complexity)
         return infos
 
     @property
@@ -184,6 +184,13 @@ def checked_options(options: Any, world: World, *known: str) -> dict[str, Any]:
     if options.get("complexity") and world.complexity is None:
         raise InputError("a task without rules has no complexity; reset it without the option complexity")
     return dict(options)
+
+
+def plain_report(complexity: Any) -> dict[str, Any]:
+    """Return a report on complexity, or one for each goal, as plain types."""
+    if isinstance(complexity, dict):
+        return {goal: one.to_dict() for goal, one in complexity.items()}
+    return complexity.to_dict()
 
 
 def as_action(action: Any) -> int:

@@ -67,11 +67,11 @@ class GoalSet:
     def one_hot(cls, names: Sequence[str], target: str | None) -> GoalSet:
         """Return goals with these names and one-hot vectors; each goal is a kind and a milestone of its own.
 
-        Without goals there is no target, and 'no goal' is the vector [0].
+        Without goals 'no goal' is the vector [0].
         """
         names, n = tuple(names), len(names)
-        if target not in (names or (None,)):
-            known = f"one of the goals {', '.join(names)}" if names else "None in a task without goals"
+        if target not in (*names, None):
+            known = f"one of the goals {', '.join(names)}, or None" if names else "None in a task without goals"
             raise InputError(f"the target must be {known}, not {shown(target)}")
         vectors = np.zeros((min(n, MAX_GOALS) + 1, max(n, 1)), np.float32)  # more goals are refused: little memory
         np.fill_diagonal(vectors[:-1], 1)
@@ -84,6 +84,11 @@ class GoalSet:
     def has_target(self) -> bool:
         """Return whether episodes can succeed."""
         return self.target != NO_TARGET
+
+    @property
+    def outcome(self) -> str:
+        """What counts, as tables call it: ``success_rate``; without a target ``score``; without goals ``return``."""
+        return "success_rate" if self.has_target else "score" if self.names else "return"
 
     @property
     def n_choices(self) -> int:

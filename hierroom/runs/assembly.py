@@ -107,7 +107,7 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
     if features.are_by_goal and world.goals.n_alike and config.meta_ppo.memory == "lstm":
         network = partial(GoalNetwork, n_alike=world.goals.n_alike)
     learner = make_learner(features, world.goals.n_choices, config.meta_ppo, meta_seed(config.seed), network)
-    warm_up = WarmUp(agents.meta_start_success)
+    warm_up = WarmUp(agents.meta_start_success, world.goals.has_target)
     return PPOAgent(features, learner, network=LEARNED, warm_up=warm_up), controller
 
 

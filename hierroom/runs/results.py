@@ -49,6 +49,7 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: 
         summary |= {f"{name}_to_{milestone}": crossing and getattr(crossing, name) for name in ("steps", "seconds")}
     if curve is not None:
         ends = {"success_rate": curve.success, "length": curve.length, "return": curve.returns}
+        ends |= {curve.outcome_name: curve.outcome}
         summary |= {f"evaluated_{name}": float(values[-1]) for name, values in ends.items()}
     folder.save_summary(summary)
     picture, run = folder.path / "learning_curve.png", (folder.path, *trust_option(trainer.config))
@@ -108,19 +109,21 @@ def _film(trainer: Trainer, folder: RunFolder) -> tuple[str, str, tuple[str, ...
 def _table(curve: LearningCurve | None, summary: dict[str, Any]) -> Table:
     rows = {}
     if curve is not None:
-        name, number = outcome_in_words(curve.success[-1], curve.returns[-1], 1)
+        name, number = outcome_in_words(*curve.last, digits=1)
         rows[f"{name}, evaluated over {curve.episodes[-1]:.0f} episodes"] = number
         rows["episode length, evaluated"] = f"{curve.length[-1]:.1f}"
     n_last = min(WINDOW, summary["episodes"])
-    name, number = outcome_in_words(summary["training_success_rate"], summary["training_episode_return"], 1)
+    trained = (summary.get(f"training_{name}", math.nan) for name in ("success_rate", "episode_return", "score"))
+    name, number = outcome_in_words(*trained, digits=1)
     rows[f"{name}, last {n_last} episodes of training"] = number
     rows["steps"] = f"{summary['steps']:,}"
-    if curve is not None and not curve.has_target:
+    if curve is not None and not curve.is_rate:
         best = int(curve.returns.argmax())
         rows[f"best return, evaluated after {curve.steps[best]:,.0f} steps"] = f"{curve.returns[best]:.5g}"
-    for milestone in MILESTONES if curve is not None and curve.has_target else ():
+    name = "" if curve is None or not curve.is_rate else curve.outcome_name.removesuffix("_rate")
+    for milestone in MILESTONES if name else ():
         steps = summary[f"steps_to_{milestone}"]
-        rows[f"steps to {milestone}% success, evaluated"] = "-" if steps is None else f"{steps:,.0f}"
+        rows[f"steps to {milestone}% {name}, evaluated"] = "-" if steps is None else f"{steps:,.0f}"
     if "stage" in summary:
         rows["stage of the curriculum"] = f"{summary['stage']} of {summary['stages']}"
     rows["seconds of training"] = f"{summary['seconds']:.1f}"
@@ -142,7 +145,9 @@ def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path)
     figure = Figure(figsize=(8, 3.2), layout="constrained")
     panels = figure.subplots(1, 2)
     has_target = not any(math.isnan(row["success_rate"]) for row in rows)
-    column, scale = ("success_rate", 100) if has_target else ("episode_return", 1)
+    is_score = bool(rows) and "score" in rows[0]
+    column = "score" if is_score else "success_rate" if has_target else "episode_return"
+    scale = 1 if column == "episode_return" else 100
     windows = [scale * row[column] for row in rows], [row["episode_length"] for row in rows]
     evaluated = None if curve is None else (scale * curve.outcome, curve.length)
     for n, axes in enumerate(panels):
@@ -151,8 +156,9 @@ def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path)
             axes.plot(curve.steps / unit, evaluated[n], color="tab:blue", marker="o", markersize=3, label="evaluated")
         axes.set_xlabel(f"primitive steps ({name})")
         axes.grid(alpha=0.3)
-    if has_target:
-        panels[0].set(ylim=(-2, 102), ylabel="success (%)", title="reached the target")
+    if scale == 100:
+        texts = ("score (%)", "geometric mean of the goals") if is_score else ("success (%)", "reached the target")
+        panels[0].set(ylim=(-2, 102), ylabel=texts[0], title=texts[1])
     else:
         panels[0].set(ylabel="return", title="return of an episode")
     longest = np.nanmax([1, *windows[1], *(() if curve is None else curve.length)])  # NaN before an episode ends

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, chdir, closing, contextmanager
 from pathlib import Path
@@ -184,7 +185,8 @@ def train(
             evaluation = trainer.evaluation = trainer.evaluate()
         folder.evaluations.append(evaluation_rows(trainer.steps, trainer.seconds, evaluation))
         logs.add(evaluation_scalars(evaluation), trainer.steps)
-        return f" (evaluated {outcome_in_words(evaluation.success_rate, evaluation.mean_return)[1]})"
+        words = outcome_in_words(evaluation.success_rate, evaluation.mean_return, evaluation.score)
+        return f" (evaluated {words[1]})"
 
     def has_completed_part(n_parts: int, before: int) -> bool:
         return before * n_parts // total < trainer.steps * n_parts // total
@@ -233,7 +235,7 @@ def _status(trainer: Trainer, row: Mapping[str, float], evaluated: str) -> str:
     stage = f"stage {row['stage']:.0f} of {len(stages)}, " if stages else ""
     is_long = stage or not row["episodes"]  # the line fits into 80 columns, and no length is shown before there is one
     length = "" if is_long else f" length {row['episode_length']:.0f},"
-    outcome = " ".join(outcome_in_words(row["success_rate"], row["episode_return"]))
+    outcome = " ".join(outcome_in_words(row["success_rate"], row["episode_return"], row.get("score", math.nan)))
     return f"{trainer.steps_per_second:,.0f} steps/s, {stage}{outcome}{evaluated},{length}"
 
 

@@ -178,7 +178,7 @@ class Trainer:
         """Return the numbers of training for ``summary.json``."""
         row, world = self.metrics(), self.turns.world
         return {
-            **{f"training_{name}": row[name] for name in ("success_rate", "episode_length", "episode_return")},
+            **{f"training_{name}": value for name, value in self.log.means.items()},
             **{name: row[name] for name in ("episodes", "steps", "seconds", "compile_seconds")},
             "steps_per_second": self.steps_per_second,
             "rollout_bytes": self.controller.learner.n_rollout_bytes,

@@ -16,7 +16,7 @@ _MOST = 2.0**62  # as in checkpoints; sums and plots of such numbers stay finite
 _BEFORE = r"(?!achieved_|steps_to_|meta_)(.*_)?"  # users choose the names after these three
 _WHOLE = re.compile(rf"steps|{_BEFORE}episodes")
 _RANGES = {
-    rf"{_BEFORE}success(_rate|_low|_high)|achieved_.*": (0.0, 1.0),
+    rf"{_BEFORE}(success(_rate|_low|_high)|score)|achieved_.*": (0.0, 1.0),
     rf"{_WHOLE.pattern}|seconds|{_BEFORE}(length|length_over_shortest)|steps_to_.*": (0.0, _MOST),
     rf"{_BEFORE}return": (-_MOST, _MOST),
 }

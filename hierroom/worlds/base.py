@@ -16,7 +16,7 @@ from hierroom.support.errors import InputError
 from hierroom.support.kernel import Compiled
 from hierroom.support.schema import Array, Table, record_type
 from hierroom.worlds.base_view import BaseView
-from hierroom.worlds.dependencies import Dependencies
+from hierroom.worlds.dependencies import Dependencies, rules_by_goal
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 from hierroom.worlds.observation_writer import ObservationWriter
 from hierroom.worlds.outcome_kernel import begin_episodes, write_outcomes
@@ -116,12 +116,14 @@ class BaseWorld(ABC):
 
     @property
     def complexity(self) -> Any:
-        """Measure how hard the rules are to explore; None without rules."""
+        """Measure how hard the rules are to explore: a report, or one for each goal without a target, or None."""
         if self.rules is None:
             return None
         from hierroom.complexity.report import analyze
 
-        return analyze(self.rules)
+        if self.goals.has_target:
+            return analyze(self.rules)
+        return {goal: analyze(one) for goal, one in rules_by_goal(self.rules).items()}
 
     def remember(self, memories: Iterable[str]) -> None:
         """Refuse all memories; only features and rewards of EscapeRooms and workshops ask for any."""

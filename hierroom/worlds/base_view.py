@@ -137,14 +137,25 @@ class BaseView:
 
     @cached_property
     def depth_first_ranks(self) -> NDArray[np.integer]:
-        """1 for the next goal on a random depth-first path to the target, else 0: [M, G]."""
-        ranks = np.zeros(self.counts.shape, np.int64)
-        rules = self.dependencies
+        """1 for the next goal on a random depth-first path to the target, else 0: [M, G].
+
+        Without a target, goals that are not achieved yet have their depths. Where none of them is in reach, 1 is for
+        the next goal on a path to the deepest one.
+        """
+        ranks, rules, missing = np.zeros(self.counts.shape, np.int64), self.dependencies, self.counts == 0
+        has_target, rows = self.goals.has_target, [*range(len(self))]
+        if not has_target:
+            ranks += missing * (1 if rules is None else rules.depths)
+            rows = np.flatnonzero(~(missing & self.reachable).any(axis=1)).tolist()
         if rules is None:
             return ranks
-        drawn = _uniforms(episode_states(self.episodes, rules.n_random, SPLITS[self.levels], 2, 0))
-        for m, row in enumerate(drawn):
-            if (goal := rules.next_goal(self.markings[m], row)) is not None:
+        drawn = _uniforms(episode_states(self.episodes[rows], rules.n_random, SPLITS[self.levels], 2, 0))
+        for m, random in zip(rows, drawn, strict=True):
+            marking = self.markings[m]
+            goal = (
+                rules.next_goal(marking, random) if has_target else rules.next_goal_to_any(marking, missing[m], random)
+            )
+            if goal is not None:
                 ranks[m, goal] = 1
         return ranks
 

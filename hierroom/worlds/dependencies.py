@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -42,21 +45,22 @@ class DepthFirst:
         first = way - self._ways[way][1]
         return bool((self._required[first:way] <= self._required[way]).all(axis=1).any())
 
-    def next_rule(self, marking: ArrayLike, random: NDArray[np.floating]) -> int | None:
+    def next_rule(self, marking: ArrayLike, random: NDArray[np.floating], target: int | None = None) -> int | None:
         """Return the rule to apply next, or None if the target is there already or no way leads to it.
 
         Args:
             marking: [F] the count of each fact.
             random: `n_random` numbers that are the same throughout an episode.
+            target: the number of a fact; None: the target of the rules.
         """
-        have = np.asarray(marking)
+        have, target = np.asarray(marking), self._target if target is None else target
         kept = self._is_possible.copy()
-        if have[self._target] or self._makers(kept, have)[self._target] < 0:
+        if have[target] or self._makers(kept, have)[target] < 0:
             return None
         for way in np.argsort(random[: len(kept)]).tolist():
             kept[way] = False
-            kept[way] = self._makers(kept, have)[self._target] < 0
-        makers, order, fact = self._makers(kept, have), np.argsort(random[len(kept) :]).tolist(), self._target
+            kept[way] = self._makers(kept, have)[target] < 0
+        makers, order, fact = self._makers(kept, have), np.argsort(random[len(kept) :]).tolist(), target
         while True:  # this ends, because what a maker requires is made before it
             way = int(makers[fact])
             missing = have < self._required[way]
@@ -109,7 +113,7 @@ class Dependencies:
     """
 
     def __init__(self, rules: Rules, goals: GoalSet) -> None:
-        self.rules = rules
+        self.rules, self._names = rules, goals.names
         self._rule_of_goal = np.array([rules.names.index(name) for name in goals.names])
         self._goal_of_rule = [goals.names.index(name) for name in rules.names]
         self._search = DepthFirst(rules)
@@ -155,6 +159,29 @@ class Dependencies:
         rule = self._search.next_rule(marking, random)
         return None if rule is None else self._goal_of_rule[rule]
 
+    @cached_property
+    def depths(self) -> NDArray[np.int64]:
+        """The depth of each goal [G] (see `requirements.goal_depths`); 0 if it is out of reach."""
+        from hierroom.complexity.requirements import goal_depths  # it loads slowly, and few worlds need it
+
+        depths = goal_depths(self.rules)
+        return np.array([int(depths[name]) if math.isfinite(depths[name]) else 0 for name in self._names])
+
+    def next_goal_to_any(
+        self, marking: NDArray[np.integer], missing: NDArray[np.bool_], random: NDArray[np.floating]
+    ) -> int | None:
+        """Return the next goal on a random depth-first path to the deepest of the ``missing`` goals, [G] bool."""
+        for goal in sorted(np.flatnonzero(missing).tolist(), key=lambda goal: -self.depths[goal]):
+            for fact in np.flatnonzero(self.rules.given[self._rule_of_goal[goal], 0]).tolist():
+                if (rule := self._search.next_rule(marking, random, fact)) is not None:
+                    return self._goal_of_rule[rule]
+        return None
+
     def in_words(self, marking: Sequence[int]) -> dict[str, int]:
         """Return the count of each fact."""
         return dict(zip(self.rules.facts, marking, strict=True))
+
+
+def rules_by_goal(rules: Rules) -> dict[str, Rules]:
+    """Return the same rules once for each goal, with that goal as the target."""
+    return {goal: replace(rules, target=goal, label=f"{rules.name}, {goal}") for goal in rules.names}

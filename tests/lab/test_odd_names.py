@@ -54,7 +54,7 @@ def test_tables_of_a_run_give_back_each_goal(tmp_path_factory, names):
     assert not {"new", "no goal", *map(str, MILESTONES)}.intersection(names)  # tables have these columns already
     folder = RunFolder.create(tmp_path_factory.mktemp("runs") / "run", hierroom.TrainConfig())
     goals = {name: GoalSteps(1 / (2 + n), 2.5 + n) for n, name in enumerate(names)}
-    score = Evaluation(3, 0.5, SuccessInterval(0.1, 0.9), 9.0, np.nan, 0.0, goals, graphs={})
+    score = Evaluation(3, 0.5, SuccessInterval(0.1, 0.9), 9.0, np.nan, 0.0, np.nan, goals, graphs={})
     folder.evaluations.append(evaluation_rows(7, 1.0, Evaluation(**{**vars(score), "graphs": {"a": score}})))
     (row,) = RunFolder(folder.path).evaluations.read()
     own = [float(cell) for name, cell in row.items() if name.startswith(("achieved_", "steps_to_"))]

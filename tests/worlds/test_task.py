@@ -201,7 +201,7 @@ def test_recorded_episode_is_replayed_and_drawn():
     [
         ({"make": 3}, "make of a task is a function that makes its environment or an id, not 3"),
         ({"goals": {"chest": True}}, "goal 'chest' must be a function of environment and info, not True"),
-        ({"target": "gold"}, "the target must be one of the goals coin, key, chest, not 'gold'"),
+        ({"target": "gold"}, "the target must be one of the goals coin, key, chest, or None, not 'gold'"),
         ({"rules": {"coin": {}}}, "these lack 'key', 'chest'"),
         ({"max_steps": 0}, "max_steps must be at least 1, not 0"),
         ({"vectors": {"coin": [1.0]}}, "vectors of a task are equally many finite numbers for each goal"),

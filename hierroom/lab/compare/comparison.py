@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.lab.compare.curve import METRICS, Curve, MetricName, shared_steps
+from hierroom.lab.compare.curve import Curve, MetricName, metric_of, shared_steps
 from hierroom.lab.compare.estimates import (
     Estimate,
     Scores,
@@ -84,7 +84,7 @@ def compare(
     """Estimate everything, with intervals from ``resamples`` resamples; ``track`` may show the progress."""
     steps = shared_steps([curve for group in groups for curve in tasks.curves(group, metric, tasks.graphs)])
     estimates = partial(estimate, resamples=resamples, seed=seed)
-    estimator = _Estimator(tasks, metric, steps, estimates, shares(groups, tasks))
+    estimator = _Estimator(tasks, metric, steps, estimates, shares(groups, tasks, level_metric(metric, groups)))
     places = [(ALL, tasks.graphs), *((graph, (graph,)) for graph in tasks.graphs)]
     parts = [(group, *place) for group in groups for place in places if tasks.curves(group, metric, place[1])]
     summaries = tuple(estimator.summary(*part) for part in track(parts))
@@ -92,13 +92,20 @@ def compare(
     return Comparison(metric, tuple(groups[0].choices), tuple(groups), tasks, summaries, improvements)
 
 
-def shares(groups: Sequence[Group], tasks: Tasks) -> Callable[[Group, Sequence[Place]], list[Curve]]:
-    """Return a function from a group and graphs to curves from 0 to 1: success rates, or without any the returns.
+def level_metric(metric: MetricName, groups: Sequence[Group]) -> MetricName:
+    """Return the metric of the steps to `SUCCESS_LEVELS`: the comparison's if it is a rate, else the usual one."""
+    return metric if metric_of(metric).is_rate else known_metrics(run for group in groups for run in group.runs)[0]
+
+
+def shares(
+    groups: Sequence[Group], tasks: Tasks, metric: MetricName
+) -> Callable[[Group, Sequence[Place]], list[Curve]]:
+    """Return a function from a group and graphs to curves from 0 to 1: of a rate, or of the returns.
 
     Returns are shares of the way from the lowest first to the highest last one of all groups on that graph.
     """
-    if "success_rate" in known_metrics(run for group in groups for run in group.runs):
-        return lambda group, graphs: tasks.curves(group, "success_rate", graphs)
+    if metric_of(metric).is_rate:
+        return lambda group, graphs: tasks.curves(group, metric, graphs)
     ends = {}
     for graph in tasks.graphs:
         curves = [curve for group in groups for curve in tasks.curves(group, "return", [graph])]
@@ -144,7 +151,7 @@ class _Estimator:
         )
 
     def improvement(self, ours: Group, theirs: Group) -> Improvement:
-        sign = 1 if METRICS[self.metric].is_higher_better else -1
+        sign = 1 if metric_of(self.metric).is_higher_better else -1
 
         def scores(curve: Curve) -> Sequence[float]:
             part = self.part(curve)

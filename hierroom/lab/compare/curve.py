@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.runs.logs.learning_curve import first_crossing
 
-MetricName = Literal["success_rate", "return", "length", "length_over_shortest"]
+MetricName = str
+"""One of `METRICS`, or ``achieved_GOAL``, the share of episodes that achieved a goal."""
+ACHIEVED = "achieved_"
 
 
 @dataclass(frozen=True)
@@ -31,10 +32,18 @@ class Metric:
 
 METRICS: Mapping[MetricName, Metric] = {
     "success_rate": Metric("success rate", is_rate=True),
+    "score": Metric("score over all goals", is_rate=True),
     "return": Metric("return of the controller", digits=2),
     "length": Metric("episode length (steps)", is_higher_better=False),
     "length_over_shortest": Metric("length / shortest", is_higher_better=False, digits=2),
 }
+OUTCOMES = "success_rate", "score", "return"
+"""What may count in a run: the first of them that it knows."""
+
+
+def metric_of(name: MetricName) -> Metric:
+    """Return a metric by its name."""
+    return METRICS.get(name) or Metric(f"episodes with {name.removeprefix(ACHIEVED)}", is_rate=True)
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,15 @@ import numpy as np
 import pandas as pd
 
 from hierroom.goals import GoalGraph, graph_specs, spec_names
-from hierroom.lab.compare.curve import METRICS, Curve, MetricName
+from hierroom.goals.alternatives import first_names
+from hierroom.goals.goal_set import column_name
+from hierroom.lab.compare.curve import ACHIEVED, METRICS, OUTCOMES, Curve, MetricName
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.config_file import OF_ENVIRONMENTS
 from hierroom.runs.folder.provenance import code_of, variant_of
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.cells import join_names
-from hierroom.support.errors import InputError, one_line
+from hierroom.support.errors import InputError, one_line, shown
 from hierroom.support.files import read_bytes, read_csv, usable_path
 
 _TABLE = "evaluations.csv"
@@ -46,9 +48,14 @@ class EvaluatedRun:
         return next((kind for kind in ("task", "layout") if self.entries.get(kind)), "graph")
 
     @property
-    def has_target(self) -> bool:
-        """Return whether its success is known; else its return counts."""
-        return any(np.isfinite(metrics["success_rate"].values).any() for metrics in self.curves.values())
+    def outcome(self) -> MetricName:
+        """What counts in the run: see `OUTCOMES`."""
+        return next(name for name in OUTCOMES if name == OUTCOMES[-1] or self.knows(name))
+
+    def knows(self, metric: MetricName) -> bool:
+        """Return whether a metric has values."""
+        curves = (metrics[metric] for metrics in self.curves.values() if metric in metrics)
+        return any(np.isfinite(curve.values).any() for curve in curves)
 
     @property
     def evaluated_steps(self) -> float:
@@ -85,9 +92,22 @@ class EvaluatedRun:
 
 
 def known_metrics(runs: Iterable[EvaluatedRun]) -> list[MetricName]:
-    """Return the metrics of runs, the usual one first: the success rate, or the return if no run has a target."""
-    has_target = any(run.has_target for run in runs)
-    return [name for name in METRICS if name != "success_rate" or has_target]
+    """Return the metrics of runs, the usual one first: the success rate, or the score, or the return."""
+    outcomes = {run.outcome for run in runs}
+    return [name for name in METRICS if name not in OUTCOMES[:-1] or name in outcomes]
+
+
+def metric_named(asked: str, runs: Sequence[EvaluatedRun]) -> MetricName:
+    """Return the metric that a user names: one of `METRICS`, or the name of a goal of all the runs."""
+    column, words = column_name(asked), column_name(asked).replace("-", "_")
+    by_run = [{name for curves in run.curves.values() for name in curves if run.knows(name)} for run in runs]
+    known = {*set.intersection(*by_run), *known_metrics(runs)}
+    names = words, column, f"{ACHIEVED}{column}"
+    if (found := next((name for name in names if name in known), None)) is None:
+        goals = [name.removeprefix(ACHIEVED) for name in sorted(known - {*METRICS})]
+        metrics = ", ".join(name for name in METRICS if name in known)
+        raise InputError(f"--outcome is one of {metrics} or a goal ({first_names(goals)}), not {shown(asked)}")
+    return found
 
 
 def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
@@ -165,14 +185,16 @@ def read_run(path: Path) -> EvaluatedRun:
     """
     folder = RunFolder.open(path)
     config, rows = folder.config(), _evaluations(folder)
-    numbers, curves = ["steps", "episodes", *METRICS], {}
-    table = pd.DataFrame(rows, dtype=object)[["graph", *numbers]].astype(dict.fromkeys(numbers, float))
+    metrics = [*METRICS, *(name for name in rows[0] if name.startswith(ACHIEVED))]
+    numbers, curves = ["steps", "episodes", *metrics], {}
+    table = pd.DataFrame(rows, dtype=object).reindex(columns=["graph", *numbers]).replace("", np.nan)
+    table = table.astype(dict.fromkeys(numbers, float))
     is_curve = table.groupby("graph")["steps"].transform("size") > 1
     for graph, own in (table[is_curve] if is_curve.any() else table).groupby("graph", sort=False):
         steps = own["steps"].to_numpy()
         if not (np.diff(steps) > 0).all() or not np.isfinite(steps).all():
             raise InputError(f"{path / _TABLE} is broken: the steps of graph {graph} do not increase from row to row")
-        curves[graph] = {name: Curve(steps, own[name].to_numpy()) for name in METRICS}
+        curves[graph] = {name: Curve(steps, own[name].to_numpy()) for name in metrics}
     method = config.resolved_method
     counts = frozenset(map(int, table.groupby("steps")["episodes"].sum()))
     graphs: dict[str, object] = {one.name: one.rows for one in config.env.layout} or {

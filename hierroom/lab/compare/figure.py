@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, MaxNLocator
 
 from hierroom.lab.compare.comparison import Comparison, GroupSummary
-from hierroom.lab.compare.curve import METRICS
+from hierroom.lab.compare.curve import metric_of
 from hierroom.lab.compare.style import DASHES, STYLE, line_style, save
 from hierroom.lab.compare.tasks import ALL, OWN, Place
 from hierroom.runs.results import step_unit
@@ -28,7 +28,7 @@ def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
 
 
 def _figure(comparison: Comparison) -> Figure:
-    panels, metric = _panels(comparison), METRICS[comparison.metric]
+    panels, metric = _panels(comparison), metric_of(comparison.metric)
     n_columns = 3 if len(panels) in (5, 6, 9) else min(4, len(panels))
     n_rows = -(-len(panels) // n_columns)
     labels = [
@@ -73,7 +73,7 @@ def _panels(comparison: Comparison) -> dict[Place, str]:
 
 def _draw(axes: Axes, summary: GroupSummary, comparison: Comparison) -> None:
     colour, dash = line_style(comparison.groups.index(summary.group))
-    scale, label = METRICS[comparison.metric].scale, legend_text(summary.group.label)
+    scale, label = metric_of(comparison.metric).scale, legend_text(summary.group.label)
     steps, curve = summary.steps / step_unit(summary.steps[-1])[0], summary.curve
     axes.plot(steps, scale * curve.values, color=colour, linestyle=DASHES[dash], linewidth=1.2, label=label)
     axes.fill_between(steps, scale * curve.lows, scale * curve.highs, color=colour, alpha=0.2, linewidth=0)
@@ -87,6 +87,6 @@ def _finish(axes: Axes, title: str, comparison: Comparison) -> None:
     axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
     axes.yaxis.set_major_locator(MaxNLocator(5))
     axes.grid(alpha=0.25, linewidth=0.5)
-    if METRICS[comparison.metric].is_rate:
+    if metric_of(comparison.metric).is_rate:
         axes.set_ylim(-2, 102)
         axes.set_yticks(np.arange(0, 101, 25))

@@ -8,10 +8,9 @@ from functools import partial
 from rich.markup import escape
 from rich.table import Table
 
-from hierroom.lab.compare.comparison import SCORES, SUCCESS_LEVELS, Comparison, GroupSummary
-from hierroom.lab.compare.curve import METRICS
+from hierroom.lab.compare.comparison import SCORES, SUCCESS_LEVELS, Comparison, GroupSummary, level_metric
+from hierroom.lab.compare.curve import metric_of
 from hierroom.lab.compare.estimates import Estimate
-from hierroom.lab.compare.evaluated_run import known_metrics
 from hierroom.lab.compare.tasks import ALL, OWN
 from hierroom.lab.sweep.summary import steps_text
 from hierroom.support.tables import named_table
@@ -70,14 +69,15 @@ def improvement_rows(comparison: Comparison) -> list[Row]:
 
 def summary_table(comparison: Comparison) -> Table:
     """Return a table of the estimates of each group over all graphs."""
-    metric, graphs, kind = METRICS[comparison.metric], comparison.tasks.graphs, comparison.tasks.kind
+    metric, graphs, kind = metric_of(comparison.metric), comparison.tasks.graphs, comparison.tasks.kind
     end = comparison.summaries[0].steps[-1]
     where = f"{kind} {graphs[0]}" if len(graphs) == 1 else f"{len(graphs)} {kind}s"
     where = f"{kind}s of their own" if graphs == (OWN,) else where
     title = escape(f"{metric.label} on {where}, by {', '.join(comparison.by)}")
     caption = f"interquartile means with 95% intervals{'' if metric.is_higher_better else ', less is better'}"
-    is_success = "success_rate" in known_metrics(run for group in comparison.groups for run in group.runs)
-    level = "success rate is that high" if is_success else "return is so far from the lowest first to the best last"
+    counted = metric_of(level_metric(comparison.metric, comparison.groups))
+    level = f"{counted.label} is that high"
+    level = level if counted.is_rate else "return is so far from the lowest first to the best last"
     caption += f"; steps until the {level}, medians over runs{f' and {kind}s' * (len(graphs) > 1)}"
     caption += f" (>{steps_text(end)}: half or fewer got there, -: none)"
     levels = [f"steps to\n{level:.0%}" for level in SUCCESS_LEVELS]

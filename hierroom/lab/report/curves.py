@@ -144,6 +144,7 @@ def goal_row(evaluation: Evaluation) -> dict[str, Any]:
     return {
         "episodes": evaluation.episodes,
         "success": evaluation.success_rate,
+        "score": evaluation.score,
         "low": evaluation.success_interval.low,
         "high": evaluation.success_interval.high,
         "length": evaluation.length,

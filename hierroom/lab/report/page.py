@@ -71,7 +71,7 @@ def page_texts(
     groups = sorted({point["group"] for point in points})
     evaluated = [run.evaluated for run in runs if run.evaluated is not None]
     return {
-        "outcome": " or ".join(sorted({"success" if one.has_target else "return" for one in evaluated})),
+        "outcome": " or ".join(sorted({one.outcome.removesuffix("_rate") for one in evaluated})),
         "runs": [_run(run, curves, shown, differing) for run in runs],
         "differing": shown,
         "common": [
@@ -101,7 +101,7 @@ def _run(run: ReportedRun, curves: Curves, shown: Sequence[str], differing: Sequ
         final = [row for row in rows if float(row["steps"]) == curve.steps[-1]]
         last = {
             "steps": f"{curve.steps[-1]:,.0f}",
-            "success": outcome_in_words(curve.success[-1], curve.returns[-1], 1)[1],
+            "success": outcome_in_words(*curve.last, digits=1)[1],
             "interval": _interval(final[0]) if len(final) == 1 else "-",
             "length": f"{curve.length[-1]:.1f}",
         }

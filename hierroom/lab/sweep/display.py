@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 
@@ -86,7 +87,8 @@ def _line(event: Event, count: str) -> str:
     match event.kind:
         case "finished":
             played = f"{content['evaluated_episodes']} episodes"
-            outcome = " ".join(outcome_in_words(content["success_rate"], content["return"], 1))
+            numbers = (content.get(name, math.nan) for name in ("success_rate", "return", "score"))
+            outcome = " ".join(outcome_in_words(*numbers, digits=1))
             return f"{count} {name}: {outcome}, length {content['length']:.0f} in {played}"
         case "failed":
             return f"failed: {name}: {content}"

@@ -11,19 +11,20 @@ from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.logs.learning_curve import LearningCurve
 
 Reference = tuple[float, float] | None
-"""Of a run without a target, in the first trial: the return before training, and the range of returns later."""
+"""Of a run whose return counts, in the first trial: the return before training, and the range of returns later."""
 
 
 def reference_of(folder: Path) -> Reference:
-    """Return the reference of a run, None if it has a target, and so a success rate."""
+    """Return the reference of a run, None if it has a success rate or a score."""
     curve = _curve(folder)
-    return None if curve is None or curve.has_target else (float(curve.returns[0]), float(np.ptp(curve.returns)))
+    return None if curve is None or curve.is_rate else (float(curve.returns[0]), float(np.ptp(curve.returns)))
 
 
 def scores_so_far(folders: Sequence[Path], points: Sequence[int], references: Sequence[Reference]) -> list[float]:
     """Return the score of a trial at points of its runs in order, up to the first one that is not evaluated yet.
 
-    A run's score is its mean success rate over its steps, where those to come count as 0. Without a target it is
+    A run's score is its mean success rate, or score over goals, over its steps, where those to come count as 0. If its
+    return counts, it is
     ``gain / (gain + range)``. The gain is its mean return over the steps, above the reference's return before training;
     the range is that of the reference's returns. A negative gain counts as 0.
 

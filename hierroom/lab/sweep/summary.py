@@ -57,6 +57,11 @@ def summarise(runs: Sequence[PlannedRun], rows: pd.DataFrame, metas: Sequence[st
         number = "{:.5g}".format
         returns = {"return": ("return", number), "mean return": ("area_under_curve", number)}
         returns["greedy return"] = ("greedy_return", number)
+        if (goals := rows.get("score", rows["success_rate"]).ne("") & has_none).any():  # of those with goals
+            shares = {"score": ("score", percent), "mean score": ("area_under_curve", percent)}
+            shares |= {name: columns[name] for name in ("steps to 50%", "steps to 95%")}
+            shares["greedy score"] = ("greedy_score", percent)
+            returns = shares if (goals == has_none).all() else {**returns, **shares}
         columns = {**returns, "length": columns["length"]} if has_none.all() else {**columns, **returns}
     are_tasks = all(run.config.env.task is not None for run in runs)
     if are_tasks and not (len(rows) and rows["length_over_shortest"].any()):

@@ -12,6 +12,7 @@ import torch
 from numpy.typing import NDArray
 
 from hierroom.agents.episode_facts import Achievements, EpisodeFacts
+from hierroom.agents.evaluation import geometric_mean
 from hierroom.goals.goal_set import GoalSet, column_name
 from hierroom.support.schema import Array, Items, Real, Table, Whole, as_array
 from hierroom.turns.records import Step
@@ -38,7 +39,8 @@ class EpisodeLog:
         num_envs, self._clocks = len(clocks), np.array(clocks, np.int64)
         self.episodes = 0
         self.ended: list[dict[str, object]] = []
-        self._window: dict[str, deque[float]] = {name: deque(maxlen=WINDOW) for name in ("success", "length", "return")}
+        windows = ("success", "length", "return", *(["achieved"] if goals.outcome == "score" else []))
+        self._window: dict[str, deque[Any]] = {name: deque(maxlen=WINDOW) for name in windows}  # achieved: bits
         self._facts = EpisodeFacts(num_envs)
         self._goals, self._kinds = goals, np.append(goals.kind_of, len(goals.kinds))  # the last is of no goal
         self._options = np.zeros((2, 1 + len(goals.kinds)), np.int64)  # that ended, that reached their goal
@@ -63,6 +65,10 @@ class EpisodeLog:
         }
         for name, values in numbers.items():
             self._window[name].extend(values)
+        if "achieved" in self._window:
+            self._window["achieved"].extend(
+                sum(1 << goal for goal in {goal for _, goal in one}) for one in ended.milestones
+            )
         if not self._goals.has_target:
             numbers["success"] = [np.nan] * len(ended)
         achieved = [self._named(one) for one in ended.milestones]
@@ -81,10 +87,18 @@ class EpisodeLog:
 
     @property
     def means(self) -> dict[str, float]:
-        """Means over the window; before an episode has ended, NaN, but 0 for the success rate; NaN without a target."""
+        """Means over the window; before an episode has ended, NaN, but 0 for the success rate; NaN without a target.
+
+        The score is there only if it is what counts.
+        """
         length, returned = (np.mean(self._window[name] or np.nan) for name in ("length", "return"))
         success = np.mean(self._window["success"] or 0.0) if self._goals.has_target else np.nan
-        return {"success_rate": float(success), "episode_length": float(length), "episode_return": float(returned)}
+        means = {"success_rate": float(success), "episode_length": float(length), "episode_return": float(returned)}
+        return means if "achieved" not in self._window else {**means, "score": self._score()}
+
+    def _score(self) -> float:
+        bits = np.array(self._window["achieved"] or [0], np.int64)[:, None]
+        return float(geometric_mean((bits >> np.arange(len(self._goals)) & 1).mean(axis=0)))
 
     @property
     def reached(self) -> dict[str, float]:
@@ -106,6 +120,8 @@ class EpisodeLog:
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
         """Restore what `state_dict` returned."""
         n, ranges = len(self._clocks), {"success": Whole(0, 1), "length": Whole(1), "return": Real()}
+        if "achieved" in self._window:
+            ranges["achieved"] = Whole(0, 2 ** len(self._goals) - 1)
         achieved = as_array(state.get("achieved"), "log.achieved")  # of any length
         limits: Any = ((0, 1, 0), (n - 1, 2**62, len(self._goals) - 1))
         Table(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hierroom.agents.evaluation import Evaluation
+from hierroom.agents.evaluation import Evaluation, geometric_mean
 
 MILESTONES = (50, 90, 95, 99)
 """Success rates in percent; a run's summary has the steps until each is reached."""
@@ -45,7 +45,7 @@ class Crossing:
 
 @dataclass(frozen=True)
 class LearningCurve:
-    """Success at the P evaluations of a run, over all goal graphs together; without a target the return counts."""
+    """Success at the P evaluations of a run, over all goal graphs together; else the score or the return counts."""
 
     steps: np.ndarray  # [P] primitive steps trained until then, increasing
     seconds: np.ndarray  # [P] seconds of training until then
@@ -53,6 +53,8 @@ class LearningCurve:
     returns: np.ndarray  # [P] mean returns
     length: np.ndarray  # [P] mean lengths of the episodes in primitive steps
     episodes: np.ndarray  # [P] numbers of episodes
+    outcome_name: str  # what counts: ``success_rate``, ``score`` or ``return``, see `GoalSet.outcome`
+    shares: np.ndarray  # [P, K] of episodes: that succeeded, K = 1; for the score, that achieved each of K goals
 
     @classmethod
     def of_rows(cls, rows: Sequence[Mapping[str, str]]) -> LearningCurve | None:
@@ -68,7 +70,11 @@ class LearningCurve:
             values = np.array([float(row[name]) for row in rows])
             return np.bincount(point, weights * values, len(steps)) / episodes
 
-        return cls(steps, table["seconds"][first], mean("success_rate"), mean("return"), mean("length"), episodes)
+        success, has_score = mean("success_rate"), "score" in rows[0]
+        name = "score" if has_score else "return" if np.isnan(success).all() else "success_rate"
+        goals = [mean(name) for name in rows[0] if name.startswith("achieved_")] if has_score else [success]
+        numbers = success, mean("return"), mean("length"), episodes, name, np.stack(goals, axis=1)
+        return cls(steps, table["seconds"][first], *numbers)
 
     @property
     def area(self) -> float:
@@ -76,31 +82,42 @@ class LearningCurve:
         return float(np.trapezoid(self.outcome, self.steps) / np.ptp(self.steps)) if len(self.steps) > 1 else np.nan
 
     @property
-    def has_target(self) -> bool:
-        """Return whether success is known."""
-        return not np.isnan(self.success).all()
+    def is_rate(self) -> bool:
+        """Return whether success or the score counts, which are from 0 to 1."""
+        return self.outcome_name != "return"
 
     @property
     def outcome(self) -> np.ndarray:
-        """The success rates [P]; without a target the returns."""
-        return self.success if self.has_target else self.returns
+        """What counts [P]."""
+        return self._rate(self.shares) if self.is_rate else self.returns
+
+    @property
+    def last(self) -> tuple[float, float, float]:
+        """Success rate, return and score of the last evaluation, NaN if there is none."""
+        return self.success[-1], self.returns[-1], self.outcome[-1] if self.outcome_name == "score" else np.nan
+
+    def _rate(self, shares: np.ndarray) -> np.ndarray:
+        """Return the success rates or the scores [..., P] of shares [..., P, K]."""
+        return geometric_mean(shares) if self.outcome_name == "score" else shares[..., 0]
 
     def crossing(self, percent: float, resamples: int = 1000) -> Crossing | None:
-        """Return when the success rate reached a percentage, see `first_crossing`; None if the measured rate did not.
+        """Return when the success rate or score reached a percentage, see `first_crossing`; None if it did not.
 
-        The interval covers only the chance in the evaluations' episodes. Each success rate is drawn from its posterior
+        The interval covers only the chance in the evaluations' episodes. Each share is drawn from its posterior
         Beta(successes + 1/2, failures + 1/2) (Jeffreys), and the crossing of each drawn curve is found. The draws are
         the same in every call.
         """
         level = percent / 100
-        steps, seconds = (first_crossing(x, self.success, level) for x in (self.steps, self.seconds))
+        rates = self._rate(self.shares)
+        steps, seconds = (first_crossing(x, rates, level) for x in (self.steps, self.seconds))
         if np.isinf(steps):
             return None
-        successes = self.success * self.episodes
+        episodes = self.episodes[:, None]
+        successes = self.shares * episodes
         drawn = np.random.default_rng(0).beta(
-            successes + 0.5, self.episodes - successes + 0.5, (resamples, len(self.steps))
+            successes + 0.5, episodes - successes + 0.5, (resamples, *self.shares.shape)
         )
-        crossings = [first_crossing(self.steps, success, level) for success in drawn]
+        crossings = [first_crossing(self.steps, one, level) for one in self._rate(drawn)]
         low, high = np.quantile(crossings, (0.025, 0.975), method="inverted_cdf")  # works with infinities
         return Crossing(steps, seconds, float(min(low, steps)), float(max(high, steps)))
 

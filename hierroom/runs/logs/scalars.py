@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Protocol
 
@@ -33,7 +34,7 @@ class Logger(Protocol):
 
 GROUPS: Mapping[str, tuple[str, ...]] = {
     "time": ("seconds", "compile_seconds", "steps_per_second"),
-    "train": ("episodes", "success_rate", "episode_length", "episode_return", "stage"),
+    "train": ("episodes", "success_rate", "episode_length", "episode_return", "score", "stage"),
 }
 """Groups of entries of ``metrics.csv``; other entries are grouped by their agents."""
 
@@ -65,6 +66,7 @@ def evaluation_scalars(evaluation: Evaluation) -> dict[str, float]:
 def _of_score(group: str, score: Score) -> dict[str, float]:
     numbers = {"success_rate": score.success_rate, "length": score.length, "return": score.mean_return}
     numbers["length_over_shortest"] = score.length_over_shortest
+    numbers |= {} if math.isnan(score.score) else {"score": score.score}
     return {f"{group}/{name}": value for name, value in numbers.items()}
 
 
@@ -74,10 +76,9 @@ def hyperparameters(config: TrainConfig) -> dict[str, Plain]:
 
 
 def result_scalars(curve: LearningCurve | None) -> dict[str, float]:
-    """Return the last evaluation of a run and the steps to each success rate that it reached, by tags."""
+    """Return the last evaluation of a run and the steps to each success rate or score that it reached, by tags."""
     if curve is None:
         return {}
     crossings = {milestone: curve.crossing(milestone) for milestone in MILESTONES}
-    outcome = "success_rate" if curve.has_target else "return"
-    ends = {f"eval/{outcome}": float(curve.outcome[-1]), "eval/length": float(curve.length[-1])}
+    ends = {f"eval/{curve.outcome_name}": float(curve.outcome[-1]), "eval/length": float(curve.length[-1])}
     return ends | {f"eval/steps_to_{name}": at.steps for name, at in crossings.items() if at is not None}

@@ -58,7 +58,8 @@ class Task:
             becomes true or grows. None, or none of them: ``meta_0`` has nothing to pick, and no episode is a success.
         rules: for each goal the facts that it ``needs``, ``uses`` and ``gives``, as for `Rules`; by default a goal
             gives itself. Or `Rules`, with a rule for each goal. None: no rules.
-        target: the goal that ends an episode with success; None without goals.
+        target: the goal that ends an episode with success. None: only the environment ends episodes, none is a
+            success, and what counts is the score over all goals (`evaluation.geometric_mean`).
         max_steps: steps after which an episode is truncated, if the environment does not end it first.
         vectors: for each goal the numbers that an agent's observation shows for it; None: one-hot.
         capacity: largest counts of facts of the rules; 1 by default.
@@ -140,7 +141,6 @@ class Task:
             return None
         if not isinstance(self.rules, (Rules, Mapping)):
             raise InputError(f"rules of a task are a mapping from goals to what each needs, not {shown(self.rules)}")
-        target = self.target or ""  # a rule without a goal is refused
         names = self.rules.names if isinstance(self.rules, Rules) else tuple(self.rules)
         found = {
             "lack": [name for name in self.goals if name not in names],
@@ -150,20 +150,27 @@ class Task:
             raise InputError(f"a task has a rule for each goal ({', '.join(self.goals)}); these {', '.join(wrong)}")
         if isinstance(self.rules, Rules):
             rules = replace(self.rules, capacity={**self.rules.capacity, **(self.capacity or {})})
-            if not any(rules.target in way.gives for way in rules.rules[target]):
-                raise InputError(f"the target {target!r} does not give the target of its rules, {rules.target!r}")
+            if self.target and not any(rules.target in way.gives for way in rules.rules[self.target]):
+                raise InputError(f"the target {self.target!r} does not give the target of its rules, {rules.target!r}")
         else:
             given = {name: _giving_itself(name, rule) for name, rule in self.rules.items()}
-            rules = Rules(given, target, self.capacity or {}, label=self.label)
+            rules = Rules(given, self.target or next(iter(given), ""), self.capacity or {}, label=self.label)
+            if self.target is None:  # rules lead somewhere: to the first of the deepest goals
+                depths = goal_depths(rules)
+                deepest = max(depths, key=lambda name: depths[name] if math.isfinite(depths[name]) else 0)
+                rules = Rules(given, deepest, self.capacity or {}, label=self.label)
         there = {fact for ways in rules.rules.values() for way in ways for fact in way.gives}
         there |= {fact for fact, n in rules.start.items() if n}
         for name, ways in rules.rules.items():
             for fact in (fact for way in ways for fact in (*way.needs, *way.uses)):
                 if fact not in there:
                     raise InputError(f"the rule of goal {name!r} asks for {fact!r}, which no rule gives")
-        if math.isinf(goal_depths(rules)[target]):
-            why = "goals on the way need each other, or more of a fact than its capacity"
-            raise InputError(f"no order of the rules of a task achieves the target {target!r}: {why}")
+        depths = goal_depths(rules)
+        for name in (self.target,) if self.target else depths:
+            if math.isinf(depths[name]):
+                why = "goals on the way need each other, or more of a fact than its capacity"
+                named = f"the {'target' if self.target else 'goal'} {name!r}"
+                raise InputError(f"no order of the rules of a task achieves {named}: {why}")
         return rules
 
     @cached_property
