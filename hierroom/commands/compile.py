@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -114,7 +115,7 @@ def play_in_worlds() -> None:
             if not env.agents:
                 env.reset()
 
-    for mask, reward in zip(("reachable", "existing", "seen", "none"), REWARDS, strict=True):
+    for mask, reward in zip(cycle(("reachable", "existing", "seen", "none")), REWARDS, strict=False):
         play(hierroom.env(**SMALL, goal_mask=mask, reward=reward, render_mode="rgb_array"))
     _step(EscapeRoom(**SMALL, meta="random"), None)
     _step(EscapeRooms(4, **SMALL, autoreset_mode="SameStep"), 4)
