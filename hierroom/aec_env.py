@@ -92,7 +92,7 @@ class raw_env(TwoAgentEnv, AECEnv):
         self._require_reset()
         return self.single.observe(agent)
 
-    def step(self, action: int | None) -> None:
+    def step(self, action: Any) -> None:
         """Take the selected agent's turn."""
         self._require_agents()
         agent = self.agent_selection
@@ -126,4 +126,6 @@ def env(graph: GraphSpecs = "c", **entries: Any) -> AECEnv:
         >>> env.agents
         []
     """
-    return OrderEnforcingWrapper(AssertOutOfBoundsWrapper(raw_env(graph, **entries)))
+    inner = raw_env(graph, **entries)  # PettingZoo's wrapper checks the bounds of discrete actions only
+    is_discrete = inner.single.turns.action_kind.kind == "discrete"
+    return OrderEnforcingWrapper(AssertOutOfBoundsWrapper(inner) if is_discrete else inner)

@@ -24,9 +24,9 @@ class Observation:
         goal_set: the goals of the world.
         goals: [M] int, the goals pursued, or -1. For the meta-controller: the goals of its last ended options.
         previous_actions: [M] int, the controller's last action. Before the first action, and after one that does not
-            exist, it is the number of actions.
+            exist, it is the number of actions. If they are arrays, it is 0, or then 1.
         outcomes: [M] int, how the last option ended: ``NO_OUTCOME``, ``REACHED``, ``TIMED_OUT`` or ``OTHER``.
-        masks: [M, A] bool, the legal actions of the agent.
+        masks: [M, A] bool, the legal actions of the agent; [M, 0] if its actions are arrays.
 
     Examples:
         >>> turns = hierroom.load("a").turns(num_envs=2, seed=1)
@@ -61,20 +61,15 @@ class Observation:
 
         Returns:
             The world's entries (for an EscapeRoom see `level_view.LevelView.as_dict`), ``goal`` [M, K] float32 (the
-            goal's vector) and ``action_mask`` [M, A] int8.
+            goal's vector) and, unless actions are arrays, ``action_mask`` [M, A] int8.
         """
-        return {
-            **self.view.as_dict(),
-            "goal": self.goal_set.vectors[self.goals],
-            "action_mask": self.masks.astype(np.int8),
-        }
+        shown = {**self.view.as_dict(), "goal": self.goal_set.vectors[self.goals]}
+        return shown | ({"action_mask": self.masks.astype(np.int8)} if self.masks.shape[1] else {})
 
 
 def observation_spaces(world: dict[str, spaces.Space], goals: GoalSet, n_actions: int) -> dict[str, spaces.Space]:
     """Return the spaces of `Observation.as_dict`; ``world`` has the spaces of the world's own entries."""
     low, high = float(goals.vectors.min()), float(goals.vectors.max())
-    return {
-        **world,
-        "goal": spaces.Box(min(0, low), max(1, high), goals.vectors.shape[1:], np.float32),
-        "action_mask": spaces.Box(0, 1, (n_actions,), np.int8),
-    }
+    goal = spaces.Box(min(0, low), max(1, high), goals.vectors.shape[1:], np.float32)
+    mask: dict[str, spaces.Space] = {"action_mask": spaces.Box(0, 1, (n_actions,), np.int8)} if n_actions else {}
+    return {**world, "goal": goal, **mask}

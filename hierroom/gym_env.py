@@ -74,7 +74,7 @@ class EscapeRoom(RegisteredEnv, OnSingleEnv, gymnasium.Env):
         self.single.ask(self.meta)
         return self.single.observe(CONTROLLER), infos[CONTROLLER]
 
-    def step(self, action: int):
+    def step(self, action: Any):
         """Take an action of the controller, and return the results of Gymnasium's step."""
         single = self.single
         reward, _, terminated, truncated = single.act_alone(action)
@@ -83,8 +83,8 @@ class EscapeRoom(RegisteredEnv, OnSingleEnv, gymnasium.Env):
         return single.observe(CONTROLLER), reward, terminated, truncated, single.info(CONTROLLER)
 
     def action_masks(self) -> NDArray[np.bool_]:
-        """Return the legal actions, [A] bool, for sb3-contrib's MaskablePPO."""
-        return self.single.observe(CONTROLLER)["action_mask"].astype(bool)
+        """Return the legal actions, [A] bool, for sb3-contrib's MaskablePPO; [0] if actions are arrays."""
+        return self.single.observation(CONTROLLER).masks[0].copy()
 
     def get_keys_to_action(self) -> dict[tuple[int, ...], int]:
         """Return the action of each key for `gymnasium.utils.play.play`, as the world defines them."""

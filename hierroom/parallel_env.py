@@ -11,6 +11,7 @@ Version history: v0, the first.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
@@ -18,7 +19,7 @@ from pettingzoo import ParallelEnv
 from hierroom.envs.base import TwoAgentEnv, class_metadata
 from hierroom.envs.single_env import as_action
 from hierroom.support.errors import InputError, shown
-from hierroom.turns.records import AGENTS, META
+from hierroom.turns.records import AGENTS, CONTROLLER, META
 
 
 class parallel_env(TwoAgentEnv, ParallelEnv):
@@ -55,7 +56,7 @@ class parallel_env(TwoAgentEnv, ParallelEnv):
         self.agents = list(AGENTS)
         return self._observations(), infos
 
-    def step(self, actions: dict[str, int]):
+    def step(self, actions: dict[str, Any]):
         """Take both agents' actions, first the meta-controller's, and return the results of PettingZoo's step."""
         if not self.agents:
             if not self.single.has_begun:
@@ -68,7 +69,7 @@ class parallel_env(TwoAgentEnv, ParallelEnv):
         missing = [agent for agent in AGENTS if agent not in actions]
         if missing:
             raise InputError(f"a step needs an action of each agent, and has none of {' and '.join(missing)}")
-        choice, action = (as_action(actions[agent]) for agent in AGENTS)  # check both before one is taken
+        choice, action = as_action(actions[META]), self.single.as_action(actions[CONTROLLER])  # before one is taken
         self.single.choose(choice)
         rewards, terminations, truncations = self.single.act(action)
         if terminations[META] or truncations[META]:

@@ -47,9 +47,10 @@ def act(
         raise InputError(f"the state has {state.num_envs} environments, but the observations have {len(envs)}")
     else:
         policy = state.next(_flags(begins, len(envs)))
-    masks = _masks(observations.get("action_mask"), len(envs), controller.learner.space.n_actions)
-    actions = (policy.act_greedily if is_greedy else policy.act)(envs, features, masks)
-    return (int(actions[0]) if is_one else actions), policy
+    masks = _masks(observations.get("action_mask"), len(envs), controller.learner.space.n_masked)
+    drawn = (policy.act_greedily if is_greedy else policy.act)(envs, features, masks)
+    actions = controller.features.actions.of_policy(drawn)
+    return (actions if not is_one else int(actions[0]) if actions.ndim == 1 else actions[0]), policy
 
 
 def _features(controller: PPOAgent, given: Any) -> tuple[NDArray[np.uint8], bool]:

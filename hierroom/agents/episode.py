@@ -67,7 +67,8 @@ class Episode:
         replayer: replays the episode.
         graph: the goal graph of the level; for a task its rules, or None.
         variant: the name of the goal graph or of the task.
-        actions: [L] int, the controller's actions; the number of actions in place of one that does not exist.
+        actions: [L] int, the controller's actions; the number of actions in place of one that does not exist. Or
+            [L, ...], if they are arrays.
         rewards: [L] float64, the controller's rewards.
         extrinsic: [L] float64, the environment's own rewards.
         goals: [L] int, the goal ids pursued in each step, or -1.
@@ -91,7 +92,7 @@ class Episode:
     replayer: Replayer
     graph: Any
     variant: str
-    actions: NDArray[np.integer]
+    actions: NDArray
     rewards: NDArray[np.float64]
     extrinsic: NDArray[np.float64]
     goals: NDArray[np.integer]
@@ -166,7 +167,7 @@ class Episode:
 
     def action_name(self, step: int) -> str:
         """Return the name of the action of a step, counted from 1."""
-        return self.replayer.action_name(self.start, int(self.actions[step - 1]))
+        return self.replayer.action_name(self.start, self.actions[step - 1])
 
     def states(self, drawn: Container[int] | None = None) -> Iterator[Any]:
         """Replay the episode: yield the L + 1 states before, between and after its steps.

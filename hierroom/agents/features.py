@@ -16,6 +16,7 @@ from hierroom.support.byte_array import ByteArray
 from hierroom.support.errors import InputError
 from hierroom.turns.kernels import NO_OUTCOME
 from hierroom.turns.records import CONTROLLER, N_OUTCOMES
+from hierroom.worlds.actions import Actions, DiscreteActions
 from hierroom.worlds.make import WorldSpec
 from hierroom.worlds.world import Feature
 
@@ -26,20 +27,21 @@ ENTRY, CHOICE = "features", "choice"
 def offered(world: WorldSpec) -> dict[str, Feature]:
     """Return all features that networks can read in a world, by name.
 
-    Every world has symbol (the goal's number, G for no goal), goal (the goal's vector) and previous-action (the
-    controller's last action). Meta-controllers also have goal-outcome, one number for each goal: how the last option
-    ended for its goal, and 0 for all others.
+    Every world has symbol (the goal's number, G for no goal), goal (the goal's vector) and, unless actions are arrays,
+    previous-action (the controller's last action). Meta-controllers also have goal-outcome, one number for each goal:
+    how the last option ended for its goal, and 0 for all others.
     """
     n, ids = len(world.goals), np.arange(len(world.goals))
 
     def goal(vectors: NDArray | None) -> Feature:
         return Feature((n + 1,), lambda o: (o.goals % (n + 1))[:, None], vectors, is_of_goal=True, is_of_world=False)
 
+    previous = Feature((world.actions.n + 1,), lambda o: o.previous_actions[:, None], is_of_world=False)
     return {
         **world.features,
         "goal": world.features.get("goal", goal(world.goals.vectors)),
         "symbol": goal(None),
-        "previous-action": Feature((world.n_actions + 1,), lambda o: o.previous_actions[:, None], is_of_world=False),
+        **({"previous-action": previous} if world.actions.n else {}),
         "goal-outcome": Feature(
             (N_OUTCOMES,) * n,
             lambda o: np.where(o.goals[:, None] == ids, o.outcomes[:, None], NO_OUTCOME),
@@ -69,6 +71,11 @@ class Features:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Features, (self.world, self.names, self.agent)
+
+    @cached_property
+    def actions(self) -> Actions:
+        """The kind of the agent's actions."""
+        return self.world.actions if self.agent == CONTROLLER else DiscreteActions(self.world.goals.n_choices)
 
     @cached_property
     def _chosen(self) -> list[Feature]:

@@ -77,7 +77,7 @@ class RandomPlayer:
 
     def step(self, turns: Turns) -> Step:
         """Take a random action in every environment."""
-        return turns.step(self._random.integers(turns.world.n_actions, size=len(turns)))
+        return turns.step(turns.action_kind.sample(self._random, len(turns)))
 
 
 class OraclePlayer:

@@ -70,12 +70,13 @@ class PPOAgent:
         """Return whether it has taken enough turns for an `update`."""
         return self.learner.ready
 
-    def act(self, observation: Observation) -> NDArray[np.integer]:
-        """Begin turns: return legal actions [M] in the environments of an observation."""
+    def act(self, observation: Observation) -> NDArray:
+        """Begin turns: return legal actions [M, ...] in the environments of an observation."""
         if self._warm_up is not None and not self.is_learning:
             assert isinstance(observation, Situation)  # only meta-controllers warm up
             return self._warm_up.choose(observation)
-        return self.learner.act(observation.envs, self.features.encode(observation), observation.masks)
+        drawn = self.learner.act(observation.envs, self.features.encode(observation), observation.masks)
+        return self.features.actions.of_policy(drawn)
 
     def record(self, step: Step, turns: Turns) -> None:
         """Record the turns that a primitive step ended."""
@@ -138,6 +139,8 @@ class PPOAgent:
             "number of actions": self.learner.space.n_actions,
             "features": join_names(self.features.names, " "),
         }
+        if (actions := self.features.actions).kind != "discrete":
+            description["actions"] = " ".join(map(str, (actions.kind, *actions.sizes)))
         world = self.features.world
         if world.config.task is None or not _BY_NUMBER & {*self.features.names}:
             return description
@@ -186,9 +189,10 @@ class FrozenAgent:
         """Return the policy's outputs for the last turn; None before the first."""
         return self._policy.decision
 
-    def act(self, observation: Observation) -> NDArray[np.integer]:
-        """Return legal actions [M] in the environments of an observation."""
-        return self._act(observation.envs, self.features.encode(observation), observation.masks)
+    def act(self, observation: Observation) -> NDArray:
+        """Return legal actions [M, ...] in the environments of an observation."""
+        drawn = self._act(observation.envs, self.features.encode(observation), observation.masks)
+        return self.features.actions.of_policy(drawn)
 
     def record(self, step: Step, turns: Turns) -> None:
         """Reset the recurrent states where a primitive step ended an episode."""

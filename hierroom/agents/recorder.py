@@ -14,7 +14,7 @@ from hierroom.turns.kernels import NO_OUTCOME
 from hierroom.turns.records import CONTROLLER, Step
 from hierroom.turns.turns import Turns
 
-_PARTS = {"actions": "i4", "rewards": "f8", "extrinsic": "f8", "goals": "i1", "achieved": "i1", "outcomes": "i1"}
+_PARTS = {"rewards": "f8", "extrinsic": "f8", "goals": "i1", "achieved": "i1", "outcomes": "i1"}
 """Values recorded at each step, with their dtypes, by their names in `Episode`."""
 
 
@@ -71,7 +71,9 @@ class _Tape:
 
     def __init__(self, turns: Turns, observed: _Observed | None) -> None:
         self._observed = observed
-        self._parts = {name: np.zeros((64, len(turns)), kind) for name, kind in _PARTS.items()}
+        kind = turns.action_kind
+        self._parts: dict[str, NDArray] = {name: np.zeros((64, len(turns)), dtype) for name, dtype in _PARTS.items()}
+        self._parts["actions"] = np.zeros((64, len(turns), *kind.shape), kind.kept_type)
         self._starts = [turns.world.get_state(env) for env in range(len(turns))]
 
     def add(self, step: Step, play: Play, ended: EndedEpisodes) -> list[Episode]:

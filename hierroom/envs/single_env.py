@@ -94,7 +94,7 @@ class SingleEnv:
         if is_meta:
             observation["action_mask"] = turns.meta_masks()[0].view(np.int8)
             observation["outcome"] = _OUTCOMES[ledger.last_outcomes.item()]
-        else:
+        elif len(self._all_legal):
             observation["action_mask"] = self._all_legal.copy()
         return observation
 
@@ -114,18 +114,22 @@ class SingleEnv:
             take_turn(meta, self.turns)
             self._show()
 
-    def act_alone(self, action: int) -> tuple[float, float, bool, bool]:
+    def as_action(self, action: Any) -> Any:
+        """Return an action of the controller in the form of its kind, or refuse it."""
+        return as_action(action) if len(self._all_legal) else self.turns.action_kind.read([action], 1)[0]
+
+    def act_alone(self, action: Any) -> tuple[float, float, bool, bool]:
         """Take the controller's action; return its reward, the extrinsic reward, and (terminated, truncated) flags.
 
         This is faster than `act`, because it makes no dicts by agent. The Gymnasium environment uses it.
         """
-        self.turns.actions[0] = as_action(action)
+        self.turns.actions[0] = self.as_action(action)
         self._last = _reported(self.turns.step().records.item())
         if self._has_window:
             self._show()
         return self._last[_RESULTS]
 
-    def act(self, action: int) -> tuple[dict[str, float], dict[str, bool], dict[str, bool]]:
+    def act(self, action: Any) -> tuple[dict[str, float], dict[str, bool], dict[str, bool]]:
         """Take the controller's action and return (rewards, terminations, truncations), each as a dict by agent."""
         reward, extrinsic, terminated, truncated = self.act_alone(action)
         return (

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from torch import nn
 
+from hierroom.learners.distributions import Categorical, distribution_of
 from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.support.schema import RANDOM_STATE, Items, Schema, Table, Whole, like, require
 
@@ -32,11 +33,12 @@ def check_learner_state(
 ) -> None:
     """Check the types, shapes and ranges of a state, and that its turns are consistent."""
     arrays = own["rollout"]["arrays"]
-    length, capacity = arrays["actions"].shape
+    length, capacity = arrays["log_probs"].shape
+    distribution = distribution_of(space)
     columns = Items(Whole(0, capacity - 1), 0, capacity)
     bounds = {
         "features": (0, np.array(space.cardinalities) - 1),
-        "actions": (0, space.n_actions - 1),
+        "actions": distribution.bounds,
         "elapsed": (1, _MOST),
         "columns": (-1, capacity - 1),
         "turns": (0, length - 1),
@@ -55,10 +57,10 @@ def check_learner_state(
             "shuffle_random": RANDOM_STATE,
         }
     ).check(state, "learner")
-    _check_columns(state["rollout"])
+    _check_columns(state["rollout"], distribution)
 
 
-def _check_columns(rollout: Mapping[str, Any]) -> None:
+def _check_columns(rollout: Mapping[str, Any], distribution: Categorical) -> None:
     arrays = {name: tensor.numpy() for name, tensor in rollout["arrays"].items()}
     columns, turns, is_open, awaiting = (arrays[name] for name in ("columns", "turns", "is_open", "awaiting"))
     masks, actions = arrays["masks"], arrays["actions"]
@@ -68,7 +70,7 @@ def _check_columns(rollout: Mapping[str, Any]) -> None:
     n_begun[columns[writes]] = (turns + is_open)[writes]
     is_turn = np.arange(len(actions))[:, None] < n_begun
     in_use = sorted([*rollout["free"], *rollout["full"], *columns[writes].tolist()])
-    is_legal = np.take_along_axis(masks, actions[..., None], axis=2)[..., 0]
+    is_legal = distribution.are_legal(masks, actions)
     require(
         {
             "each of its columns is free, full or one environment's": in_use == [*range(len(n_begun))],

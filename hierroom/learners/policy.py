@@ -9,9 +9,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from hierroom.learners.distributions import Categorical, distribution_of
 from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.learners.networks.scale import RunningScale
-from hierroom.learners.sampling import greedy_actions, sample_actions
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,12 +23,12 @@ class Decision:
     masks: NDArray[np.bool_]  # [M, A] the legal actions
     values: NDArray[np.floating]  # [M] the expected discounted return of the policy's own reward
 
+    distribution: Categorical
+
     @property
     def probabilities(self) -> NDArray[np.floating]:
-        """Probabilities [M, A]: the softmax over the legal actions, 0 elsewhere."""
-        legal = np.where(self.masks, self.logits, -np.inf)
-        weights = np.exp(legal - legal.max(axis=-1, keepdims=True))
-        return weights / weights.sum(axis=-1, keepdims=True)
+        """Probabilities [M, A]: the softmax over the legal actions, 0 elsewhere; box actions have none."""
+        return self.distribution.probabilities(self.logits, self.masks)
 
 
 class Stepper(Protocol):
@@ -59,7 +59,7 @@ class Policy:
     ) -> None:
         self._stepper = stepper
         self._return_scale = return_scale
-        self.space = space
+        self.space, self._distribution = space, distribution_of(space)
         self._random = np.random.default_rng(seed)
         self._states = stepper.initial_states(num_envs)
         self._n_left_out, self._kept = 0, slice(None)
@@ -70,18 +70,16 @@ class Policy:
         envs: NDArray[np.integer],
         features: NDArray[np.uint8],
         masks: NDArray[np.bool_],
-        uniforms: NDArray[np.float64] | None = None,  # [M] in [0, 1); None: from the policy's own generator
-    ) -> NDArray[np.int64]:
-        """Sample actions [M] as in training; arguments as in `Learner.act`."""
-        if uniforms is None:
-            uniforms = self._random.random(len(envs) + self._n_left_out)[self._kept]
-        return sample_actions(self._logits(envs, features, masks), masks, uniforms)[0]
+        noise: NDArray[np.float64] | None = None,  # [M, ...] of `Categorical.noise`; None: from the policy's generator
+    ) -> NDArray:
+        """Sample actions [M, ...] as in training; arguments as in `Learner.act`."""
+        if noise is None:
+            noise = self._distribution.noise(self._random, len(envs) + self._n_left_out)[self._kept]
+        return self._distribution.sample(self._logits(envs, features, masks), masks, noise)[0]
 
-    def act_greedily(
-        self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]
-    ) -> NDArray[np.int64]:
-        """Return the most probable legal actions [M]; arguments as in `Learner.act`."""
-        return greedy_actions(self._logits(envs, features, masks), masks)
+    def act_greedily(self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]) -> NDArray:
+        """Return the most probable legal actions [M, ...]; arguments as in `Learner.act`."""
+        return self._distribution.greedy(self._logits(envs, features, masks), masks)
 
     def reset(self, envs: NDArray[np.integer]) -> None:
         """Restore the initial recurrent state of ``envs`` [M], where an episode ended."""
@@ -121,5 +119,5 @@ class Policy:
         logits, values, self._states[envs] = self._stepper.evaluate(features, self._states[envs])
         if self._return_scale is not None:
             values = values / self._return_scale.factor.numpy()
-        self.decision = Decision(envs, logits, masks, values)
+        self.decision = Decision(envs, logits, masks, values, self._distribution)
         return logits

@@ -27,7 +27,9 @@ Learning (2021).
     as in V-trace, Espeholt et al. 2018.) The states before the first and after the last turn of such a sequence remain
     from older weights, as do the bootstrap values there and of truncated turns. `Learner._renewed`.
 9.  Minibatches consist of whole sequences in a new order every epoch (37 details, LSTM 4); without memory, of turns.
-10. The softmax and its entropy are taken over the legal actions (Huang & Ontanon 2020).
+10. The softmax and its entropy are taken over the legal actions (Huang & Ontanon 2020). Several numbers are
+    independent; real ones are normal, with deviations that do not depend on the state (37 details, continuous 1 to 4),
+    in units of their bounds. Turns keep what was drawn; the environment gets it clipped. `distributions`.
 11. Advantages are normalised per minibatch (37 details, 7) by the population standard deviation, which has a lower
     bound so that noise is not amplified (`PPOConfig.min_advantage_std`).
 12. The value loss is half the mean squared error and is not clipped (Andrychowicz, 3.4, advises against clipping it).
@@ -37,8 +39,8 @@ Learning (2021).
     learning rate (37 details, 4).
 15. The norm of the gradient of all parameters together is clipped to 0.5 (37 details, 11).
 16. Policy and value function share the encoder and the recurrent core (37 details, 13), and without memory nothing.
-17. Actions are sampled by inverse transform with uniforms from the learner's generator; weights and shuffles have other
-    generators. No global random state is read or written.
+17. Discrete actions are sampled by inverse transform with uniforms from the learner's generator; weights and shuffles
+    have other generators. No global random state is read or written.
 """
 
 from __future__ import annotations
@@ -54,6 +56,7 @@ from numpy.typing import NDArray
 from torch import nn
 
 from hierroom.learners.config import PPOConfig
+from hierroom.learners.distributions import distribution_of
 from hierroom.learners.fused.backend import FusedBackend, can_fuse
 from hierroom.learners.gae import generalized_advantages
 from hierroom.learners.health import check_batch, check_start, check_update
@@ -64,7 +67,6 @@ from hierroom.learners.networks.input_layer import InputLayer
 from hierroom.learners.policy import Policy
 from hierroom.learners.return_scale import ReturnScale
 from hierroom.learners.rollout import Batch, Rollout
-from hierroom.learners.sampling import log_probabilities, sample_actions
 from hierroom.learners.torch_backend import STATISTICS, TorchBackend
 from hierroom.support.errors import InputError
 
@@ -110,10 +112,12 @@ class Learner:
             self.network.return_scale = self._returns.scale  # so that it is saved and exported with the weights
         self._device = torch.device(device)
         is_interpreted = getattr(numba_config, "DISABLE_JIT", False)  # then the kernels would be too slow
-        if can_fuse(self.network) and self._device.type == "cpu" and not is_interpreted:
+        self._distribution = distribution_of(space)
+        is_fusible = space.kind == "discrete" and can_fuse(self.network)
+        if is_fusible and self._device.type == "cpu" and not is_interpreted:
             self._backend = FusedBackend(self.network, config, threads)
         else:
-            self._backend = TorchBackend(self.network, config, device, space.n_actions)
+            self._backend = TorchBackend(self.network, config, device, space)
         self._states = self._backend.initial_states(num_envs)  # [N, S]
         # A custom network may remember, although the config asks for none.
         self._takes_single_turns = config.memory == "none" and self._states.shape[1] == 0
@@ -124,8 +128,9 @@ class Learner:
         self._starts_episode = np.ones(num_envs, bool)
         # With one full sequence too few for an update, a single `finish` can still fill one for each environment.
         capacity = self.sequences_per_update + num_envs
-        sizes = space.n_features, space.n_actions, self._states.shape[1]
-        self._rollout = Rollout(num_envs, config.sequence_length, capacity, *sizes)
+        sizes = space.n_features, space.n_masked, self._states.shape[1]
+        action = np.zeros(self._distribution.shape, self._distribution.dtype)
+        self._rollout = Rollout(num_envs, config.sequence_length, capacity, *sizes, action)
 
     @property
     def ready(self) -> bool:
@@ -142,26 +147,25 @@ class Learner:
         """Memory of the stored turns in bytes, which is constant."""
         return sum(array.nbytes for array in vars(self._rollout.slots).values())
 
-    def act(
-        self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]
-    ) -> NDArray[np.int64]:
-        """Begin a turn: sample legal actions [M], store the turns and update the recurrent states.
+    def act(self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]) -> NDArray:
+        """Begin a turn: sample legal actions [M, ...], store the turns and update the recurrent states.
 
         The environments [M] must be distinct, without open turns; M may be 0. Features are [M, K], each below its
-        cardinality, and masks [M, A], with at least one legal action per environment.
+        cardinality, and masks [M, A], with at least one legal action per environment; [M, 0] if actions are arrays.
         """
         self.space.check_features(envs, features)
         self.space.check_masks(envs, masks)
         if self._rollout.is_open[envs].any():
             raise RuntimeError("act() was called before the environment's last turn had finished")
         if len(envs) == 0:
-            return np.empty(0, np.int64)
+            return np.empty((0, *self._distribution.shape), self._distribution.dtype)
         resets = self._starts_episode[envs]
         states = self._states[envs]
         if resets.any():
             states[resets] = self._backend.initial_states(1)  # a custom network may learn it
         logits, values, self._states[envs] = self._backend.step(features, states)
-        actions, log_probs = sample_actions(logits, masks, self._action_random.random(len(envs)))
+        noise = self._distribution.noise(self._action_random, len(envs))
+        actions, log_probs = self._distribution.sample(logits, masks, noise)
         turn = {"resets": resets, "features": features, "masks": masks, "actions": actions, "log_probs": log_probs}
         self._rollout.begin(envs, states, values, **turn)
         self._starts_episode[envs] = False
@@ -257,8 +261,8 @@ class Learner:
             inputs = (torch.from_numpy(array).to(self._device) for array in arrays)
             outputs = cast(PolicyNetwork, self.network).sequence(*inputs)
         logits, values = (output.cpu().numpy() for output in outputs)
-        flat = (logits.reshape(-1, self.space.n_actions), batch.masks.reshape(-1, self.space.n_actions))
-        log_probs = log_probabilities(*flat, batch.actions.ravel()).reshape(batch.actions.shape)
+        turns = (part.reshape(values.size, *part.shape[2:]) for part in (logits, batch.masks, batch.actions))
+        log_probs = self._distribution.log_probs(*turns).reshape(values.shape)
         goes_on = ~(batch.terminated | batch.truncated)[:-1]
         next_values = batch.next_values.copy()
         next_values[:-1][goes_on] = values[1:][goes_on]

@@ -25,7 +25,7 @@ class Batch:
     features: NDArray[np.uint8]  # [T, M, K] the observations
     masks: NDArray[np.bool_]  # [T, M, A] the legal actions
     resets: NDArray[np.bool_]  # [T, M] whether the turn begins an episode
-    actions: NDArray[np.int64]  # [T, M]
+    actions: NDArray  # [T, M, ...] as the policy drew them
     log_probs: NDArray[np.float32]  # [T, M] log-probabilities of the actions when they were taken
     values: NDArray[np.float32]  # [T, M]
     rewards: NDArray[np.float32]  # [T, M]
@@ -36,9 +36,9 @@ class Batch:
 
     def single_turns(self, *others: NDArray) -> tuple[Any, ...]:
         """Return the T M turns as sequences of one turn each, and other arrays [T, M] in the same form [1, T M]."""
-        length = len(self.rewards)
+        length, n = len(self.rewards), self.rewards.size
         turns = {
-            name: np.concatenate([array] * length) if name in _BY_SEQUENCE else array.reshape(1, -1, *array.shape[2:])
+            name: np.concatenate([array] * length) if name in _BY_SEQUENCE else array.reshape(1, n, *array.shape[2:])
             for name, array in vars(self).items()
         }
         return Batch(**turns), *(array.reshape(1, -1) for array in others)
@@ -46,7 +46,8 @@ class Batch:
 
 MOST_BYTES = 2**30
 """Most memory of the stored turns. Each checkpoint of a run has a copy."""
-_BYTES_OF_TURN = 35  # without features and masks
+_BYTES_OF_TURN = 27  # without features, masks and actions
+_NUMBER = np.zeros((), np.int64)
 _BY_SEQUENCE = ("initial_states", "spans_update")  # entries of a `Batch` per sequence; the others are per turn
 
 
@@ -54,9 +55,16 @@ class Rollout:
     """A pool of ``capacity`` columns of ``length`` turns, and the column that each environment is writing."""
 
     def __init__(
-        self, num_envs: int, length: int, capacity: int, n_features: int, n_actions: int, state_size: int
+        self,
+        num_envs: int,
+        length: int,
+        capacity: int,
+        n_features: int,
+        n_actions: int,  # columns of masks
+        state_size: int,
+        action: NDArray = _NUMBER,  # an example
     ) -> None:
-        if (n := length * capacity * (n_features + n_actions + _BYTES_OF_TURN)) > MOST_BYTES:
+        if (n := length * capacity * (n_features + n_actions + action.nbytes + _BYTES_OF_TURN)) > MOST_BYTES:
             turns = f"{capacity:,} sequences of {length:,} turns with {n_features:,} bytes of features each"
             raise InputError(
                 f"{turns} need {n / 1e6:,.0f} MB, and at most {MOST_BYTES / 1e6:,.0f} MB are allowed: lower num_envs, "
@@ -69,7 +77,7 @@ class Rollout:
             features=np.zeros((length, capacity, n_features), np.uint8),
             masks=np.zeros((length, capacity, n_actions), bool),
             resets=np.zeros((length, capacity), bool),
-            actions=np.zeros((length, capacity), np.int64),
+            actions=np.zeros((length, capacity, *action.shape), action.dtype),
             log_probs=np.zeros((length, capacity), np.float32),
             values=np.zeros((length, capacity), np.float32),
             rewards=np.zeros((length, capacity), np.float32),

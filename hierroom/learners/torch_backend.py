@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from hierroom.learners.config import PPOConfig
-from hierroom.learners.networks.actor_critic import PolicyNetwork
+from hierroom.learners.distributions import Categorical, distribution_of
+from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork
 from hierroom.learners.networks.initial_weights import plain_torch
 from hierroom.learners.networks.input_layer import reads_pictures
 from hierroom.learners.networks.scale import RunningScale
@@ -23,20 +24,21 @@ from hierroom.support.errors import InputError, user_code
 STATISTICS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction", "gradient_norm")
 """Names of the values that a backend's ``train`` averages over the minibatches of an update, in this order."""
 _MOMENTS = {"means": "exp_avg", "squares": "exp_avg_sq"}  # names of Adam's moments in checkpoints, and in torch
-_ILLEGAL = -1e9  # finite, so that an illegal action's term in the entropy is 0 and not NaN
 
 
 class TorchBackend:
     """Forward passes, loss, gradients and Adam in torch, for a module that implements `PolicyNetwork`."""
 
-    def __init__(self, network: nn.Module, config: PPOConfig, device: str, n_actions: int) -> None:
-        self._n_actions = n_actions
+    def __init__(self, network: nn.Module, config: PPOConfig, device: str, space: AgentSpace) -> None:
+        self._n_actions, self._distribution = space.n_actions, distribution_of(space)
         self._module = network.to(device)
         self._network = cast(PolicyNetwork, network)
         self._config = config
         self._device = torch.device(device)
-        # With many weights, a fused step takes a third of the time.
-        is_fused = True if reads_pictures(network) and self._device.type == "cpu" else None
+        # A fused step takes a third of the time; without pictures, compiled kernels train discrete actions.
+        is_fused = (
+            True if self._device.type == "cpu" and (space.kind != "discrete" or reads_pictures(network)) else None
+        )
         rate, epsilon = config.learning_rate, config.adam_epsilon
         self._adam = torch.optim.Adam(network.parameters(), lr=rate, eps=epsilon, fused=is_fused)
 
@@ -104,11 +106,11 @@ class TorchBackend:
                 data["features"].index_select(1, part), data["initial_states"][part], data["resets"][:, part]
             )
         turns = data["masks"][:, part], data["actions"][:, part], data["log_probs"][:, part]
-        found, wanted = (logits.shape, values.shape), (turns[0].shape, turns[1].shape)
+        found, wanted = (logits.shape, values.shape), ((*turns[2].shape, self._n_actions), turns[2].shape)
         self._require("logits and values of sequence", found, wanted)
         scores = normalized(advantages[:, part], self._config) * weights[:, part]
         targets = (advantages + data["values"])[:, part]
-        loss, statistics = ppo_loss(logits, values, *turns, scores, targets, self._config)
+        loss, statistics = ppo_loss(logits, values, *turns, scores, targets, self._config, self._distribution)
         self._adam.zero_grad()
         loss.backward()
         for parameter in self._module.parameters():  # Adam would skip those without one, and count fewer steps
@@ -169,11 +171,12 @@ def ppo_loss(
     logits: Tensor,  # [T, M, A] of all actions
     values: Tensor,  # [T, M] V
     masks: Tensor,  # [T, M, A] the legal actions
-    actions: Tensor,  # [T, M]
+    actions: Tensor,  # [T, M, ...]
     log_probs: Tensor,  # [T, M] of the actions when they were taken; r is the ratio of new to old probability
     advantages: Tensor,  # [T, M] A, already normalised
     targets: Tensor,  # [T, M] the value targets G
     config: PPOConfig,  # the clip range :math:`\epsilon` and the weights
+    distribution: Categorical,
 ) -> tuple[Tensor, list[Tensor]]:
     r"""Return the loss of Schulman et al. (2017), equations 7 and 9, and the first five of `STATISTICS`.
 
@@ -181,13 +184,13 @@ def ppo_loss(
         L = \overline{-\min(r A, \mathrm{clip}(r, 1 - \epsilon, 1 + \epsilon) A)}
             + w_v \overline{\tfrac12 (V - G)^2} - w_e \overline{H}
     """
-    log_policy = torch.log_softmax(logits.masked_fill(~masks, _ILLEGAL), dim=-1)  # [T, M, A]
-    log_ratio = log_policy.gather(-1, actions.unsqueeze(-1)).squeeze(-1) - log_probs
+    log_policy, entropies = distribution.evaluate(logits, masks, actions)  # [T, M] each
+    log_ratio = log_policy - log_probs
     ratio = log_ratio.exp()
     clipped = ratio.clamp(1 - config.clip, 1 + config.clip)
     policy_loss = -torch.minimum(ratio * advantages, clipped * advantages).mean()
     value_loss = 0.5 * (values - targets).square().mean()
-    entropy = -(log_policy.exp() * log_policy).sum(-1).mean()
+    entropy = entropies.mean()
     loss = policy_loss + config.value_weight * value_loss - config.entropy_weight * entropy
     # Schulman's low-variance estimator of the KL divergence: the mean of (r - 1) - log r.
     approx_kl = (ratio - 1 - log_ratio).mean()

@@ -85,14 +85,15 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
     world, device = world_spec(config.env), _checked(config.device)
 
     def make_learner(
-        features: Features, n_actions: int, ppo: PPOConfig, seed: int, network: Callable[[AgentSpace, int], nn.Module]
+        features: Features, ppo: PPOConfig, seed: int, network: Callable[[AgentSpace, int], nn.Module]
     ) -> Learner:
-        space = AgentSpace(features.cardinalities, n_actions, features.arrays)
+        sizes, actions = features.actions.sizes, features.actions
+        space = AgentSpace(features.cardinalities, sum(sizes), features.arrays, actions.kind, sizes)
         return Learner(space, num_envs, ppo, seed=seed, device=device, threads=config.threads, network=network)
 
     features = controller_features(config)
     network = partial(make_network, agents.network, vectors=features.vectors, config=ppo)
-    learner = make_learner(features, world.n_actions, ppo, config.seed, network)
+    learner = make_learner(features, ppo, config.seed, network)
     curiosity = None
     if pair.is_curious:
         settings: dict[str, Any] = {"gamma": ppo.gamma, "seed": config.seed, "device": device}
@@ -106,7 +107,7 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
     network = partial(make_network, "recurrent", vectors=features.vectors, config=config.meta_ppo)
     if features.are_by_goal and world.goals.n_alike and config.meta_ppo.memory == "lstm":
         network = partial(GoalNetwork, n_alike=world.goals.n_alike)
-    learner = make_learner(features, world.goals.n_choices, config.meta_ppo, meta_seed(config.seed), network)
+    learner = make_learner(features, config.meta_ppo, meta_seed(config.seed), network)
     warm_up = WarmUp(agents.meta_start_success, world.goals.has_target)
     return PPOAgent(features, learner, network=LEARNED, warm_up=warm_up), controller
 

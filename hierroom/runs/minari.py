@@ -70,7 +70,7 @@ def minari_dataset(
         raise InputError(f"there is a data set {dataset_id} already: delete it, or give another name")
     usable_path(minari.storage.get_dataset_path(dataset_id))
     turns, player = prepare(agent, env, episodes, num_envs, seed)
-    space = turns.observation_space(CONTROLLER)
+    space, space_of_actions = turns.observation_space(CONTROLLER), turns.action_space(CONTROLLER)
     _require_hdf5_names(space)
     spec, note = env_spec(turns.config, meta := _meta_of(player))
     buffers, has_goals = [], False
@@ -82,7 +82,7 @@ def minari_dataset(
                 id=n,
                 seed=episode.seed,
                 observations=dict(episode.observations or {}),
-                actions=episode.actions.astype(np.int64),
+                actions=episode.actions.astype(space_of_actions.dtype),
                 rewards=episode.rewards,
                 terminations=at_end & episode.terminated,
                 truncations=at_end & episode.truncated,
@@ -96,7 +96,7 @@ def minari_dataset(
         buffers,
         env=spec,
         observation_space=space,
-        action_space=turns.action_space(CONTROLLER),
+        action_space=space_of_actions,
         jpeg_encoding=False,  # JPEG would change the symbols
         **{**details, "description": description or None},
     )

@@ -13,7 +13,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from hierroom.agents.acting import TrainedGoals, act
-from hierroom.agents.features import offered
+from hierroom.agents.features import Features, offered
 from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
@@ -124,7 +124,8 @@ class TrainedAgent:
             seed: determines the random draws if the state is None.
 
         Returns:
-            The action (int for one environment, [N] int64 for N, a dict for both agents), and the next state.
+            The action (int for one environment, [N] int64 for N, a dict for both agents; arrays if actions are so), and
+            the next state.
 
         Examples:
             >>> agent = hierroom.load("a")
@@ -182,12 +183,14 @@ class TrainedAgent:
         """Refuse environments with other actions or features than those of the training."""
         world = world_spec(config)
         known = offered(world)
-        for agent, n_actions in ((self.meta, world.goals.n_choices), (self.controller, world.n_actions)):
+        for agent in (self.meta, self.controller):
             if isinstance(agent, ScriptedAgent):
                 continue
             features = tuple(c for name in agent.features.names if name in known for c in known[name].cardinalities)
             space = agent.learner.space
-            differs = {"actions": space.n_actions != n_actions, "features": space.cardinalities != features}
+            actions = Features(world, agent.features.names, agent.features.agent).actions
+            is_other = (actions.kind, actions.sizes) != (agent.features.actions.kind, agent.features.actions.sizes)
+            differs = {"actions": is_other, "features": space.cardinalities != features}
             if other := [what for what, is_other in differs.items() if is_other]:
                 where = f"{config.kind} {config.names[0]}"
                 raise InputError(f"the agent was trained in environments with other {other[0]} than {where} has")

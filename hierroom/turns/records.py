@@ -115,9 +115,11 @@ class Step:
         before: the state before the step, if the controller's reward needs states and the world has them.
         after: the state after the step and before any reset; None if ``before`` is None.
         lacks_visits: whether ``is_novel`` raises an error, for a reward that did not ask for the memory ``visited``.
+        taken: the actions [N, ...] if they are arrays.
 
     Attributes:
-        actions: [N] int, the controller's actions; the number of actions in place of one that does not exist.
+        actions: [N] int, the controller's actions; the number of actions in place of one that does not exist. If they
+            are arrays: [N, ...], as they were given, but clipped to their bounds.
         goals: [N] int, the goals pursued, or -1.
         events: [N] int, the goal achieved, or -1; of several, the pursued one, else the one with the lowest id.
         achieved: [N, G] bool, all goals achieved.
@@ -147,19 +149,28 @@ class Step:
         illegal_actions: [N] int, controller actions so far this episode that do not exist.
     """
 
-    __slots__ = ("_lacks_visits", "after", "before", "n_goals", "records")
+    __slots__ = ("_lacks_visits", "after", "before", "n_goals", "records", "taken")
 
     def __init__(
-        self, records: np.ndarray, n_goals: int, before: Any = None, after: Any = None, *, lacks_visits: bool = False
+        self,
+        records: np.ndarray,
+        n_goals: int,
+        before: Any = None,
+        after: Any = None,
+        *,
+        lacks_visits: bool = False,
+        taken: NDArray | None = None,
     ) -> None:
         self.records, self.n_goals, self.before, self.after = records, n_goals, before, after
-        self._lacks_visits = lacks_visits
+        self._lacks_visits, self.taken = lacks_visits, taken
 
     def __getattr__(self, name: str) -> Any:
         """Return a field by its name; fields are looked up only when read, because most never are."""
         if name in _STEP_NAMES:
             if name == "is_novel" and self._lacks_visits:
                 raise InputError('a reward that reads is_novel must have the attribute memories = ("visited",)')
+            if name == "actions" and self.taken is not None:
+                return self.taken
             return self.records[name]
         raise AttributeError(f"a step has no {name!r}")
 
@@ -196,7 +207,7 @@ class Step:
 
     def without_visits(self) -> Step:
         """Return the step for a reward that may not read ``is_novel``."""
-        return Step(self.records, self.n_goals, self.before, self.after, lacks_visits=True)
+        return Step(self.records, self.n_goals, self.before, self.after, lacks_visits=True, taken=self.taken)
 
 
 def clear_steps(records: np.ndarray, envs: NDArray[np.integer], n_actions: int, shortest: NDArray[np.integer]) -> None:

@@ -21,10 +21,11 @@ from hierroom.turns.ledger import Ledger
 from hierroom.turns.records import META, N_OUTCOMES, REWARDED, RULES, STEP, Step, clear_steps, ledger_schema
 from hierroom.turns.rewards import make_reward
 from hierroom.turns.situation import Situation
+from hierroom.worlds.actions import actions_in
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.make import make_world
 from hierroom.worlds.seeds import chosen_envs
-from hierroom.worlds.world import Seeds, whole_numbers
+from hierroom.worlds.world import Seeds
 
 
 class Turns:
@@ -43,7 +44,8 @@ class Turns:
         world: the `World`.
         ledger: the state of the turns, a `Ledger`.
         reward: the controller's `ControllerReward`.
-        actions: [N] int64, the controller's next actions, as `act` writes them.
+        action_kind: the kind of the controller's actions.
+        actions: [N, ...] the controller's next actions, as `act` writes them.
         last_step: the last `Step`, or None before the first one after a reset.
         n_ended: number of environments in which the last step ended the episode.
     """
@@ -70,7 +72,9 @@ class Turns:
             raise InputError(
                 f"{self.reward.name} rewards goals, and {world.variants[0]} has none; give it the reward extrinsic"
             )
-        self.ledger = Ledger.at_reset(num_envs, world.n_actions)
+        self.action_kind = actions_in(world)
+        self._n_codes = world.n_actions or 1  # see `DiscreteActions.codes`
+        self.ledger = Ledger.at_reset(num_envs, self._n_codes)
         self.n_ended = 0
         self._steps = ArrayPool(self._empty_steps)
         self._written: np.ndarray | None = None  # the writable records of the last step
@@ -80,7 +84,7 @@ class Turns:
         self._rules[0] = (
             self.reward.ends_with_option,
             np.iinfo(np.int64).max if horizon is None else int(horizon),
-            world.n_actions,
+            self._n_codes,
             *(self.reward.weights.get(name, 0.0) for name in REWARDED),
             autoreset,
             world.goals.target,
@@ -90,7 +94,7 @@ class Turns:
         self._everywhere: NDArray[np.integer] = world.everywhere
         self._all_legal = np.ones((num_envs, world.n_actions), bool)
         self._all_legal.setflags(write=False)
-        self.actions = np.zeros(num_envs, np.int64)
+        self.actions = np.zeros((num_envs, *self.action_kind.shape), self.action_kind.dtype)
         if world.has_begun:
             self._begin(self._everywhere)
 
@@ -139,14 +143,14 @@ class Turns:
         return Observation(envs, self.world.observe(envs), self.world.goals, *given, self._all_legal[: len(envs)])
 
     def act(self, agent: str, observation: Observation, actions: ArrayLike) -> None:
-        """Take an agent's turn, given its observation of M environments and its actions [M] int (see `choose`).
+        """Take an agent's turn, given its observation of M environments and its actions [M, ...] (see `choose`).
 
         The meta-controller's goals take effect immediately, the controller's actions at the next `step`.
         """
         if isinstance(observation, Situation):
             self.choose(observation, actions)
         else:
-            self.actions[observation.envs] = whole_numbers(actions, len(observation))
+            self.actions[observation.envs] = self.action_kind.read(actions, len(observation))
 
     def situation(self, envs: NDArray[np.integer]) -> Situation:
         """Return all facts for meta-controllers of environments [M]. All arrays are copies; masks are read-only.
@@ -183,17 +187,20 @@ class Turns:
     def step(self, actions: ArrayLike | None = None) -> Step:
         """Take the controller's turn everywhere; where the meta-controller has not chosen, no goal is pursued.
 
-        Actions are whole numbers [N], by default those given to `act`. One that does not apply only costs the step.
+        Actions are whole numbers [N] or arrays [N, ...], by default those given to `act`. One that does not apply only
+        costs the step.
         """
         world, reward = self.world, self.reward
         if not world.has_begun:
             raise InputError("reset the environment before its first step")
-        taken = self.actions if actions is None else whole_numbers(actions, len(self._everywhere))
+        taken = self.actions if actions is None else self.action_kind.read(actions, len(self._everywhere))
         before = freeze(world.get_state()) if self._keeps_states else None
         outcomes = world.step(taken)
         self._written = self.last_step = None  # frees them for the next step
         records, _, step = self._steps.take()[0]
-        self.n_ended = self.ledger.record(outcomes, taken, records, self._rules)
+        self.n_ended = self.ledger.record(outcomes, self.action_kind.codes(taken), records, self._rules)
+        if not world.n_actions:
+            step.taken = freeze(taken.copy())
         self._written, self.last_step = records, step
         if reward.custom is not None:
             step.before, step.after = before, None if before is None else freeze(world.state_after(before, taken))
@@ -208,7 +215,7 @@ class Turns:
         assert self._written is not None
         self.world.reset(None, envs)
         self._begin(envs)
-        clear_steps(self._written, envs, self.world.n_actions, self.ledger.shortest[envs])
+        clear_steps(self._written, envs, self._n_codes, self.ledger.shortest[envs])
 
     def final_observation(self, agent: str, step: Step, envs: NDArray[np.integer]) -> Observation:
         """Return an agent's observations of environments [M] right after a step, before a reset or the next goal.
@@ -223,7 +230,7 @@ class Turns:
             masks = self._all_legal[: len(envs)]
         view = self.world.last_view(envs, step.episode_ended[envs])
         outcomes = np.where(step.option_ended[envs], step.outcomes[envs], self.ledger.last_outcomes[envs])
-        return Observation(envs, view, goals, step.goals[envs], step.actions[envs], outcomes, masks)
+        return Observation(envs, view, goals, step.goals[envs], step.records["actions"][envs], outcomes, masks)
 
     def observation_space(self, agent: str) -> spaces.Dict:
         """Return a new space of an agent's observations of one environment, as `Observation.as_dict` gives them.
@@ -236,9 +243,9 @@ class Turns:
             return spaces.Dict({**observation_spaces(world, goals, goals.n_choices), **outcome})
         return spaces.Dict(observation_spaces(world, goals, self.world.n_actions))
 
-    def action_space(self, agent: str) -> spaces.Discrete:
+    def action_space(self, agent: str) -> spaces.Space:
         """Return a new space of an agent's actions."""
-        return spaces.Discrete(self.world.goals.n_choices if agent == META else self.world.n_actions)
+        return spaces.Discrete(self.world.goals.n_choices) if agent == META else self.action_kind.new_space()
 
     def get_state(self, envs: NDArray[np.integer] | None = None) -> dict[str, np.ndarray]:
         """Return the ledger's fields and the world's arrays in environments [M], all by default, as fresh arrays."""
@@ -253,7 +260,7 @@ class Turns:
         world = {name: array for name, array in state.items() if name not in names}
         if len(ledger) < len(names) or world.keys() != self.world.get_arrays(self._everywhere).keys():
             raise InputError(f"the state of turns does not hold what get_state gives, but {', '.join(map(str, state))}")
-        ledger_schema(len(self), len(self.world.goals), self.world.n_actions).check(ledger, "turns")
+        ledger_schema(len(self), len(self.world.goals), self._n_codes).check(ledger, "turns")
         self.world.set_arrays(world)
         self.ledger.write_fields(ledger)
         self.last_step = None

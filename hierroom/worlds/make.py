@@ -13,6 +13,7 @@ from hierroom.goals.goal_set import GoalSet
 from hierroom.support.errors import InputError, shown, warn_once
 from hierroom.support.plugins import load_plugin
 from hierroom.support.schema import Whole
+from hierroom.worlds.actions import Actions, DiscreteActions, actions_in
 from hierroom.worlds.env_config import MOST_ENVS, SHIPPED, EnvConfig, is_task, ships
 from hierroom.worlds.world import Feature, World
 
@@ -25,7 +26,7 @@ class WorldMaker(Protocol):
     Attributes:
         name: the name in errors; in titles and tables, where it is not named ``package.module:name``.
         goal_set: the goals.
-        n_actions: the controller's number of actions.
+        n_actions: the controller's number of actions; 0 if they are arrays, and then it has ``actions``, their kind.
         features: features that networks can read, by name, in addition to those of every world (`features.offered`).
         controller_features: names of the features that the controller's network reads by default.
         meta_features: names of the features that a learned meta-controller's network reads by default.
@@ -92,7 +93,7 @@ class WorldSpec:
 
     config: EnvConfig
     goals: GoalSet
-    n_actions: int
+    actions: Actions
     features: Mapping[str, Feature]
     controller_features: tuple[str, ...] = ()
     meta_features: tuple[str, ...] = ()
@@ -106,10 +107,11 @@ def world_spec(config: EnvConfig) -> WorldSpec:
     """Return the spec of a config's world."""
     if (task := find_task(config.task)) is not None:
         usual = task.controller_features, task.meta_features
-        return WorldSpec(config, task.goal_set, task.n_actions, task.features, *usual)
+        return WorldSpec(config, task.goal_set, actions_in(task), task.features, *usual)
     from hierroom.worlds.escape_room.world import EscapeRoomWorld
 
-    return WorldSpec(config, EscapeRoomWorld.goals, 6 if config.drop_key else 5, EscapeRoomWorld.features)
+    actions = DiscreteActions(6 if config.drop_key else 5)
+    return WorldSpec(config, EscapeRoomWorld.goals, actions, EscapeRoomWorld.features)
 
 
 def make_world(

@@ -101,10 +101,10 @@ class Replayer(Protocol):
     def goal_label(self, state: Any, goal: int) -> str:
         """Return a name of a goal that means the same in every episode."""
 
-    def action_name(self, state: Any, action: int) -> str:
+    def action_name(self, state: Any, action: Any) -> str:
         """Return the name of a controller's action."""
 
-    def replay(self, state: Any, actions: NDArray[np.integer], drawn: Container[int] | None = None) -> Iterator[Any]:
+    def replay(self, state: Any, actions: NDArray, drawn: Container[int] | None = None) -> Iterator[Any]:
         """Yield the state, then the state after each action. `picture` draws those numbered in ``drawn``; None: all."""
 
     def tile_size(self, state: Any) -> int:
@@ -139,7 +139,7 @@ class World(Protocol):
     Attributes:
         goals: the goals.
         rules: the dependencies between goals; if there are several goal graphs, the hardest one. None: unknown.
-        n_actions: number of the controller's actions.
+        n_actions: number of the controller's actions; 0 if they are arrays, and then it has ``actions``, their kind.
         features: the features that networks can read, by name.
         replayer: replays episodes and draws them.
         observation_spaces: the spaces of the entries of `View.as_dict` for one environment.
@@ -184,8 +184,8 @@ class World(Protocol):
     def remember(self, memories: Iterable[str]) -> None:
         """From the next `reset` on, remember also these parts of each episode, which features and rewards name."""
 
-    def step(self, actions: NDArray[np.int64]) -> np.ndarray:
-        """Take actions [N] and return the outcomes; an action that does not exist only costs the step."""
+    def step(self, actions: NDArray) -> np.ndarray:
+        """Take actions [N, ...] and return the outcomes; an action that does not exist only costs the step."""
 
     def clocks(self) -> NDArray[np.integer]:
         """Return the steps [N] of the current episodes, in a new read-only array."""
@@ -236,7 +236,7 @@ class World(Protocol):
     def get_state(self, envs: Any = slice(None)) -> Any:
         """Copy the exact state of some environments."""
 
-    def state_after(self, before: Any, actions: NDArray[np.int64]) -> Any:
+    def state_after(self, before: Any, actions: NDArray) -> Any:
         """Return the state after the last step from state ``before``, without resets."""
 
     def graph_of(self, start: Any) -> Any:

@@ -245,7 +245,7 @@ def test_network_trial_restores_non_persistent_buffers(outside):
 def test_a_network_may_overwrite_its_inputs(outside):
     """The learner keeps the state before a turn, and its features, for the update."""
     network = make_network(f"{outside}:Writing", SPACE, 8, None)
-    backend = TorchBackend(network, PPOConfig(), "cpu", SPACE.n_actions)
+    backend = TorchBackend(network, PPOConfig(), "cpu", SPACE)
     features, states = np.ones((2, SPACE.n_features), np.uint8), backend.initial_states(2)
     _, _, after = backend.step(features, states)
     assert (after == states + 1).all()
@@ -288,7 +288,7 @@ def test_evaluations_do_not_change_running_statistics(outside):
 def test_other_outputs_after_the_trial_raise_input_error(outside, change, said):
     """Compiled code does not check array bounds, so that one logit too many would be read from anywhere."""
     network = make_network(f"{outside}:Mine", SPACE, 8, None)
-    backend = TorchBackend(network, PPOConfig(), "cpu", SPACE.n_actions)
+    backend = TorchBackend(network, PPOConfig(), "cpu", SPACE)
     step, given = network.step, (np.ones((2, SPACE.n_features), np.uint8), backend.initial_states(2))
     backend.step(*given)
     network.step = lambda *inputs: change(*step(*inputs))

@@ -40,7 +40,7 @@ def test_compiled_and_torch_updates_agree_on_arrays(memory):
     make = partial(make_network, "recurrent", vectors=None, config=config)
     learners = [Learner(space, 6, config, seed=1, network=make) for _ in range(2)]
     assert isinstance(learners[0]._backend, FusedBackend)
-    learners[1]._backend = TorchBackend(learners[1].network, config, "cpu", space.n_actions)
+    learners[1]._backend = TorchBackend(learners[1].network, config, "cpu", space)
     envs = [ArrayEnvs(6, seed=1, space=space) for _ in learners]
     for _ in range(3):
         turns = [env.tick(learner) for env, learner in zip(envs, learners, strict=True)]

@@ -9,6 +9,7 @@ from learner_envs import SPACE, PlainTorchNetwork, RandomEnvs, make_learner
 from torch.nn.utils import parameters_to_vector
 
 from hierroom.learners.config import PPOConfig
+from hierroom.learners.distributions import Categorical
 from hierroom.learners.fused.adam_kernels import adam_step, norm, norm_of_blocks, sum_gradients
 from hierroom.learners.fused.encoder_kernels import (
     compare_rows,
@@ -131,7 +132,7 @@ def test_loss_kernel_matches_torch_gradients():
     log_probs = legal[np.arange(n), actions] + 0.3 * normal(n)
     turns = masks, actions, log_probs, advantages, targets
     data = [torch.from_numpy(x)[None] for x in turns]
-    loss, statistics = ppo_loss(torch_logits[None], torch_values[None], *data, config)
+    loss, statistics = ppo_loss(torch_logits[None], torch_values[None], *data, config, Categorical())
     loss.backward()
     d_hidden, sums = np.empty((n, size)), np.zeros(5)
     gradients = [np.ones_like(w) for w in weights]

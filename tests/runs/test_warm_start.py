@@ -10,6 +10,7 @@ import torch
 
 from hierroom.learners import ppo
 from hierroom.learners.config import PPOConfig
+from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.learners.torch_backend import TorchBackend
 from hierroom.runs.assembly import make_turns
 from hierroom.runs.config.config import TrainConfig
@@ -111,7 +112,8 @@ def test_run_trained_on_gpu_plays_on_cpu(tmp_path, monkeypatch):
     """A GPU trains through torch and the CPU plays with compiled kernels; their optimiser keeps other records."""
     config = SMALL.changed(device="cuda")
     with monkeypatch.context() as without_kernels:
-        without_kernels.setattr(ppo, "FusedBackend", lambda *arguments: TorchBackend(*arguments[:2], "cpu", 5))
+        space = AgentSpace((1,), 5)
+        without_kernels.setattr(ppo, "FusedBackend", lambda *arguments: TorchBackend(*arguments[:2], "cpu", space))
         trainer = Trainer(SMALL)
         for _ in range(2):
             trainer.advance()

@@ -22,10 +22,6 @@ class Untrue(Chest):
     observation_space = gymnasium.spaces.Dict({"hint": gymnasium.spaces.Text(5)})
 
 
-class Steered(Chest):
-    action_space = gymnasium.spaces.Box(-1, 1, (2,))
-
-
 class Broken(Chest):
     def step(self, action):
         raise ValueError("no\nstep")
@@ -123,7 +119,6 @@ def stops(env, info):
         ({"make": lambda: Seen(None, np.inf, dtype=np.float32)}, "outside its observation space: None in Box("),
         ({"make": Closing}, "close of task fails: RuntimeError: no end (line "),
         ({"make": Manifold}, "a task has at most 255 actions; task has 500"),
-        ({"make": Steered}, "the actions of task must be Discrete, not Box("),
         ({"make": Broken}, "step of task fails: ValueError: no step (line "),
         ({"make": Quitting}, "step of task fails: SystemExit: 3 (line "),
         ({"goals": {"chest": stops}}, "goal 'chest' of task fails: BaseException: stop (line "),

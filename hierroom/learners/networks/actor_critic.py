@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, cast, runtime_checkable
+from typing import Literal, Protocol, cast, runtime_checkable
 
 import numpy as np
 import torch
@@ -19,11 +19,22 @@ from hierroom.support.errors import InputError
 
 @dataclass(frozen=True)
 class AgentSpace:
-    """The observations and actions of an agent."""
+    """The observations and actions of an agent.
 
-    cardinalities: tuple[int, ...]  # number of values of each of the K features of an observation, 1 to 256 each
-    n_actions: int  # A, the number of all actions, at least 1
-    arrays: tuple[tuple[int, ByteArray], ...] = ()  # each array of bytes, after its first column
+    Args:
+        cardinalities: number of values of each of the K features of an observation, 1 to 256 each.
+        n_actions: A, the number of the policy's outputs, at least 1: for discrete actions the number of all actions.
+        arrays: each array of bytes, after its first column.
+        kind: discrete actions; multi, which are several discrete numbers; or box, which are several real numbers.
+        sizes: the number of outputs for each number of an action. A box has two, and first all means, in units in which
+            its bounds are -1 and 1, then all logarithms of deviations. Empty: discrete.
+    """
+
+    cardinalities: tuple[int, ...]
+    n_actions: int
+    arrays: tuple[tuple[int, ByteArray], ...] = ()
+    kind: Literal["discrete", "multi", "box"] = "discrete"
+    sizes: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "cardinalities", tuple(int(c) for c in self.cardinalities))
@@ -31,6 +42,11 @@ class AgentSpace:
             raise InputError(f"an observation needs features of 1 to 256 values each, not {self.cardinalities}")
         if self.n_actions < 1:
             raise InputError(f"an agent needs at least 1 action, not {self.n_actions}")
+
+    @property
+    def n_masked(self) -> int:
+        """Number of actions of which masks say whether they are legal; other kinds than discrete have no masks."""
+        return self.n_actions if self.kind == "discrete" else 0
 
     def __deepcopy__(self, memo: object) -> AgentSpace:
         """Return itself, as it never changes; so a copied policy is still known as its learner's."""
@@ -51,9 +67,9 @@ class AgentSpace:
 
     def check_masks(self, envs: NDArray[np.integer], masks: NDArray[np.bool_]) -> None:
         """Check masks [M, A] of ``envs`` [M]."""
-        _check_rows("masks", masks, len(envs), self.n_actions)
+        _check_rows("masks", masks, len(envs), self.n_masked)
         is_legal = masks.any(axis=1)
-        if not is_legal.all():
+        if self.n_masked and not is_legal.all():
             raise InputError(f"environment {envs[np.argmin(is_legal)]} has no legal action: its mask is all False")
 
     @cached_property
@@ -96,6 +112,7 @@ class OneTurn(nn.Module):
 
     A call takes the features [N, K] uint8 of an observation and the state [N, S] float32 before the turn. It returns
     the logits [N, A] float32 of all actions, legal or not, the values [N] float32 and the state [N, S] after the turn.
+    `AgentSpace` says what the logits are for actions that are arrays.
 
     Examples:
         >>> import torch
@@ -121,14 +138,32 @@ class OneTurn(nn.Module):
         return logits, values if scale is None else values / scale.factor, state
 
 
-def linear_heads(hidden_size: int, n_actions: int) -> tuple[nn.Linear, nn.Linear]:
+def make_heads(hidden_size: int, space: AgentSpace) -> tuple[nn.Module, nn.Linear]:
     """Return a policy head with a nearly uniform first policy, and a value head, both of H inputs."""
-    policy = nn.Linear(hidden_size, n_actions, dtype=torch.float32)
+    n_outputs = len(space.sizes) if space.kind == "box" else space.n_actions
+    policy = nn.Linear(hidden_size, n_outputs, dtype=torch.float32)
     value = nn.Linear(hidden_size, 1, dtype=torch.float32)
     for head, gain in ((policy, 0.01), (value, 1.0)):
         nn.init.orthogonal_(head.weight, gain)
         nn.init.zeros_(head.bias)
-    return policy, value
+    return GaussianHead(policy) if space.kind == "box" else policy, value
+
+
+class GaussianHead(nn.Module):
+    """A layer for the K means, and K weights for the logarithms of deviations, which do not depend on the state.
+
+    As in "The 37 Implementation Details of PPO" (continuous actions, 2 and 3), they start at 0.
+    """
+
+    def __init__(self, means: nn.Linear) -> None:
+        super().__init__()
+        self.means = means
+        self.log_deviations = nn.Parameter(torch.zeros(means.out_features, dtype=torch.float32))
+
+    def forward(self, hidden: Tensor) -> Tensor:
+        """Return the means and the logarithms of deviations [..., 2 K] for inputs [..., H]."""
+        means = self.means(hidden)
+        return torch.cat([means, self.log_deviations.expand_as(means)], dim=-1)
 
 
 class RecurrentActorCritic(nn.Module):
@@ -143,7 +178,7 @@ class RecurrentActorCritic(nn.Module):
         super().__init__()
         self.encoder = FeatureEncoder(space.cardinalities, hidden_size, feature_vectors)
         self.core = ResetLSTM(hidden_size, hidden_size)
-        self.policy_head, self.value_head = linear_heads(hidden_size, space.n_actions)
+        self.policy_head, self.value_head = make_heads(hidden_size, space)
 
     def initial_state(self, n: int) -> Tensor:
         """Return zeros [n, 2 H]; see `PolicyNetwork.initial_state`."""

@@ -20,7 +20,7 @@ class ArrayActorCritic(RecurrentActorCritic):
     """`RecurrentActorCritic` with an encoder for each array of an observation, and one for the categories."""
 
     def __init__(self, space: AgentSpace, hidden_size: int, feature_vectors: Vectors = None) -> None:
-        super().__init__(AgentSpace((1,), space.n_actions), hidden_size)
+        super().__init__(replace(space, cardinalities=(1,), arrays=()), hidden_size)
         self.encoder = ArrayEncoder(space, hidden_size, feature_vectors)
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import torch
 from torch import Tensor, nn
 
-from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic, linear_heads
+from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic, make_heads
 from hierroom.learners.networks.encoder import Vectors, require_weights
 from hierroom.learners.networks.input_layer import InputLayer, RectifiedInputLayer
 
@@ -27,7 +28,7 @@ class FeedForwardActorCritic(nn.Module):
         super().__init__()
         self.encoder = InputLayer(space, hidden_size, vectors, trunks=2, **inputs)
         self.core = Trunks(hidden_size)
-        self.policy_head, self.value_head = linear_heads(hidden_size, space.n_actions)
+        self.policy_head, self.value_head = make_heads(hidden_size, space)
 
     def initial_state(self, n: int) -> Tensor:
         """Return an empty state [n, 0]; see `PolicyNetwork.initial_state`."""
@@ -68,5 +69,5 @@ class ScaledActorCritic(RecurrentActorCritic):
     """`RecurrentActorCritic` with an `InputLayer` as its encoder."""
 
     def __init__(self, space: AgentSpace, hidden_size: int, vectors: Vectors = None, **inputs: Any) -> None:
-        super().__init__(AgentSpace((1,), space.n_actions), hidden_size)
+        super().__init__(replace(space, cardinalities=(1,), arrays=()), hidden_size)
         self.encoder = RectifiedInputLayer(space, hidden_size, vectors, **inputs)

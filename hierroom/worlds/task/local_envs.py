@@ -79,7 +79,7 @@ class LocalEnvs:
             values = goal_values(self._goals, chosen, infos, self._name)
         return observations, as_totals(values, len(envs), self._goals, self._name)
 
-    def step(self, envs: Sequence[int], actions: Sequence[int]) -> Taken:
+    def step(self, envs: Sequence[int], actions: Sequence[Any]) -> Taken:
         """Act in some environments, at least one."""
         chosen = [self.envs[number] for number in envs]
         with user_code(f"step of {self._name}"):

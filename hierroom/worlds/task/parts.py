@@ -11,6 +11,7 @@ from gymnasium import spaces
 
 from hierroom.goals.goal_set import GoalSet
 from hierroom.goals.rules import Rules
+from hierroom.worlds.actions import Actions
 from hierroom.worlds.task.goal_values import GoalFunction
 from hierroom.worlds.world import Feature
 
@@ -22,8 +23,7 @@ class Trial:
     Args:
         entries: its observation entries by flat name: the path of keys to each, and its space.
         left_out: names of entries that no network reads, such as texts.
-        n_actions: its number of actions.
-        first_action: the number of its first action.
+        actions: the kind of its actions.
         are_counts: [G] whether each goal is a count, which can be achieved again.
         symbols: entries that are grids of symbols: how many symbols a network tells apart in each.
         step_seconds: median time of a step.
@@ -31,8 +31,7 @@ class Trial:
 
     entries: Mapping[str, tuple[tuple[Any, ...], spaces.Space]]
     left_out: Sequence[str]
-    n_actions: int
-    first_action: int
+    actions: Actions
     are_counts: tuple[bool, ...]
     symbols: Mapping[str, int]
     step_seconds: float
@@ -50,7 +49,6 @@ class TaskParts(Protocol):
     processes: int
     symbols: Sequence[str] | None
     trial: Trial
-    n_actions: int
     features: Mapping[str, Feature]
     replayer: Any
 

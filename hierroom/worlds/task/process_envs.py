@@ -41,16 +41,16 @@ class ProcessEnvs:
         observations, totals = zip(*answers, strict=True)
         return _joined(observations, order), np.concatenate(totals)[order]
 
-    def step(self, envs: Sequence[int], actions: Sequence[int]) -> Taken:
+    def step(self, envs: Sequence[int], actions: Sequence[Any]) -> Taken:
         """Act in some environments."""
         answers, order = self._call("step", envs, actions)
         observations, *results = zip(*answers, strict=True)
         return Taken(_joined(observations, order), *(np.concatenate(parts)[order] for parts in results))
 
-    def _call(self, method: str, envs: Sequence[int], values: Sequence[int]) -> tuple[list[Any], NDArray[np.intp]]:
+    def _call(self, method: str, envs: Sequence[int], values: Sequence[Any]) -> tuple[list[Any], NDArray[np.intp]]:
         """Return the workers' answers, and the place of each environment in the joined answers."""
         places = np.argsort(np.array(envs) // self._share, kind="stable")
-        shares: dict[int, tuple[list[int], list[int]]] = {}
+        shares: dict[int, tuple[list[int], list[Any]]] = {}
         for place in places.tolist():
             worker, env = divmod(envs[place], self._share)
             own_envs, own_values = shares.setdefault(worker, ([], []))

@@ -71,7 +71,7 @@ class TaskReplayer:
     def __init__(self, task: TaskParts) -> None:
         self._task: TaskParts | None = task
         self._name, self._goals, self._rules = task.name, task.goal_set, task.rules
-        self._n_actions, self._first_action = task.n_actions, task.trial.first_action
+        self._actions = task.trial.actions
         self.no_picture = ""
 
     def __getstate__(self) -> dict[str, Any]:
@@ -95,13 +95,11 @@ class TaskReplayer:
 
     goal_label = goal_name
 
-    def action_name(self, state: Moment, action: int) -> str:
+    def action_name(self, state: Moment, action: Any) -> str:
         """Return the name of an action."""
-        return f"action {self._first_action + action}" if action < self._n_actions else "illegal action"
+        return self._actions.name(action)
 
-    def replay(
-        self, state: Moment, actions: NDArray[np.integer], drawn: Container[int] | None = None
-    ) -> Iterator[Moment]:
+    def replay(self, state: Moment, actions: NDArray, drawn: Container[int] | None = None) -> Iterator[Moment]:
         """Yield the state, then the state after each action; see `Replayer.replay`."""
         if self._task is None:
             raise InputError(f"an episode of {self._name} that was pickled has no environment to replay it in")
@@ -119,9 +117,9 @@ class TaskReplayer:
                         self.no_picture = moment.frame
                     has_drawn = True
                 yield moment
-                if step < len(actions) and actions[step] < self._n_actions:
+                if self._actions.are_legal(action := actions[step : step + 1]).any():
                     before = totals.astype(np.int64)
-                    totals = envs.step([0], [self._first_action + int(actions[step])]).totals
+                    totals = envs.step([0], self._actions.for_envs(action)).totals
                     times = np.maximum(totals - before, 0)
                     counts = counts + times[0]
                     if dependencies is not None:

@@ -19,6 +19,7 @@ from hierroom.goals.alternatives import Alternative, read_name
 from hierroom.goals.goal_set import GoalSet
 from hierroom.goals.rules import Rules
 from hierroom.support.errors import InputError, require_number, shown, user_code
+from hierroom.worlds.actions import Actions
 from hierroom.worlds.base_view import goal_status
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 from hierroom.worlds.task.goal_values import GoalFunction
@@ -52,7 +53,7 @@ class Task:
 
     Args:
         make: a function that makes the environment, without arguments or with ``render_mode`` alone; or an id for
-            `gymnasium.make`. The actions must be discrete.
+            `gymnasium.make`. Its actions may be Discrete, MultiDiscrete, MultiBinary, or Box with finite bounds.
         goals: for each goal a function of the environment that ``make`` made and the info of its last step. It returns
             whether the goal is achieved, or how often it was achieved so far. A step achieves the goal when the result
             becomes true or grows. None, or none of them: ``meta_0`` has nothing to pick, and no episode is a success.
@@ -216,9 +217,14 @@ class Task:
         return try_out(cast(TaskParts, self))
 
     @property
+    def actions(self) -> Actions:
+        """The kind of the controller's actions."""
+        return self.trial.actions
+
+    @property
     def n_actions(self) -> int:
-        """The controller's number of actions."""
-        return self.trial.n_actions
+        """The controller's number of actions; 0 if they are arrays."""
+        return self.actions.n
 
     @cached_property
     def features(self) -> dict[str, Feature]:
@@ -235,8 +241,9 @@ class Task:
 
     @property
     def controller_features(self) -> tuple[str, ...]:
-        """Features of the controller: the whole observation, the goal, and the last action."""
-        return (*self.trial.entries, "symbol" if self.vectors is None else "goal", "previous-action")
+        """Features of the controller: the whole observation, the goal, and the last action if it is a number."""
+        last = ("previous-action",) if self.n_actions else ()
+        return (*self.trial.entries, "symbol" if self.vectors is None else "goal", *last)
 
     @property
     def meta_features(self) -> tuple[str, ...]:

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from gymnasium import spaces
 
 from hierroom.support.env_results import reset_results
 from hierroom.support.errors import InputError, user_code, warn_once
+from hierroom.worlds.actions import actions_of
 from hierroom.worlds.task.goal_values import goal_values
 from hierroom.worlds.task.local_envs import LocalEnvs
 from hierroom.worlds.task.parts import TaskParts, Trial
@@ -25,11 +25,8 @@ def try_out(task: TaskParts) -> Trial:
     if envs.envs[0].unwrapped is env.unwrapped:
         raise InputError(f"make of {task.name} must return a new environment each time, not always the same one")
     with user_code(f"make of {task.name}"):
-        actions, space = env.action_space, env.observation_space
-    if not isinstance(actions, spaces.Discrete):
-        raise InputError(f"the actions of {task.name} must be Discrete, not {actions}; wrap its environment")
-    if actions.n >= MAX_CATEGORIES:
-        raise InputError(f"a task has at most {MAX_CATEGORIES - 1} actions; {task.name} has {actions.n}")
+        action_space, space = env.action_space, env.observation_space
+    actions = actions_of(action_space, task.name, MAX_CATEGORIES - 1)
     entries, left_out = flat_entries(space)
     with user_code(f"reset of {task.name}"):
         _, infos = reset_results([env.reset(seed=0)], task.name)
@@ -50,8 +47,8 @@ def try_out(task: TaskParts) -> Trial:
 
     look(envs.reset([0], [0])[0])
     for _ in range(N_STEPS):
-        action, started = int(actions.start + random.integers(actions.n)), time.perf_counter()
-        taken = envs.step([0], [action])
+        action, started = actions.for_envs(actions.sample(random, 1)), time.perf_counter()
+        taken = envs.step([0], action)
         seconds.append(time.perf_counter() - started)
         look(taken.observations)
         if taken.terminated[0] or taken.truncated[0]:
@@ -64,8 +61,7 @@ def try_out(task: TaskParts) -> Trial:
             raise InputError(f"symbols of {task.name} are entries that are images of bytes, not {wrong[0]!r}; {images}")
         symbols = task.symbols
     of_symbols = {name: n_symbols(seen[name]) for name in symbols}
-    sizes = int(actions.n), int(actions.start)
-    return Trial(entries, left_out, *sizes, are_counts, of_symbols, float(np.median(seconds)))
+    return Trial(entries, left_out, actions, are_counts, of_symbols, float(np.median(seconds)))
 
 
 def picture_seconds(task: TaskParts) -> float:

@@ -40,7 +40,8 @@ class TaskWorld(BaseWorld):
 
     def __init__(self, task: TaskParts, config: EnvConfig, num_envs: int, **settings: Any) -> None:
         self.task, self._trial, self.label = task, task.trial, task.label
-        self.goals, self.n_actions = task.goal_set, task.n_actions
+        self.goals, self.actions = task.goal_set, self._trial.actions
+        self.n_actions = self.actions.n
         self.rules = task.rules and replace(task.rules, label=task.name)
         self.is_repeatable = np.array(self._trial.are_counts, bool)
         self.observation_spaces: dict[str, spaces.Space] = {name: one for name, (_, one) in self._trial.entries.items()}
@@ -54,7 +55,7 @@ class TaskWorld(BaseWorld):
         self._totals = np.zeros((num_envs, len(self.goals)), np.int64)
         n_remembered = min(config.max_steps or task.max_steps, MAX_REMEMBERED)
         self._taken = np.zeros(num_envs, np.int64)
-        self._actions = np.full((num_envs, n_remembered), _NONE, np.int32)
+        self._actions = np.full((num_envs, n_remembered, *self.actions.shape), _NONE, self.actions.kept_type)
         self._cut = np.zeros(num_envs, bool)
         self._envs = self._make_envs(num_envs)
         super().__init__(config, num_envs, **settings)
@@ -112,10 +113,10 @@ class TaskWorld(BaseWorld):
         """Return the observations of environments [M], by name."""
         return {name: array.take(envs, axis=0) for name, array in self._shown.items()}
 
-    def step(self, actions: NDArray[np.int64]) -> np.ndarray:
+    def step(self, actions: NDArray) -> np.ndarray:
         """Act once in every environment; an action that does not exist only costs the step."""
         n = len(actions)
-        acts = (actions.view(np.uint64) < self.n_actions) > self._has_ended  # negative actions become large ones
+        acts = self.actions.are_legal(actions) > self._has_ended
         if np.count_nonzero(acts) == n:
             times, taken = self._act(self.everywhere, actions)
             _, rewards, terminated, truncated, _, elapsed = taken
@@ -129,9 +130,9 @@ class TaskWorld(BaseWorld):
         outcomes["elapsed"] = elapsed
         return outcomes
 
-    def _act(self, envs: NDArray[np.integer], actions: NDArray[np.integer]) -> tuple[NDArray[np.int64], Taken]:
+    def _act(self, envs: NDArray[np.integer], actions: NDArray) -> tuple[NDArray[np.int64], Taken]:
         """Act in environments [M]; return how often this achieved each goal [M, G], and what the environments gave."""
-        taken, where = self._envs.step(envs.tolist(), (self._trial.first_action + actions).tolist()), self._where(envs)
+        taken, where = self._envs.step(envs.tolist(), self.actions.for_envs(actions)), self._where(envs)
         times = np.maximum(taken.totals - self._totals[where], 0)
         self._note(where, taken.observations, taken.totals)
         self._actions[envs, np.minimum(self._taken[where], self._actions.shape[1] - 1)] = actions
@@ -160,7 +161,8 @@ class TaskWorld(BaseWorld):
         """Check and restore arrays that `get_arrays` returned, by replaying the actions."""
         n = len(self)
         schema = {"cut": Array(np.bool_, (n,)), "taken": Array(np.int64, (n,), 0, self.max_steps)}
-        schema["actions_taken"] = Array(np.int32, self._actions.shape, _NONE, self.n_actions - 1)
+        low, high = (_NONE, self.n_actions - 1) if self.n_actions else (None, None)
+        schema["actions_taken"] = Array(self._actions.dtype, self._actions.shape, low, high)
         schema["prints"] = Array(np.int64, (n,), 0, 2**32 - 1)
         Table(schema, is_open=True).check(arrays, "world")
         super().set_arrays(arrays)
@@ -168,7 +170,7 @@ class TaskWorld(BaseWorld):
         for env in range(len(self)):
             self.begin(np.array([env]))
             actions = arrays["actions_taken"][env][: int(arrays["taken"][env])]
-            is_known = len(actions) == arrays["taken"][env] and (actions >= 0).all()
+            is_known = len(actions) == arrays["taken"][env] and self.actions.are_legal(actions).all()
             for action in actions if is_known else ():
                 _, taken = self._act(np.array([env]), action[None])
                 if taken.terminated[0] or taken.truncated[0]:

@@ -1,0 +1,102 @@
+"""Actions that are arrays, in every API: Box, MultiDiscrete and MultiBinary."""
+
+import numpy as np
+import pytest
+from dial_tasks import SPACES, Dials, dials
+from gymnasium import spaces
+from gymnasium.utils.env_checker import check_env
+from pettingzoo.test import api_test, parallel_api_test, seed_test
+
+import hierroom
+from hierroom.gym_env import EscapeRoom
+from hierroom.support.errors import InputError
+from hierroom.turns.turns import Turns
+from hierroom.vector_env import EscapeRooms
+
+EVERY = pytest.mark.parametrize("space", SPACES.values(), ids=SPACES)
+
+
+@EVERY
+@pytest.mark.filterwarnings("ignore")
+def test_environments_pass_the_api_checkers(space):
+    task = dials(space)
+    api_test(hierroom.env(task), num_cycles=40)
+    parallel_api_test(hierroom.parallel_env(task), num_cycles=40)
+    seed_test(lambda: hierroom.env(task), num_cycles=20)
+    check_env(EscapeRoom(task, meta="fixed-dfs"), skip_render_check=True)
+
+
+@EVERY
+@pytest.mark.parametrize("flat", [False, True])
+def test_all_apis_take_the_same_steps(space, flat):
+    task, entries = dials(space), {"reward": "extrinsic"}
+    envs = EscapeRooms(3, task, flat=flat, **entries)
+    alone, both = EscapeRoom(task, env_index=1, **entries), hierroom.parallel_env(task, env_index=1, **entries)
+    observations, _ = envs.reset(seed=1)
+    shown = [alone.reset(seed=1)[0], both.reset(seed=1)[0]["controller_0"]]
+    envs.action_space.seed(0)
+    for _ in range(12):
+        assert envs.observation_space.contains(observations)
+        assert "action_mask" not in shown[0]
+        for one in shown:
+            row = spaces.flatten(alone.observation_space, one)
+            np.testing.assert_array_equal(
+                observations[1] if flat else observations["observation"][1], row if flat else one["observation"]
+            )
+        actions = envs.action_space.sample()
+        observations, rewards, terminated, truncated, infos = envs.step(actions)
+        one, reward, *ends, info = alone.step(actions[1])
+        others, rewards_by_agent, *_ = both.step({"meta_0": 1, "controller_0": actions[1]})
+        shown = [one, others["controller_0"]]
+        assert rewards[1] == reward == rewards_by_agent["controller_0"]
+        assert (infos["illegal_actions"][1], info["illegal_actions"]) == (0, 0)
+        if any(ends):
+            assert (terminated[1], truncated[1]) == tuple(ends)
+            break
+
+
+def test_actions_outside_are_clipped_or_cost_the_step():
+    turns = Turns(hierroom.EnvConfig(task=dials(SPACES["box"])), 3, seed=0)
+    step = turns.step([[9, -1], [np.nan, 0], [0.25, np.inf]])
+    np.testing.assert_array_equal(step.actions, np.float32([[2, 0], [np.nan, 0], [0.25, 0.5]]))
+    assert (step.illegal_actions.tolist(), step.extrinsic.tolist()) == ([0, 1, 0], [0.5, 0, 0.78125])
+    turns = Turns(hierroom.EnvConfig(task=dials(SPACES["multi"])), 2, seed=0)
+    step = turns.step([[3, 1, 2], [0, 1, 2]])  # the first number begins at 1
+    assert (step.illegal_actions.tolist(), step.extrinsic.tolist()) == ([0, 1], [1, 0])
+
+
+@pytest.mark.parametrize("api", ["env", "parallel_env"])
+@pytest.mark.parametrize(("space", "wrong"), [("box", [1.0]), ("box", 1), ("box", "up"), ("multi", [1.5, 0, 0])])
+def test_wrong_arrays_are_refused_in_one_line(api, space, wrong):
+    env = getattr(hierroom, api)(dials(SPACES[space]))
+    env.reset(seed=0)
+    if api == "env":
+        env.step(0)
+    with pytest.raises(InputError) as refused:
+        env.step(wrong if api == "env" else {"meta_0": 0, "controller_0": wrong})
+    assert "\n" not in str(refused.value)
+    assert str(refused.value).startswith("actions must be 1 of ")
+
+
+@pytest.mark.parametrize(
+    ("space", "said"),
+    [
+        (spaces.Dict({"move": spaces.Discrete(2)}), "must be Discrete, MultiDiscrete, MultiBinary or Box, not Dict("),
+        (spaces.Tuple([spaces.Discrete(2)]), "must be Discrete, MultiDiscrete, MultiBinary or Box, not Tuple("),
+        (spaces.Box(-np.inf, 1, (2,)), "have no scale, as their bounds are not finite"),
+        (spaces.Box(-np.inf, np.inf, (2,), np.float64), "give it bounds: gymnasium.wrappers.TransformAction("),
+        (spaces.Box(-1e308, 1e308, (2,), np.float64), "have no scale"),
+        (spaces.Box(0, 1, (2,), bool), "Box actions of dials must be numbers, not bool"),
+        (spaces.Box(0, 1, (0,)), "need 1 to 65536 outputs of a policy, not 0"),
+    ],
+)
+def test_other_action_spaces_are_refused_in_one_line(space, said):
+    def make():
+        env = Dials(SPACES["box"])
+        env.action_space = space
+        return env
+
+    with pytest.raises(InputError) as refused:
+        hierroom.env(hierroom.Task(make, label="dials"))
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
