@@ -36,6 +36,10 @@ class Categorical:
     def __init__(self, n_actions: int | None = None) -> None:
         self.bounds: tuple[Any, Any] = 0, None if n_actions is None else n_actions - 1
 
+    def zeros(self, *n: int) -> NDArray:
+        """Return actions [*n, ...] as they are stored, all 0."""
+        return np.zeros((*n, *self.shape), self.dtype)
+
     def noise(self, random: np.random.Generator, n: int) -> NDArray[np.float64]:
         """Draw the random numbers [n, ...] of which `sample` makes n actions."""
         return random.random(n)

@@ -27,9 +27,8 @@ Learning (2021).
     as in V-trace, Espeholt et al. 2018.) The states before the first and after the last turn of such a sequence remain
     from older weights, as do the bootstrap values there and of truncated turns. `Learner._renewed`.
 9.  Minibatches consist of whole sequences in a new order every epoch (37 details, LSTM 4); without memory, of turns.
-10. The softmax and its entropy are taken over the legal actions (Huang & Ontanon 2020). Several numbers are
-    independent; real ones are normal, with deviations that do not depend on the state (37 details, continuous 1 to 4),
-    in units of their bounds. Turns keep what was drawn; the environment gets it clipped. `distributions`.
+10. The softmax and its entropy are taken over the legal actions (Huang & Ontanon 2020). In arrays numbers are
+    independent; real ones are normal (37 details, continuous 1 to 4), stored as drawn and clipped for the environment.
 11. Advantages are normalised per minibatch (37 details, 7) by the population standard deviation, which has a lower
     bound so that noise is not amplified (`PPOConfig.min_advantage_std`).
 12. The value loss is half the mean squared error and is not clipped (Andrychowicz, 3.4, advises against clipping it).
@@ -113,8 +112,7 @@ class Learner:
         self._device = torch.device(device)
         is_interpreted = getattr(numba_config, "DISABLE_JIT", False)  # then the kernels would be too slow
         self._distribution = distribution_of(space)
-        is_fusible = space.kind == "discrete" and can_fuse(self.network)
-        if is_fusible and self._device.type == "cpu" and not is_interpreted:
+        if can_fuse(self.network, space) and self._device.type == "cpu" and not is_interpreted:
             self._backend = FusedBackend(self.network, config, threads)
         else:
             self._backend = TorchBackend(self.network, config, device, space)
@@ -129,8 +127,7 @@ class Learner:
         # With one full sequence too few for an update, a single `finish` can still fill one for each environment.
         capacity = self.sequences_per_update + num_envs
         sizes = space.n_features, space.n_masked, self._states.shape[1]
-        action = np.zeros(self._distribution.shape, self._distribution.dtype)
-        self._rollout = Rollout(num_envs, config.sequence_length, capacity, *sizes, action)
+        self._rollout = Rollout(num_envs, config.sequence_length, capacity, *sizes, self._distribution.zeros())
 
     @property
     def ready(self) -> bool:
@@ -158,7 +155,7 @@ class Learner:
         if self._rollout.is_open[envs].any():
             raise RuntimeError("act() was called before the environment's last turn had finished")
         if len(envs) == 0:
-            return np.empty((0, *self._distribution.shape), self._distribution.dtype)
+            return self._distribution.zeros(0)
         resets = self._starts_episode[envs]
         states = self._states[envs]
         if resets.any():

@@ -19,7 +19,7 @@ from hierroom.learners.fused.encoder_kernels import compare_rows, most_common, r
 from hierroom.learners.fused.network import FusedNetwork, Inputs, Parameters
 from hierroom.learners.fused.shard_worker import Minibatch, ShardWorker, fixed_numbers
 from hierroom.learners.fused.stepper import FusedStepper
-from hierroom.learners.networks.actor_critic import RecurrentActorCritic
+from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.learners.networks.feed_forward import FeedForwardActorCritic, ScaledActorCritic
 from hierroom.learners.networks.input_layer import InputLayer
 from hierroom.learners.rollout import Batch
@@ -31,9 +31,13 @@ _MAX_WORKERS = 8
 _BLOCK = 16  # table rows; with fewer, kernels take longer where all rows have gradients
 
 
-def can_fuse(network: nn.Module) -> bool:
+def can_fuse(network: nn.Module, space: AgentSpace) -> bool:
     """Return whether compiled kernels can train a network. Its type must be exact: a subclass may compute else."""
-    if type(network) not in (RecurrentActorCritic, ScaledActorCritic, FeedForwardActorCritic):
+    if space.kind != "discrete" or type(network) not in (
+        RecurrentActorCritic,
+        ScaledActorCritic,
+        FeedForwardActorCritic,
+    ):
         return False
     layer = network.encoder
     return not isinstance(layer, InputLayer) or not layer.layout.pictures
