@@ -181,7 +181,11 @@ class BaseWorld(ABC):
     def _view(self, envs: NDArray[np.integer], entries: Mapping[str, NDArray]) -> Any:
         facts = self.goals, self.dependencies, self.is_repeatable, self.config.levels, entries
         arrays = self._counts, self._markings, self._lengths, self._episodes
-        return BaseView(*facts, *(array.take(envs, axis=0) for array in arrays))
+        return BaseView(*facts, *(self.rows(array, envs) for array in arrays))
+
+    def rows(self, array: NDArray, envs: NDArray[np.integer]) -> NDArray:
+        """Return the rows of environments [M], in a new array."""
+        return array.copy() if envs is self.everywhere else array.take(envs, axis=0)  # it takes a third of the time
 
     def exact_view(self, envs: NDArray[np.integer]) -> Any:
         """Return a copied view of environments [M], with all facts for meta-controllers."""

@@ -30,7 +30,7 @@ def write_outcomes(
     n_achieved, n_ended = 0, 0
     for n in range(outcomes.shape[0]):
         outcome = outcomes[n]
-        outcome.achieved, outcome.n_first, outcome.reward = 0, 0, 0.0
+        outcome.achieved, outcome.n_first, outcome.reward, outcome.elapsed = 0, 0, 0.0, 0
         if has_ended[n]:
             times[n] = 0
             continue
@@ -62,3 +62,12 @@ def begin_episodes(envs, episodes, counts, lengths, has_ended, markings, start):
         counts[n], lengths[n], has_ended[n] = 0, 0, False
         for fact in range(start.shape[0]):
             markings[n, fact] = start[fact]
+
+
+@njit(cache=True, nogil=True)
+def count_gains(before, after, begins, times):
+    """Write by how much the totals of each goal grew, [N, G] int64, 0 where an episode ``begins`` [N]; update them."""
+    for n in range(times.shape[0]):
+        for goal in range(times.shape[1]):
+            times[n, goal] = 0 if begins[n] else max(after[n, goal] - before[n, goal], 0)
+            before[n, goal] = after[n, goal]

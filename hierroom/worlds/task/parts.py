@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 import gymnasium
 from gymnasium import spaces
+from gymnasium.vector import VectorEnv
 
 from hierroom.goals.goal_set import GoalSet
 from hierroom.goals.rules import Rules
@@ -51,7 +52,12 @@ class TaskParts(Protocol):
     trial: Trial
     features: Mapping[str, Feature]
     replayer: Any
+    make_vec: Any
 
     def new_env(self, render_mode: str | None = None) -> gymnasium.Env:
         """Return a new environment, in a render mode if it takes one."""
+        ...  # pyright: ignore[reportReturnType]
+
+    def new_vector(self, num_envs: int) -> VectorEnv:
+        """Return a new vector of environments, of a task with ``make_vec``."""
         ...  # pyright: ignore[reportReturnType]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -82,8 +82,28 @@ def read_entry(
         values = np.array([entry_of(one, path) for one in observations] if path else observations)
     except Exception:  # an entry is missing, or NumPy makes no array of them
         values = np.array(None)
-    if values.shape[1:] != space.shape or values.dtype.kind not in "biuf" or len(values) != len(observations):
-        raise InputError(f"{task} shows {name!r} outside its observation space: {_unlike(observations, path, space)}")
+    return _checked(values, len(observations), name, space, task, lambda: _unlike(observations, path, space))
+
+
+def read_batch(batch: Any, n: int, name: str, path: tuple[Any, ...], space: spaces.Space, task: str) -> NDArray[Any]:
+    """Return an entry of the observations of n environments as `read_entry` does; they come as one batch of arrays."""
+    try:
+        values = np.asarray(entry_of(batch, path))
+    except Exception:
+        values = np.array(None)
+
+    def describe() -> str:
+        given = f"an array of {values.dtype} and shape {values.shape}"
+        return f"{given} for {n} environments, each with {text_of(space)}"
+
+    return _checked(values, n, name, space, task, describe)
+
+
+def _checked(
+    values: NDArray, n: int, name: str, space: spaces.Space, task: str, describe: Callable[[], str]
+) -> NDArray[Any]:
+    if values.shape != (n, *(space.shape or ())) or values.dtype.kind not in "biuf":
+        raise InputError(f"{task} shows {name!r} outside its observation space: {describe()}")
     dtype: Any = space.dtype
     if dtype.kind != "f" and (outside := _first_outside(space, values)) is not None:
         raise InputError(f"{task} shows {name!r} outside its observation space: {outside} in {text_of(space)}")

@@ -13,6 +13,7 @@ from typing import Any, cast
 
 import gymnasium
 import numpy as np
+from gymnasium.vector import VectorEnv
 
 from hierroom.complexity.requirements import goal_depths
 from hierroom.goals.alternatives import Alternative, read_name
@@ -27,6 +28,7 @@ from hierroom.worlds.task.parts import TaskParts, Trial
 from hierroom.worlds.task.replayer import TaskReplayer
 from hierroom.worlds.task.spaces import feature_of
 from hierroom.worlds.task.trial import try_out
+from hierroom.worlds.task.vector_world import VectorWorld
 from hierroom.worlds.task.world import TaskWorld
 from hierroom.worlds.window import without_window
 from hierroom.worlds.world import Feature
@@ -68,6 +70,8 @@ class Task:
         symbols: names of the images of bytes that are grids of symbols, such as MiniGrid's ``image``; all others are
             pixels. None: those up to 31 cells a side that show few and small numbers in a short trial.
         label: the name in titles, tables and messages; None: ``package.module:name``, if the task is given so.
+        make_vec: in place of ``make`` a function of ``num_envs`` that makes a vector environment. A goal is then a
+            function of the vector and the infos of its last step, with one result for each environment, [N].
 
     Examples:
         >>> goals = {"far shore": lambda env, info: env.unwrapped.s == 15}
@@ -80,7 +84,7 @@ class Task:
         ('FrozenLake-v1', 1)
     """
 
-    make: Callable[..., gymnasium.Env] | str
+    make: Callable[..., gymnasium.Env] | str | None = None
     goals: Mapping[str, GoalFunction] = field(default_factory=dict)
     rules: Mapping[str, Any] | Rules | None = None
     target: str | None = None
@@ -90,9 +94,16 @@ class Task:
     processes: int = 0
     symbols: Sequence[str] | None = None
     label: str | None = None
+    make_vec: Callable[[int], VectorEnv] | None = None
 
     def __post_init__(self) -> None:
-        if not callable(self.make) and not (isinstance(self.make, str) and self.make):
+        if (self.make is None) == (self.make_vec is None):
+            raise InputError("a task has exactly one of make, for one environment, and make_vec, for a vector of them")
+        if self.make_vec is not None and not callable(self.make_vec):
+            raise InputError(f"make_vec of a task is a function of num_envs, not {shown(self.make_vec)}")
+        if self.make_vec is not None and self.processes:
+            raise InputError("processes of a task are for make; a vector from make_vec has its own")
+        if self.make is not None and not callable(self.make) and not (isinstance(self.make, str) and self.make):
             raise InputError(
                 f"make of a task is a function that makes its environment or an id, not {shown(self.make)}"
             )
@@ -133,7 +144,7 @@ class Task:
     @property
     def homes(self) -> set[str]:
         """The modules that its functions come from."""
-        return {getattr(function, "__module__", "") for function in (self.make, *self.goals.values())}
+        return {getattr(function, "__module__", "") for function in (self.make, self.make_vec, *self.goals.values())}
 
     def _rules(self) -> Rules | None:
         if self.rules is None:
@@ -193,14 +204,27 @@ class Task:
 
     def new_env(self, render_mode: str | None = None) -> gymnasium.Env:
         """Return a new environment, in a render mode if it takes one."""
+        if self.make is None:
+            raise InputError(f"the environments of {self.name} come as a vector, so none can be replayed or drawn")
         with user_code(f"make of {self.name}"), without_window():
             env = self._make(render_mode)
         if not isinstance(env, gymnasium.Env):
             raise InputError(f"make of {self.name} must return a gymnasium.Env, not {shown(env)}")
         return env
 
+    def new_vector(self, num_envs: int) -> VectorEnv:
+        """Return a new vector of environments, of a task with ``make_vec``."""
+        assert self.make_vec is not None
+        with user_code(f"make_vec of {self.name}"), without_window():
+            vector = self.make_vec(num_envs)
+        if not isinstance(vector, VectorEnv) or vector.num_envs != num_envs:
+            raise InputError(
+                f"make_vec of {self.name} must return a VectorEnv of {num_envs} environments, not {shown(vector)}"
+            )
+        return vector
+
     def _make(self, render_mode: str | None) -> Any:
-        make: Callable[..., Any] = partial(gymnasium.make, self.make) if isinstance(self.make, str) else self.make
+        make: Any = partial(gymnasium.make, self.make) if isinstance(self.make, str) else self.make
         if render_mode is None:
             return _made(make, {}, {"render_mode": None})[0]
         with warnings.catch_warnings():
@@ -252,7 +276,8 @@ class Task:
 
     def make_world(self, config: EnvConfig, num_envs: int, **settings: Any) -> Any:
         """Return N environments of the task; ``settings`` as for `worlds.make.make_world`."""
-        return TaskWorld(cast(TaskParts, self), config, num_envs, **settings)
+        kind = TaskWorld if self.make_vec is None else VectorWorld
+        return kind(cast(TaskParts, self), config, num_envs, **settings)
 
 
 def _made(make: Callable[..., Any], *ways: dict[str, Any]) -> tuple[Any, dict[str, Any]]:

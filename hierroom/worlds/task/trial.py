@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from gymnasium.vector import AutoresetMode
 
 from hierroom.support.env_results import reset_results
 from hierroom.support.errors import InputError, user_code, warn_once
-from hierroom.worlds.actions import actions_of
-from hierroom.worlds.task.goal_values import goal_values
+from hierroom.worlds.actions import Actions, actions_of
+from hierroom.worlds.task.goal_values import as_totals, goal_values
 from hierroom.worlds.task.local_envs import LocalEnvs
 from hierroom.worlds.task.parts import TaskParts, Trial
 from hierroom.worlds.task.spaces import MAX_CATEGORIES, are_symbols, flat_entries, is_byte_image, n_symbols, read_entry
+from hierroom.worlds.task.vector_envs import VectorEnvs
 
-N_STEPS, N_PICTURES = 20, 3
+N_STEPS, N_PICTURES, N_VECTOR = 20, 3, 2
 
 
 def try_out(task: TaskParts) -> Trial:
     """Take random steps in a new environment of a task, and raise its errors as one line."""
+    if task.make_vec is not None:
+        return _try_out_vector(task)
     env, envs = task.new_env(), LocalEnvs(task, 1)
     if envs.envs[0].unwrapped is env.unwrapped:
         raise InputError(f"make of {task.name} must return a new environment each time, not always the same one")
@@ -31,6 +35,7 @@ def try_out(task: TaskParts) -> Trial:
     with user_code(f"reset of {task.name}"):
         _, infos = reset_results([env.reset(seed=0)], task.name)
     values = goal_values(task.goals, [env], infos, task.name)
+    as_totals(values, 1, task.goals, task.name)  # refuses wrong ones
     are_counts = tuple(not isinstance(value, (bool, np.bool_)) for value in values)
     goals = task.goal_set
     if goals.has_target and values[goals.target] and not are_counts[goals.target]:
@@ -54,6 +59,39 @@ def try_out(task: TaskParts) -> Trial:
         if taken.terminated[0] or taken.truncated[0]:
             look(envs.reset([0], [0])[0])
     envs.close()
+    return _trial(task, actions, entries, left_out, are_counts, seen, seconds)
+
+
+def _try_out_vector(task: TaskParts) -> Trial:
+    """Take random steps in a vector of two environments."""
+    vector, random, seconds = VectorEnvs(task, N_VECTOR), np.random.default_rng(0), []
+    actions = actions_of(vector.env.single_action_space, task.name, MAX_CATEGORIES - 1)
+    entries, left_out = flat_entries(vector.env.single_observation_space)
+    seen: dict[str, set[int]] = {name: set() for name, (_, space) in entries.items() if is_byte_image(space)}
+    now = vector.reset(0)
+    for _ in range(N_STEPS):
+        for name, values in seen.items():
+            values.update(np.unique(now.entries[name]).tolist())
+        started = time.perf_counter()
+        taken = vector.step(np.array(actions.for_envs(actions.sample(random, N_VECTOR))))
+        seconds.append((time.perf_counter() - started) / N_VECTOR)
+        has_ended = taken.terminated | taken.truncated
+        now = vector.reset(0) if vector.mode is AutoresetMode.DISABLED and has_ended.any() else taken.now
+    if error := vector.close():
+        raise error
+    return _trial(task, actions, entries, left_out, vector.are_counts, seen, seconds)
+
+
+def _trial(
+    task: TaskParts,
+    actions: Actions,
+    entries: Mapping[str, Any],
+    left_out: Sequence[str],
+    are_counts: tuple[bool, ...],
+    seen: Mapping[str, set[int]],
+    seconds: list[float],
+) -> Trial:
+    """Return the facts; ``seen`` has the values of each entry that is an image of bytes."""
     symbols = [name for name, values in seen.items() if are_symbols(entries[name][1], values)]
     if task.symbols is not None:
         if wrong := [name for name in task.symbols if name not in seen]:

@@ -23,8 +23,6 @@ from hierroom.worlds.task.spaces import read_entry
 from hierroom.worlds.window import StateScreen
 from hierroom.worlds.world import Feature, Screen
 
-MAX_REMEMBERED = 20_000
-"""Most actions of an episode that a checkpoint keeps, so that a resumed run can continue it."""
 _NONE = -1
 
 
@@ -36,7 +34,12 @@ class TaskWorld(BaseWorld):
 
     A state is saved as its seed and the actions taken since; restoring it plays the actions again. If this does not
     give the same state, because the environment is not determined by its seed, the next step truncates the episode.
+
+    Attributes:
+        most_remembered: most actions of an episode that a checkpoint keeps, so that a resumed run can continue it.
     """
+
+    most_remembered = 20_000
 
     def __init__(self, task: TaskParts, config: EnvConfig, num_envs: int, **settings: Any) -> None:
         self.task, self._trial, self.label = task, task.trial, task.label
@@ -53,7 +56,7 @@ class TaskWorld(BaseWorld):
             for name, space in self.observation_spaces.items()
         }
         self._totals = np.zeros((num_envs, len(self.goals)), np.int64)
-        n_remembered = min(config.max_steps or task.max_steps, MAX_REMEMBERED)
+        n_remembered = min(config.max_steps or task.max_steps, self.most_remembered)
         self._taken = np.zeros(num_envs, np.int64)
         self._actions = np.full((num_envs, n_remembered, *self.actions.shape), _NONE, self.actions.kept_type)
         self._cut = np.zeros(num_envs, bool)
@@ -111,7 +114,7 @@ class TaskWorld(BaseWorld):
 
     def shown(self, envs: NDArray[np.integer]) -> dict[str, NDArray]:
         """Return the observations of environments [M], by name."""
-        return {name: array.take(envs, axis=0) for name, array in self._shown.items()}
+        return {name: self.rows(array, envs) for name, array in self._shown.items()}
 
     def step(self, actions: NDArray) -> np.ndarray:
         """Act once in every environment; an action that does not exist only costs the step."""
@@ -127,7 +130,8 @@ class TaskWorld(BaseWorld):
                 times[envs], taken = self._act(envs, actions[envs])
                 _, rewards[envs], terminated[envs], truncated[envs], _, elapsed[envs] = taken
         outcomes = self.record(times, rewards, terminated, truncated | self._cut)
-        outcomes["elapsed"] = elapsed
+        if np.count_nonzero(elapsed):
+            outcomes["elapsed"] = elapsed
         return outcomes
 
     def _act(self, envs: NDArray[np.integer], actions: NDArray) -> tuple[NDArray[np.int64], Taken]:
