@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import math
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -13,8 +13,7 @@ from rich.table import Column, Table
 
 from hierroom.agents.episode import Episode
 from hierroom.agents.evaluation import outcome_in_words
-from hierroom.agents.playback import MOST_IN_GIF, save_episodes
-from hierroom.runs.config.config import TrainConfig
+from hierroom.agents.playback import save_episodes
 from hierroom.runs.folder.run_folder import FILMS, RunFolder
 from hierroom.runs.folder.user_code import trust_option
 from hierroom.runs.logs.episode_log import WINDOW
@@ -30,10 +29,6 @@ from hierroom.support.output import warn
 from hierroom.support.pictures import drawing
 from hierroom.support.tables import print_table
 from hierroom.turns.records import META
-from hierroom.worlds.make import find_task
-from hierroom.worlds.task.parts import TaskParts
-from hierroom.worlds.task.task import Task
-from hierroom.worlds.task.trial import picture_seconds
 
 MANY_ILLEGAL = 0.1
 """A larger share of illegal goals suggests a mistake in the meta-controller."""
@@ -174,28 +169,3 @@ def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path)
 def step_unit(most: float) -> tuple[float, str]:
     """Return the number of steps per unit for an axis that ends at ``most`` steps, and the unit's name."""
     return (1e6, "millions") if most >= 200_000 else (1e3, "thousands")
-
-
-MOST_SECONDS, MOST_SHARE = 10.0, 0.1
-"""A film may take so many seconds, or such a share of the time that the environments take, whichever is longer."""
-
-
-def decide(config: TrainConfig) -> TrainConfig:
-    """Return the config of a new run, with its open entries decided if its task is the user's; say what it leaves out.
-
-    The config is saved with the decisions, so a resumed run does the same.
-    """
-    task = find_task(config.env.task)
-    if not isinstance(task, Task) or config.film is not None:
-        return config
-    limit, step = config.env.max_steps or task.max_steps, task.trial.step_seconds
-    try:
-        seconds = (N_PICTURED + 1) * limit * step + min(limit, MOST_IN_GIF) * picture_seconds(cast(TaskParts, task))
-    except InputError as error:
-        task.replayer.no_picture = str(error)
-        warn(f"there is no film of an episode: {error}")
-        return config.changed(film=False)
-    if seconds <= max(MOST_SECONDS, MOST_SHARE * config.steps * step):
-        return config.changed(film=True)
-    warn(f"there is no film of an episode, which may take {seconds:,.0f} seconds; --film True writes one")
-    return config.changed(film=False)

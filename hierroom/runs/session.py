@@ -19,6 +19,7 @@ from hierroom.learners.networks.input_layer import reads_pictures
 from hierroom.runs.assembly import evaluation_seed
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
+from hierroom.runs.decisions import decide, episodes_now, speed_in_words
 from hierroom.runs.folder import checkpoint
 from hierroom.runs.folder.provenance import misfits_explained, record_session
 from hierroom.runs.folder.run_folder import RunFolder, claim_folder
@@ -27,7 +28,7 @@ from hierroom.runs.folder.weights import digest
 from hierroom.runs.logs.learning_curve import LearningCurve, evaluation_points, evaluation_rows
 from hierroom.runs.logs.logs import DEFAULT, NONE, Logs
 from hierroom.runs.logs.scalars import evaluation_scalars, metric_scalars
-from hierroom.runs.results import decide, write_results
+from hierroom.runs.results import write_results
 from hierroom.runs.trainer import Trainer
 from hierroom.support.cli import shell_words
 from hierroom.support.clocks import TimeSpent
@@ -73,7 +74,8 @@ def resume(config: TrainConfig, path: Path, variant: str = "") -> tuple[Trainer,
     with ExitStack() as stack:
         stack.enter_context(folder.lock)
         folder.tidy()
-        config = config.changed(film=folder.config().film)  # decided when the run began
+        began = folder.config()
+        config = config.changed(film=began.film, evaluation_steps=began.evaluation_steps)  # decided when it began
         is_untrained = folder.is_untrained
         trainer = Trainer(config, begins=is_untrained)
         state = None if is_untrained else folder.load_checkpoint()
@@ -129,7 +131,8 @@ def run_session(
 
         env, world = trainer.config.env, trainer.turns.world
         names = env.names if env.task is None else [f"{world.variants[0]}{' without goals' * (not world.goals)}"]
-        say(f"{trainer.config.title_on(names)}, into {folder.path}")
+        speed = speed_in_words(trainer.config, trainer.steps)
+        say(f"{trainer.config.title_on(names)}, into {folder.path}{speed}")
         for line in (*world.stage_titles, *world.notes):
             say(line)
         meta = trainer.agents[META]
@@ -180,9 +183,14 @@ def train(
     points = evaluation_points(total, trainer.config.evaluations)
 
     def evaluate() -> str:
+        curve, left = LearningCurve.of_rows(folder.evaluations.read()), 1 + sum(one > trainer.steps for one in points)
+        used = 0.0 if curve is None else float(curve.episodes @ curve.length)
+        episodes = episodes_now(trainer.config, used, left, trainer.log.means["episode_length"])
+        if episodes == 0:
+            return evaluated
         report("evaluating,")
         with spent.on("evaluating"), awaited("this evaluation"):
-            evaluation = trainer.evaluation = trainer.evaluate()
+            evaluation = trainer.evaluation = trainer.evaluate(episodes)
         folder.evaluations.append(evaluation_rows(trainer.steps, trainer.seconds, evaluation))
         logs.add(evaluation_scalars(evaluation), trainer.steps)
         words = outcome_in_words(evaluation.success_rate, evaluation.mean_return, evaluation.score)

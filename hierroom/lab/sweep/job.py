@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
+import numpy as np
 import torch
 from rich.console import Console
 
@@ -118,6 +119,9 @@ class Job:
     def _evaluate(self, trainer: Trainer, steps: float, kind: dict[str, Any]) -> Evaluation:
         if self.episodes is not None:
             return trainer.evaluate(self.episodes, **kind)
+        if (most := trainer.config.evaluation_steps) is not None:  # of a user's task that is slow
+            steps, length = steps * most / (2 * SHARE_OF_STEPS * trainer.steps), trainer.log.means["episode_length"]
+            return trainer.evaluate(max(1, min(FEWEST_EPISODES, int(np.nan_to_num(steps / length)))), **kind)
         few = trainer.evaluate(FEWEST_EPISODES, **kind)  # a second evaluation starts with the same episodes
         rounds = int(steps / few.length / FEWEST_EPISODES)
         return few if rounds <= 1 else trainer.evaluate(min(rounds * FEWEST_EPISODES, MOST_EPISODES), **kind)

@@ -47,6 +47,8 @@ class TrainConfig:
             steps. They play the same levels each time, none of them seen in training. 0: never.
         evaluation_episodes: episodes of each evaluation. None: 100, or fewer once the success rate of a failing agent
             is clear.
+        evaluation_steps: most steps of all evaluations, which then play fewer episodes, or none early on. None: any
+            number; but a run of your own task decides it, unless you ask for other evaluations: about 10% of its time.
         seed: determines levels, weights, actions and shuffles.
         num_envs: number of environments that train in parallel.
         stagger_clocks: whether the first episodes begin with different step counts, so that not all environments reach
@@ -74,6 +76,7 @@ class TrainConfig:
     steps: Annotated[int, Meta(ge=1, le=10**15)] = 1_000_000
     evaluations: Annotated[int, Meta(ge=0, le=10**4)] = 16
     evaluation_episodes: Annotated[int, Meta(ge=1, le=MOST_EVALUATION_EPISODES)] | None = None
+    evaluation_steps: Annotated[int, Meta(ge=1, le=10**15)] | None = None
     seed: Seed = 0
     num_envs: Annotated[int, Meta(ge=1, le=MOST_ENVS)] = 64
     stagger_clocks: bool = True
@@ -197,11 +200,11 @@ PARTS: Mapping[str, type] = {"env": EnvConfig, "agents": AgentsConfig, "ppo": PP
 OF_META = f"{META_PART}."
 """The prefix of the flat names of entries of ``meta_ppo``, as ``ppo`` has the same entries."""
 LATER_ENTRIES: Mapping[str, Any] = {
-    **{"task": None, "layout": (), "film": None},
+    **{"task": None, "layout": (), "film": None, "evaluation_steps": None},
     **{"memory": "lstm", "pictures": "small", "scale_observations": False, "scale_returns": False},
 }
 """Entries that files of earlier versions lack, with their values there."""
-CHANGED_WHEN_RESUMED = frozenset({"steps", "threads", "device", "warm_start", "film"})
+CHANGED_WHEN_RESUMED = frozenset({"steps", "threads", "device", "warm_start", "film", "evaluation_steps"})
 """Entries that may change when a run is resumed; the weights of a warm start are in its checkpoints."""
 
 

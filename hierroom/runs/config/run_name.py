@@ -18,7 +18,7 @@ MAX_NAMED_GRAPHS = 4
 """The most graphs or sets of them that a name lists; it gives the number of the others."""
 _META_LENGTH, _GRAPH_LENGTH, _SEED_LENGTH = 20, 24, 18
 _SEPARATE = frozenset({"method", "meta", "graph", "exclude", "task", "layout", "seed", "preset"})
-_NEVER_NAMED = frozenset({"threads", "device", "film"})
+_NEVER_NAMED = frozenset({"threads", "device", "film", "evaluation_steps"})
 
 
 def run_name(config: TrainConfig) -> str:
