@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterator, Sequence
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -79,7 +80,10 @@ def read_entry(
     Floats may be outside the bounds of a `Box`, because many environments exceed them.
     """
     try:
-        values = np.array([entry_of(one, path) for one in observations] if path else observations)
+        parts = observations
+        for key in path:
+            parts = [*map(itemgetter(key), parts)]
+        values = np.array(parts)
     except Exception:  # an entry is missing, or NumPy makes no array of them
         values = np.array(None)
     return _checked(values, len(observations), name, space, task, lambda: _unlike(observations, path, space))
@@ -189,6 +193,8 @@ def _first_outside(space: spaces.Space, values: NDArray) -> Any:
         if values.dtype == space.dtype:
             return None
         low, end = (0, 2) if space.dtype == bool else (np.iinfo(space.dtype).min, np.iinfo(space.dtype).max + 1)
+    elif isinstance(space, spaces.Discrete):
+        low, end = space.start, space.start + space.n  # faster than arrays of one number
     else:
         low, sizes = _categories(space)
         end = low + sizes
