@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from hierroom import complexity
     from hierroom.aec_env import env, raw_env
     from hierroom.goals import GoalGraph, GraphSpecs, Rules, enumerate_graphs
+    from hierroom.lab.advise.advise import advise
     from hierroom.parallel_env import parallel_env
     from hierroom.runs.config.config import TrainConfig
     from hierroom.runs.config.presets import find_preset
@@ -49,6 +50,7 @@ __all__ = [
     "TrainConfig",
     "TrainedAgent",
     "add_features",
+    "advise",
     "box_view",
     "complexity",
     "enumerate_graphs",
@@ -80,6 +82,7 @@ _HOMES = {
     "TrainConfig": "runs.config.config",
     "TrainedAgent": "runs.trained_agent",
     "add_features": "wrappers.features",
+    "advise": "lab.advise.advise",
     "box_view": "wrappers.boxes",
     "enumerate_graphs": "goals",
     "env": "aec_env",

@@ -22,6 +22,7 @@ COMMANDS: Mapping[str, str] = {
     "evaluate": "success, length and steps to each goal of a trained agent",
     "compare": "learning curves of several runs, with intervals, as tables and a figure",
     "report": "one HTML page on runs: curves, goals, complexity against learning, replay of episodes",
+    "advise": "which method, how many steps and how sure, before anybody trains",
     "complexity": "how hard goal graphs are to explore, before anybody trains",
     "compile": "compile all kernels now, so that nothing waits for it later",
 }

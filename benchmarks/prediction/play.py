@@ -45,7 +45,7 @@ class Options:
         out: the table.
     """
 
-    play_steps: int = 2_000_000
+    play_steps: int = 1_000_000
     seed: int = 0
     out: Path = PLAY
 

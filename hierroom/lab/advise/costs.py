@@ -55,7 +55,7 @@ class PlayCosts:
         stages: number of stages seen.
         steps: primitive steps played.
         steps_per_second: their speed here.
-        sequences: the achieved goals of each episode, in order, to check rules.
+        sequences: the step and name of each achieved goal of each episode, in order, to check rules.
         is_interrupted: whether Ctrl-C ended play.
     """
 
@@ -67,7 +67,7 @@ class PlayCosts:
     stages: int
     steps: int
     steps_per_second: float
-    sequences: Sequence[Sequence[str]] = field(default=(), repr=False)
+    sequences: Sequence[Sequence[tuple[int, str]]] = field(default=(), repr=False)
     is_interrupted: bool = False
 
     @property
@@ -107,16 +107,17 @@ def measure_costs(
         raise InputError(f"{few.world.variants[0]} has no target, to which goals could lead")
     few.world.close()
     n = NUM_ENVS if is_fast else FEW_ENVS
-    limited = RandomPlay(Turns(config, n, seed=seed), seed, is_split=False)
+    limited = play = RandomPlay(Turns(config, n, seed=seed), seed)
     try:
-        limited.play(budget, LIMITED if is_fast else 1.0, progress)
+        limited.play(budget, LIMITED, progress)
+        if is_fast:
+            play = RandomPlay(Turns(config.changed(max_steps=UNLIMITED), n, seed=seed), seed, is_split=True)
+        play.is_split = True  # the environments of a task have limits of their own, so they play on
+        play.play(budget, 1.0, progress)
     finally:
         limited.turns.world.close()
-    trials = limited.trials
-    if is_fast and budget.share < 1:
-        unlimited = RandomPlay(Turns(config.changed(max_steps=UNLIMITED), n, seed=seed), seed, is_split=True)
-        unlimited.play(budget, 1.0, progress)
-        trials = unlimited.trials
+    trials = play.trials
+    trials.close()
     episodes, world = limited.episodes, limited.turns.world
     share = episodes.successes / max(episodes.n, 1)
     return PlayCosts(

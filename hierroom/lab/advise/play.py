@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from hierroom.agents.episode_facts import EpisodeFacts
 from hierroom.lab.advise.stages import DONE, Trials
 from hierroom.meta import FixedDFS, RandomGoals, take_turn
+from hierroom.support.errors import InputError
 from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS
@@ -55,12 +56,12 @@ class Episodes:
     Attributes:
         n: episodes that began early enough to end within the play, so that short ones do not count too often.
         successes: how many of them reached the target.
-        sequences: the achieved goals of each ended episode, in order.
+        sequences: the step and name of each achieved goal of each ended episode, in order.
     """
 
     n: int = 0
     successes: int = 0
-    sequences: list[list[str]] = field(default_factory=list)
+    sequences: list[list[tuple[int, str]]] = field(default_factory=list)
 
 
 class RandomPlay:
@@ -69,29 +70,30 @@ class RandomPlay:
     Args:
         turns: N fresh environments with autoreset.
         seed: determines the actions, together with the environments' own seed.
-        is_split: whether trials may start from saved states; the world must be able to go back to them.
+
+    Attributes:
+        is_split: whether trials may start from saved states; only episodes without it are counted.
     """
 
-    def __init__(self, turns: Turns, seed: int, is_split: bool) -> None:
+    def __init__(self, turns: Turns, seed: int, is_split: bool = False) -> None:
         n, goals = len(turns), turns.world.goals
         self.turns, self.random = turns, np.random.default_rng([seed, is_split])
         self.meta = RandomGoals() if turns.world.rules is None else FixedDFS()
         self.limit: int = getattr(turns.world, "max_steps", turns.config.max_steps or DEFAULT_MAX_STEPS)
         self.trials = Trials(n, len(goals.kinds))
         self.episodes = Episodes()
-        self._is_split, self._kind_of = is_split, np.append(goals.kind_of, len(goals.kinds))  # -1: no goal
+        self.is_split, self._kind_of = is_split, np.append(goals.kind_of, len(goals.kinds))  # -1: no goal
         self._achieved = np.zeros((n, len(goals)), bool)
         self._saved: dict[int, list[dict[str, np.ndarray]]] = {}
         self._began, self._ended, self._facts = np.zeros(n, np.int64), [], EpisodeFacts(n)
         self._needs: dict[int, float] = {}
+        self._can_return = True  # to a saved state
         self._n_steps = 0
 
     def play(self, budget: Budget, until: float, progress: Progress = lambda share: None) -> None:
         """Play until a share of the budget is used up; Ctrl-C ends play, and keeps what was counted."""
         turns, world = self.turns, self.turns.world
         try:
-            for env in range(len(turns)):
-                self._save(0, env)
             while budget.share < until:
                 for _ in range(16):  # looking at the clock takes time
                     take_turn(self.meta, turns)
@@ -100,12 +102,13 @@ class RandomPlay:
                     self._n_steps += 1
                     self._count(step, pursued)
                 budget.steps += 16 * len(turns)
-                if self._is_split and self._n_steps % REVIEW == 0:
+                if self.is_split and self._n_steps % REVIEW == 0:
                     self._needs = self.trials.needs()
                 progress(budget.share)
         except KeyboardInterrupt:
             budget.is_interrupted = True
-        self.trials.close()
+        if self.is_split:
+            return
         counted = [success for began, success in self._ended if began <= self._n_steps - self.limit]
         self.episodes.n, self.episodes.successes = len(counted), sum(counted)
 
@@ -114,12 +117,13 @@ class RandomPlay:
         ended = self._facts.add(step, self.turns)
         if not (self.turns.n_ended or step.n_first.any()):
             return
-        for row, success in zip(ended.rows.tolist(), ended.successes.tolist(), strict=True):
-            self._ended.append((int(self._began[row]), bool(success)))
-            self._began[row] = self._n_steps
+        if not self.is_split:
+            began = self._began[ended.rows].tolist()
+            self._ended += zip(began, ended.successes.tolist(), strict=True)
+            self._began[ended.rows] = self._n_steps
         names = self.turns.world.goals.milestones
-        if len(self.episodes.sequences) < CHECKED:
-            self.episodes.sequences += [[names[goal] for _, goal in one] for one in ended.milestones]
+        if not self.is_split and len(self.episodes.sequences) < CHECKED:
+            self.episodes.sequences += [[(at, names[goal]) for at, goal in one] for one in ended.milestones]
         self._achieved |= step.achieved
         jumps = []
         for env in np.flatnonzero(step.is_first | step.episode_ended).tolist():
@@ -134,7 +138,7 @@ class RandomPlay:
                 self._achieved[env] = False
             self._save(self.trials.stage[env], env)
             jumps.append(env)
-        if self._needs:
+        if self.is_split and self._needs and self._can_return:
             self._jump(jumps)
 
     def _stage_of(self, env: int) -> int:
@@ -143,8 +147,6 @@ class RandomPlay:
         return self.trials.number_of(tuple(kinds.tolist()))
 
     def _save(self, stage: int, env: int) -> None:
-        if not self._is_split:
-            return
         saved = self._saved.setdefault(stage, [])
         place = len(saved) if len(saved) < SAVED else int(self.random.integers(self.trials.entered[stage] + 1))
         if place < SAVED:
@@ -166,4 +168,13 @@ class RandomPlay:
             self._achieved[env] = saved["achieved"][0]
             self.trials.enter(env, worst)
             self._needs[worst] *= self.trials.entered[worst] / (self.trials.entered[worst] + 1)
-        self.turns.set_state(state)
+        try:
+            self.turns.set_state(state)
+            is_back = not self.turns.world.get_arrays(self.turns.world.everywhere).get("cut", np.zeros(1)).any()
+        except InputError:
+            is_back = False
+        if not is_back:  # its episodes do not repeat themselves, so all begin anew
+            self._can_return, self._achieved[:] = False, False
+            self.turns.reset()
+            for env in range(len(self.turns)):
+                self.trials.enter(env, 0)

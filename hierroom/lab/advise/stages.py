@@ -24,8 +24,10 @@ CUT = -2
 """In place of the next stage of a trial that did not end."""
 ENOUGH = 32
 """With as many trials a stage is known well enough."""
-IGNORED = 0.02
-"""Largest share of episodes that may pass through stages which no trial left."""
+SMALL = 0.02
+"""Share of E below which a stage needs no more trials."""
+LOST = 0.2
+"""Largest share of visits that may lead to stages which no trial left; E is then that of all other ways."""
 
 
 class Flow(NamedTuple):
@@ -118,7 +120,7 @@ class Trials:
         share = np.divide(1.0, onward, out=np.zeros(n), where=onward > 0)
         visits, is_lost = _visits(sp.diags(share) @ moves, onward > 0)
         lost = float(np.divide(left - onward, left, out=np.zeros(n), where=is_known) @ visits)
-        if is_lost or lost > IGNORED or not done.any():
+        if is_lost or lost > LOST or not done.any():
             return Flow(np.inf, steps.sum(axis=0), reached.sum(axis=0), visits)
         mean = np.divide(visits, left, out=np.zeros(n), where=is_known)
         by_kind = mean @ steps
@@ -144,7 +146,7 @@ class Trials:
         mean[left == 0] = np.maximum(mean, mean[left > 0].max(initial=1.0))[left == 0]
         cost = visits * mean
         need = cost / np.maximum(self.entered, 1)
-        is_needed = (left < ENOUGH) & (cost > IGNORED * cost.sum())
+        is_needed = (left < ENOUGH) & (cost > SMALL * cost.sum())
         return {stage: float(need[stage]) for stage in np.flatnonzero(is_needed).tolist()}
 
 

@@ -1,0 +1,84 @@
+"""The runs that fit and test the prediction of training steps, next to what random play showed of their tasks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.prediction.play import PLAY, RESULTS, SWEEPS, config_of, key_of, read_rows
+from hierroom.lab.advise.measures import Known
+
+FIRST = 10_000
+"""Steps before which no evaluation could see a milestone: a run that has it at step 0 got there before this one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """R runs of one method to one milestone.
+
+    Args:
+        tasks: [R] the task of each.
+        worlds: [R] the world of each.
+        low: [R] log of the steps by which the milestone was not reached yet; ``-inf`` if there are none.
+        high: [R] log of the steps by which it was; ``inf`` if it never was. Equal to ``low`` where they are known.
+    """
+
+    tasks: NDArray[Any]
+    worlds: NDArray[Any]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.tasks)
+
+    def where(self, chosen: NDArray[np.bool_]) -> Runs:
+        """Return some of the runs."""
+        return Runs(self.tasks[chosen], self.worlds[chosen], self.low[chosen], self.high[chosen])
+
+    def measured(self, known: dict[str, Known], measure: Callable[[Known], float]) -> NDArray[np.float64]:
+        """Return the log of a measure [R] of each run's task; ``nan`` where it is not known."""
+        values = {task: measure(known[task]) for task in set(self.tasks.tolist())}
+        logs = {task: np.log(value) if np.isfinite(value) and value > 0 else np.nan for task, value in values.items()}
+        return np.array([logs[task] for task in self.tasks.tolist()])
+
+
+def known_tasks() -> tuple[dict[str, Known], dict[str, str]]:
+    """Return what is known of each task before training, and what it is for."""
+    known, use = {}, {}
+    for row in read_rows(PLAY):
+        entries = {name: (int if kind == "int" else float)(row[name]) for name, kind in Known.__annotations__.items()}
+        known[row["task"]], use[row["task"]] = Known(**entries), row["use"]
+    return known, use
+
+
+def read_runs(method: str, milestone: str, known: dict[str, Known], uses: dict[str, str]) -> Runs:
+    """Return the runs of a method (with scripted goals, if it has goals) in all tasks in which play was measured."""
+    found = []
+    for sweep in SWEEPS:
+        twins = {row["graph"] for row in read_rows(RESULTS / sweep / "measures.csv") if row.get("twin_of")}
+        for row in read_rows(RESULTS / sweep / "sweep.csv"):
+            if row["method"] != method or row["meta"] not in ("fixed-dfs", "none") or row["graph"] in twins:
+                continue
+            if (task := key_of(config_of(row | {"sweep": sweep}))) in known:
+                found.append((task, uses[task], *_times(row[milestone], float(row["steps"]))))
+    tasks, worlds, low, high = zip(*found, strict=True)
+    return Runs(np.array(tasks), np.array(worlds), np.array(low), np.array(high))
+
+
+def _times(text: str, steps: float) -> tuple[float, float]:
+    if not text:
+        return float(np.log(steps)), np.inf
+    return (-np.inf, float(np.log(FIRST))) if float(text) < 1 else (float(np.log(float(text))),) * 2
+
+
+def task_medians(runs: Runs, values: Sequence[float] | NDArray[np.float64]) -> tuple[NDArray, NDArray, NDArray]:
+    """Return each task, the median of its runs' values and of their steps (``inf``: never), both as logs."""
+    times = np.where(np.isinf(runs.high), np.inf, np.where(np.isinf(runs.low), runs.high, runs.low))
+    tasks = np.unique(runs.tasks)
+    where = [runs.tasks == task for task in tasks]
+    medians = [np.sort(times[one])[one.sum() // 2] for one in where]
+    return tasks, np.array([np.median(np.asarray(values)[one]) for one in where]), np.array(medians)

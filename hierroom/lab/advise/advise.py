@@ -1,0 +1,116 @@
+"""Advice before training, from rules and a little random play."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hierroom.complexity.report import analyze
+from hierroom.goals import GoalGraph, Rules
+from hierroom.lab.advise.costs import PlayCosts, measure_costs
+from hierroom.lab.advise.measures import Known, rule_numbers
+from hierroom.lab.advise.model import read_model
+from hierroom.lab.advise.outside import OTHER, world_of
+from hierroom.lab.advise.prediction import Advice, best_of, predict
+from hierroom.lab.advise.rule_check import RuleCheck, check_rules
+from hierroom.support.cli import progress_bar
+from hierroom.support.errors import InputError
+from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.make import make_world
+from hierroom.worlds.world import World
+
+RULES_ONLY = "rules alone have nothing to play; give a task or a goal graph, and steps are predicted"
+PROVISIONAL = "no run was made in this world: its intervals are provisional, from two other worlds"
+
+
+def advise(
+    graph: Any = None,
+    *,
+    task: Any = None,
+    rules: Rules | str | Path | None = None,
+    max_steps: int | None = None,
+    seconds: float = 30.0,
+    play_steps: int | None = None,
+    seed: int = 0,
+    **entries: Any,
+) -> Advice:
+    """Return what to expect of training, before anybody trains: which method, how many steps, and how sure.
+
+    Exactly one of graph, task and rules is given. Ctrl-C ends play; the answer says what is known by then.
+
+    Args:
+        graph: a goal graph of EscapeRooms, in every form that training takes.
+        task: a `hierroom.Task`, or its name as in training.
+        rules: `Rules`, or the path of a TOML file with them: only the chain is measured, and nothing predicted.
+        max_steps: steps after which an episode is truncated; by default as in training.
+        seconds: time to play, above 0.
+        play_steps: primitive steps to play in place of ``seconds``; equal seeds then give equal answers.
+        seed: of levels and actions.
+        **entries: other entries of `EnvConfig`, such as ``size`` or ``drop_key``.
+
+    Examples:
+        >>> advice = hierroom.advise("a", play_steps=20_000)
+        >>> advice.method, sorted(advice.predictions)
+        ('hippo', ['hippo', 'ppo', 'ppo-bonus'])
+    """
+    if sum(one is not None for one in (graph, task, rules)) != 1:
+        raise InputError("advice is on exactly one of a graph, a task and rules")
+    if rules is not None:
+        return _of_rules(rules if isinstance(rules, Rules) else Rules.from_toml(rules))
+    given = {"graph": graph, "task": task, "max_steps": max_steps}
+    config = EnvConfig.of_arguments({name: one for name, one in given.items() if one is not None} | entries)
+    with progress_bar() as bar:
+        bar_task = bar.add_task("playing", total=1.0)
+        costs = measure_costs(config, seconds, play_steps, seed, lambda share: bar.update(bar_task, completed=share))
+    world = make_world(config, 1)
+    try:
+        return _of_play(config, world, costs)
+    finally:
+        world.close()
+
+
+def _of_play(config: EnvConfig, world: World, costs: PlayCosts) -> Advice:
+    check = _check(world, costs)
+    rules = world.rules
+    if rules is None and check is not None:
+        rules = check.suggested
+    model, where = read_model(), world_of(config)
+    known = Known.of(costs, rules)
+    predictions, reason = predict(known, where, model)
+    method, steps = best_of(predictions)
+    is_outside = not predictions
+    if not is_outside and where == OTHER:
+        reason = PROVISIONAL
+    train = f"--task {config.names[0]}" if config.task is not None else f"--graph {config.names[0]}"
+    facts = (predictions, costs, check, method, steps, is_outside, reason, model.name)
+    return Advice(config.names[0], train, *facts, _chain(rules))
+
+
+def _check(world: World, costs: PlayCosts) -> RuleCheck | None:
+    """Compare a world's rules with play; None for goal graphs, which the levels are built from."""
+    if isinstance(world.rules, GoalGraph):
+        return None
+    goals = world.goals
+    is_repeatable = np.broadcast_to(getattr(world, "is_repeatable", False), len(goals))
+    once = [name for name, again in zip(goals.names, is_repeatable, strict=True) if not again]
+    return check_rules(world.rules, costs.sequences, goals.names, goals.names[goals.target], once)
+
+
+def _of_rules(rules: Rules) -> Advice:
+    facts = ({}, None, None, None, None, True, RULES_ONLY, read_model().name)
+    return Advice(rules.name, "", *facts, dict(_chain(rules)) | {"bottleneck": _bottleneck(rules)})
+
+
+def _chain(rules: Rules | GoalGraph | None) -> Mapping[str, Any]:
+    if rules is None:
+        return {}
+    fewest, markings, _ = rule_numbers(rules)
+    depth = analyze(rules).exit_depth
+    return {"exit depth": depth, "fewest goals": fewest, "markings": markings}
+
+
+def _bottleneck(rules: Rules) -> str | None:
+    return next(iter(analyze(rules).goal_sensitivity()), None)
