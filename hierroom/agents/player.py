@@ -77,6 +77,8 @@ class RandomPlayer:
 
     def step(self, turns: Turns) -> Step:
         """Take a random action in every environment."""
+        if (masks := turns.world.action_masks) is not None:
+            return turns.step(np.where(masks, self._random.random(masks.shape), -1).argmax(axis=1))
         return turns.step(turns.action_kind.sample(self._random, len(turns)))
 
 

@@ -95,7 +95,9 @@ class SingleEnv:
             observation["action_mask"] = turns.meta_masks()[0].view(np.int8)
             observation["outcome"] = _OUTCOMES[ledger.last_outcomes.item()]
         elif len(self._all_legal):
-            observation["action_mask"] = self._all_legal.copy()
+            is_masked = self.turns.world.action_masks is not None
+            mask = self.turns.action_masks(_ONLY)[0].view(np.int8) if is_masked else self._all_legal.copy()
+            observation["action_mask"] = mask
         return observation
 
     def choose(self, action: int) -> None:

@@ -140,7 +140,12 @@ class Turns:
         ledger = self.ledger.records.take(envs)
         ledger.setflags(write=False)
         given = ledger["goals"], ledger["previous_actions"], ledger["last_outcomes"]
-        return Observation(envs, self.world.observe(envs), self.world.goals, *given, self._all_legal[: len(envs)])
+        return Observation(envs, self.world.observe(envs), self.world.goals, *given, self.action_masks(envs))
+
+    def action_masks(self, envs: NDArray[np.integer]) -> NDArray[np.bool_]:
+        """Return the controller's legal actions in environments [M], [M, A]; read-only, or a copy."""
+        masks = self.world.action_masks
+        return self._all_legal[: len(envs)] if masks is None else masks.take(envs, axis=0)
 
     def act(self, agent: str, observation: Observation, actions: ArrayLike) -> None:
         """Take an agent's turn, given its observation of M environments and its actions [M, ...] (see `choose`).
@@ -194,6 +199,10 @@ class Turns:
         if not world.has_begun:
             raise InputError("reset the environment before its first step")
         taken = self.actions if actions is None else self.action_kind.read(actions, len(self._everywhere))
+        if (masks := world.action_masks) is not None:  # a forbidden action does not exist now
+            is_legal = self.action_kind.are_legal(taken)
+            is_legal &= masks[self._everywhere, np.where(is_legal, taken, 0)]
+            taken = np.where(is_legal, taken, -1)
         before = freeze(world.get_state()) if self._keeps_states else None
         outcomes = world.step(taken)
         self._written = self.last_step = None  # frees them for the next step

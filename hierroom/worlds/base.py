@@ -48,6 +48,7 @@ class BaseWorld(ABC):
     features: Mapping[str, Feature]
     observation_spaces: dict[str, spaces.Space]
     rules: Any = None
+    action_masks: NDArray[np.bool_] | None = None
     replayer: Any = None
     is_repeatable: Any = True
     """True if an achieved goal may be chosen again where no rules are known: flags [G], or one for all goals."""

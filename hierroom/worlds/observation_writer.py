@@ -52,6 +52,8 @@ class ObservationWriter:
         world = self._world
         vectors = world.goals.vectors.take(goals, axis=0)
         shown = {**world.shown(world.everywhere), "goal": vectors, "action_mask": self._mask}
+        if world.action_masks is not None:
+            shown["action_mask"] = world.action_masks
         if self._flat:
             np.concatenate([_rows(shown[name], one) for name, one in self._space.items()], axis=1, out=arrays[0])
             return

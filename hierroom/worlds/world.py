@@ -140,6 +140,7 @@ class World(Protocol):
         goals: the goals.
         rules: the dependencies between goals; if there are several goal graphs, the hardest one. None: unknown.
         n_actions: number of the controller's actions; 0 if they are arrays, and then it has ``actions``, their kind.
+        action_masks: [N, A] bool, the controller's legal actions now; None: all are.
         features: the features that networks can read, by name.
         replayer: replays episodes and draws them.
         observation_spaces: the spaces of the entries of `View.as_dict` for one environment.
@@ -156,6 +157,7 @@ class World(Protocol):
     goals: GoalSet
     rules: Any
     n_actions: int
+    action_masks: NDArray[np.bool_] | None
     features: Mapping[str, Feature]
     replayer: Replayer
     observation_spaces: dict[str, spaces.Space]

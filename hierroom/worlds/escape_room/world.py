@@ -56,6 +56,7 @@ class EscapeRoomWorld(Engine):
     features = FEATURES
     replayer: Replayer = LevelReplayer()
     observation_spaces = OBSERVATION_SPACES
+    action_masks: NDArray[np.bool_] | None = None
     notes: Sequence[str] = ()
 
     def __init__(self, config: EnvConfig, num_envs: int, *, autoreset: bool = True, **settings: Any) -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from hierroom.support.env_results import elapsed_steps, reset_results, step_results
 from hierroom.support.errors import InputError, shown, user_code
 from hierroom.worlds.task.goal_values import as_totals, goal_values
+from hierroom.worlds.task.masks import MaskPlace
 from hierroom.worlds.task.parts import TaskParts
 from hierroom.worlds.window import without_window
 
@@ -64,10 +65,15 @@ class Taken(NamedTuple):
 
 
 class LocalEnvs:
-    """N environments that are stepped one after the other, ``envs``, as the task's ``make`` returned them."""
+    """N environments that are stepped one after the other, ``envs``, as the task's ``make`` returned them.
 
-    def __init__(self, task: TaskParts, num_envs: int, render_mode: str | None = None) -> None:
-        self._name, self._goals = task.name, task.goals
+    With a place of their ``mask``, each observation comes as a pair with the mask.
+    """
+
+    def __init__(
+        self, task: TaskParts, num_envs: int, render_mode: str | None = None, mask: MaskPlace | None = None
+    ) -> None:
+        self._name, self._goals, self.mask = task.name, task.goals, mask
         self.envs = [task.new_env(render_mode) for _ in range(num_envs)]
 
     def reset(self, envs: Sequence[int], seeds: Sequence[int]) -> tuple[Sequence[Any], NDArray]:
@@ -76,6 +82,7 @@ class LocalEnvs:
         with user_code(f"reset of {self._name}"):
             results = [env.reset(seed=seed) for env, seed in zip(chosen, seeds, strict=True)]
             observations, infos = reset_results(results, self._name)
+            observations = self._with_masks(chosen, observations, infos)
             values = goal_values(self._goals, chosen, infos, self._name)
         return observations, as_totals(values, len(envs), self._goals, self._name)
 
@@ -85,10 +92,17 @@ class LocalEnvs:
         with user_code(f"step of {self._name}"):
             results = [env.step(action) for env, action in zip(chosen, actions, strict=True)]
             observations, rewards, terminated, truncated, infos = step_results(results, self._name)
+            observations = self._with_masks(chosen, observations, infos)
             values = goal_values(self._goals, chosen, infos, self._name)
             elapsed = elapsed_steps(infos, self._name)
         totals = as_totals(values, len(envs), self._goals, self._name)
         return Taken(observations, rewards, terminated, truncated, totals, elapsed)
+
+    def _with_masks(self, envs: Sequence[Any], observations: Sequence[Any], infos: Sequence[Any]) -> Sequence[Any]:
+        if self.mask is None:
+            return observations
+        given = zip(envs, observations, infos, strict=True)
+        return [(observation, self.mask.read(env, observation, info, self._name)) for env, observation, info in given]
 
     def render(self, env: int) -> NDArray[np.uint8]:
         """Return an environment's picture [H, W, 3]."""

@@ -14,6 +14,7 @@ from hierroom.goals.goal_set import GoalSet
 from hierroom.goals.rules import Rules
 from hierroom.worlds.actions import Actions
 from hierroom.worlds.task.goal_values import GoalFunction
+from hierroom.worlds.task.masks import MaskPlace
 from hierroom.worlds.world import Feature
 
 
@@ -28,6 +29,7 @@ class Trial:
         are_counts: [G] whether each goal is a count, which can be achieved again.
         symbols: entries that are grids of symbols: how many symbols a network tells apart in each.
         step_seconds: median time of a step.
+        mask: where environments say which actions are legal; None: nowhere.
     """
 
     entries: Mapping[str, tuple[tuple[Any, ...], spaces.Space]]
@@ -36,6 +38,7 @@ class Trial:
     are_counts: tuple[bool, ...]
     symbols: Mapping[str, int]
     step_seconds: float
+    mask: MaskPlace | None = None
 
 
 class TaskParts(Protocol):
@@ -49,6 +52,7 @@ class TaskParts(Protocol):
     max_steps: int
     processes: int
     symbols: Sequence[str] | None
+    action_mask: str | None
     trial: Trial
     features: Mapping[str, Feature]
     replayer: Any

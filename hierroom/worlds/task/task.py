@@ -69,6 +69,8 @@ class Task:
         processes: number of processes for the environments; 0: this process.
         symbols: names of the images of bytes that are grids of symbols, such as MiniGrid's ``image``; all others are
             pixels. None: those up to 31 cells a side that show few and small numbers in a short trial.
+        action_mask: the name of the legal actions in the info, the observation or as a method of the environment, for
+            Discrete actions. None: ``action_mask``, or the method ``action_masks``, if it has one; "": there is none.
         label: the name in titles, tables and messages; None: ``package.module:name``, if the task is given so.
         make_vec: in place of ``make`` a function of ``num_envs`` that makes a vector environment. A goal is then a
             function of the vector and the infos of its last step, with one result for each environment, [N].
@@ -93,6 +95,7 @@ class Task:
     capacity: Mapping[str, int] | None = None
     processes: int = 0
     symbols: Sequence[str] | None = None
+    action_mask: str | None = None
     label: str | None = None
     make_vec: Callable[[int], VectorEnv] | None = None
 
@@ -123,6 +126,8 @@ class Task:
             if not isinstance(self.symbols, (list, tuple)):
                 raise InputError(f"symbols of a task are a list of names of entries, not {shown(self.symbols)}")
             object.__setattr__(self, "symbols", tuple(read_name("an entry of symbols", one) for one in self.symbols))
+        if not isinstance(self.action_mask, str | None):
+            raise InputError(f"action_mask of a task is a name, not {shown(self.action_mask)}")
         self.goal_set  # noqa: B018 - refuses a wrong target and wrong vectors now
         object.__setattr__(self, "rules", self._rules())
 
@@ -169,8 +174,7 @@ class Task:
             rules = Rules(given, self.target or next(iter(given), ""), self.capacity or {}, label=self.label)
             if self.target is None:  # rules lead somewhere: to the first of the deepest goals
                 depths = goal_depths(rules)
-                deepest = max(depths, key=lambda name: depths[name] if math.isfinite(depths[name]) else 0)
-                rules = Rules(given, deepest, self.capacity or {}, label=self.label)
+                rules = Rules(given, max(depths, key=depths.__getitem__), self.capacity or {}, label=self.label)
         there = {fact for ways in rules.rules.values() for way in ways for fact in way.gives}
         there |= {fact for fact, n in rules.start.items() if n}
         for name, ways in rules.rules.items():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from hierroom.support.errors import InputError, user_code, warn_once
 from hierroom.worlds.actions import Actions, actions_of
 from hierroom.worlds.task.goal_values import as_totals, goal_values
 from hierroom.worlds.task.local_envs import LocalEnvs
+from hierroom.worlds.task.masks import find_mask
 from hierroom.worlds.task.parts import TaskParts, Trial
 from hierroom.worlds.task.spaces import MAX_CATEGORIES, are_symbols, flat_entries, is_byte_image, n_symbols, read_entry
 from hierroom.worlds.task.vector_envs import VectorEnvs
@@ -33,7 +35,10 @@ def try_out(task: TaskParts) -> Trial:
     actions = actions_of(action_space, task.name, MAX_CATEGORIES - 1)
     entries, left_out = flat_entries(space)
     with user_code(f"reset of {task.name}"):
-        _, infos = reset_results([env.reset(seed=0)], task.name)
+        first, infos = reset_results([env.reset(seed=0)], task.name)
+        mask = envs.mask = find_mask(task.action_mask, actions.n, env, first[0], infos[0], task.name)
+    if mask is not None and mask.kind == "observation":
+        entries = {name: one for name, one in entries.items() if one[0] != (mask.name,)}
     values = goal_values(task.goals, [env], infos, task.name)
     as_totals(values, 1, task.goals, task.name)  # refuses wrong ones
     are_counts = tuple(not isinstance(value, (bool, np.bool_)) for value in values)
@@ -46,20 +51,25 @@ def try_out(task: TaskParts) -> Trial:
     random, seconds = np.random.default_rng(0), []
     seen: dict[str, set[int]] = {name: set() for name, (_, space) in entries.items() if is_byte_image(space)}
 
-    def look(observations: Sequence[Any]) -> None:
+    def look(observations: Sequence[Any]) -> Any:
+        mask = None
+        if envs.mask is not None:
+            observations, (mask,) = zip(*observations, strict=True)
         for name, values in seen.items():
             values.update(np.unique(read_entry(observations, name, *entries[name], task.name)).tolist())
+        return mask if mask is None or mask.any() else np.ones_like(mask)  # all False where an episode has ended
 
-    look(envs.reset([0], [0])[0])
+    now = look(envs.reset([0], [0])[0])
     for _ in range(N_STEPS):
-        action, started = actions.for_envs(actions.sample(random, 1)), time.perf_counter()
+        drawn = actions.sample(random, 1) if now is None else random.choice(np.flatnonzero(now), 1)
+        action, started = actions.for_envs(drawn), time.perf_counter()
         taken = envs.step([0], action)
         seconds.append(time.perf_counter() - started)
-        look(taken.observations)
+        now = look(taken.observations)
         if taken.terminated[0] or taken.truncated[0]:
-            look(envs.reset([0], [0])[0])
+            now = look(envs.reset([0], [0])[0])
     envs.close()
-    return _trial(task, actions, entries, left_out, are_counts, seen, seconds)
+    return replace(_trial(task, actions, entries, left_out, are_counts, seen, seconds), mask=mask)
 
 
 def _try_out_vector(task: TaskParts) -> Trial:

@@ -37,7 +37,8 @@ class Worker:
         is_alive, self._is_alive = Pipe(duplex=False)  # it closes when this process ends
         for ours in (self._connection, self._is_alive):
             register_after_fork(ours, Connection.close)  # so that no other worker holds them open
-        make = CloudpickleWrapper(cast(Any, partial(LocalEnvs, task, len(envs), render_mode)))  # lambdas pickle, too
+        made = partial(LocalEnvs, task, len(envs), render_mode, task.trial.mask)
+        make = CloudpickleWrapper(cast(Any, made))  # lambdas pickle, too
         self._process = Process(target=_work, args=(theirs, is_alive, self._label, make), daemon=True)
         with blocked(STOPS):
             self._process.start()

@@ -11,7 +11,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from hierroom.support.errors import warn_once
+from hierroom.support.errors import InputError, warn_once
 from hierroom.support.schema import Array, Table
 from hierroom.worlds.base import BaseWorld
 from hierroom.worlds.env_config import EnvConfig
@@ -60,11 +60,14 @@ class TaskWorld(BaseWorld):
         self._taken = np.zeros(num_envs, np.int64)
         self._actions = np.full((num_envs, n_remembered, *self.actions.shape), _NONE, self.actions.kept_type)
         self._cut = np.zeros(num_envs, bool)
+        self.action_masks = None if self._trial.mask is None else np.ones((num_envs, self.n_actions), bool)
         self._envs = self._make_envs(num_envs)
         super().__init__(config, num_envs, **settings)
 
     def _make_envs(self, num_envs: int, render_mode: str | None = None) -> LocalEnvs | ProcessEnvs:
-        return (ProcessEnvs if self.task.processes else LocalEnvs)(self.task, num_envs, render_mode)
+        if self.task.processes:
+            return ProcessEnvs(self.task, num_envs, render_mode)
+        return LocalEnvs(self.task, num_envs, render_mode, self._trial.mask)
 
     def screen(self, render_mode: str | None) -> Screen:
         """Return a screen; for pictures, first make the environments anew with render mode ``rgb_array``."""
@@ -95,7 +98,7 @@ class TaskWorld(BaseWorld):
     def begin(self, envs: NDArray[np.integer]) -> None:
         """Begin the episodes of environments [M], each with its own seed."""
         seeds = seeds_of(self._episodes.take(envs, axis=0), self.config.levels)
-        self._note(self._where(envs), *self._envs.reset(envs.tolist(), seeds))
+        self._note(self._where(envs), *self._envs.reset(envs.tolist(), seeds), np.zeros(len(envs), bool))
         self._taken[envs], self._actions[envs], self._cut[envs] = 0, _NONE, False
 
     def _begin_next(self, envs: NDArray[np.integer]) -> None:
@@ -107,7 +110,20 @@ class TaskWorld(BaseWorld):
         """Return the identity of an environment's episode: seed, environment, episode number and set of levels."""
         return *self._episodes[env].tolist(), self.config.levels
 
-    def _note(self, where: NDArray[np.integer] | slice, observations: Sequence[Any], totals: NDArray) -> None:
+    def _note(
+        self,
+        where: NDArray[np.integer] | slice,
+        observations: Sequence[Any],
+        totals: NDArray,
+        ended: NDArray[np.bool_],
+    ) -> None:
+        """Keep what environments show, their masks, and the values of their goals; an episode may have ``ended``."""
+        if self.action_masks is not None:
+            observations, masks = zip(*observations, strict=True)
+            is_any = np.any(masks, axis=1)
+            if not (is_any | ended).all():
+                raise InputError(f"{self.variants[0]} forbids every action: its mask is all False before the end")
+            self.action_masks[where] = masks | ~is_any[:, None]
         for name, (path, space) in self._trial.entries.items():
             self._shown[name][where] = read_entry(observations, name, path, space, self.variants[0])
         self._totals[where] = totals
@@ -138,7 +154,7 @@ class TaskWorld(BaseWorld):
         """Act in environments [M]; return how often this achieved each goal [M, G], and what the environments gave."""
         taken, where = self._envs.step(envs.tolist(), self.actions.for_envs(actions)), self._where(envs)
         times = np.maximum(taken.totals - self._totals[where], 0)
-        self._note(where, taken.observations, taken.totals)
+        self._note(where, taken.observations, taken.totals, taken.terminated | taken.truncated)
         self._actions[envs, np.minimum(self._taken[where], self._actions.shape[1] - 1)] = actions
         self._taken[where] += 1
         return times, taken

@@ -1,0 +1,80 @@
+"""The legal actions of a task's environments: where these say them, and how to read them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.support.errors import InputError, shown
+
+USUAL = {"info": "action_mask", "observation": "action_mask", "method": "action_masks"}
+"""The names by which masks are found."""
+
+
+class MaskPlace(NamedTuple):
+    """Where environments say which actions are legal: an entry of the info or the observation, or a method."""
+
+    kind: str
+    name: str
+    n_actions: int
+
+    def read(self, env: Any, observation: Any, info: Mapping[str, Any], task: str) -> NDArray[np.bool_]:
+        """Return whether each action [A] is legal now."""
+        try:
+            if self.kind == "method":
+                given = _method(env, self.name)()
+            else:
+                given = (info if self.kind == "info" else observation)[self.name]
+        except KeyError:
+            raise InputError(f"the {self.kind} of {task} lacks {self.name!r} now, which it had at first") from None
+        try:
+            mask = np.asarray(given)
+        except ValueError:  # rows of unequal lengths
+            mask = np.array(None)
+        are_flags = mask.dtype.kind == "b" or (mask.dtype.kind in "iuf" and ((mask == 0) | (mask == 1)).all())
+        if mask.shape != (self.n_actions,) or not are_flags:
+            raise InputError(f"{self.name} of {task} must be {self.n_actions} flags, one an action, not {shown(given)}")
+        return mask.astype(bool)
+
+
+def find_mask(
+    named: str | None, n_actions: int, env: Any, observation: Any, info: Mapping[str, Any], task: str
+) -> MaskPlace | None:
+    """Return where an environment has its mask, or None: it is not asked for, or the actions are no single numbers.
+
+    Args:
+        named: the name of the entry or method; None: one of the usual names; empty: there is none.
+        n_actions: number of actions; 0 if they are arrays, which have no mask.
+        env: the environment.
+        observation: its observation after a reset.
+        info: its info after a reset.
+        task: the name of the task, for errors.
+    """
+    if named == "" or (named is None and not n_actions):
+        return None
+    if not n_actions:
+        raise InputError(f"a mask is for Discrete actions, and those of {task} are arrays; leave out action_mask")
+    names = USUAL if named is None else dict.fromkeys(USUAL, named)
+    has = {
+        "info": names["info"] in info,
+        "observation": isinstance(observation, Mapping) and names["observation"] in observation,
+        "method": _method(env, names["method"]) is not None,
+    }
+    for kind, is_there in has.items():
+        if is_there:
+            return MaskPlace(kind, names[kind], n_actions)
+    if named is not None:
+        raise InputError(f"{task} has no mask {named!r}, in its info, as an entry of its observation or as a method")
+    return None
+
+
+def _method(env: Any, name: str) -> Any:
+    """Return a method of an environment or of one that it wraps, or None."""
+    while env is not None:
+        if callable(found := getattr(env, name, None)):
+            return found
+        env = vars(env).get("env")
+    return None
