@@ -83,10 +83,21 @@ _CARTPOLE = {
     **{"learning_rate": _annealed(1e-3), "clip_range": _annealed(0.2)},
 }
 _FROZEN = {"map_name": "8x8", "is_slippery": False}
+_PENDULUM = {
+    **{"n_steps": 1024, "n_epochs": 10, "gamma": 0.9, "learning_rate": 1e-3, "num_envs": 4},
+    **{"use_sde": True, "sde_sample_freq": 4},
+}
+_CONTINUOUS_CAR = {
+    **{"n_steps": 8, "batch_size": 256, "n_epochs": 10, "gamma": 0.9999, "gae_lambda": 0.9, "num_envs": 1},
+    **{"learning_rate": 7.77e-5, "clip_range": 0.1, "ent_coef": 0.00429, "vf_coef": 0.19, "max_grad_norm": 5},
+    **{"use_sde": True, "normalize": True, "policy_kwargs": {"log_std_init": -3.29, "ortho_init": False}},
+}
 TASKS: Mapping[str, Other] = {
     "CartPole": Other("CartPole-v1", 100_000, 400, _CARTPOLE),
     "Acrobot": Other("Acrobot-v1", 100_000, -100, _CLASSIC),
     "MountainCar": Other("MountainCar-v0", 200_000, -150, {**_CLASSIC, "n_steps": 16, "gae_lambda": 0.98}),
+    "Pendulum": Other("Pendulum-v1", 100_000, -200, _PENDULUM),
+    "MountainCarContinuous": Other("MountainCarContinuous-v0", 100_000, 90, _CONTINUOUS_CAR),
     "FrozenLake": Other("FrozenLake-v1", 100_000, 0.9, _TABLE, by_success=True, options=_FROZEN),
     "FrozenLake x 0.01": Other("FrozenLake-v1", 100_000, 0.9, _TABLE, 0.01, by_success=True, options=_FROZEN),
     "FrozenLake x 100": Other("FrozenLake-v1", 100_000, 0.9, _TABLE, 100.0, by_success=True, options=_FROZEN),
@@ -142,16 +153,18 @@ def _theirs(task: Other, method: str, seed: int) -> tuple[np.ndarray, np.ndarray
     from sb3_contrib import RecurrentPPO
     from stable_baselines3 import PPO
     from stable_baselines3.common.env_util import make_vec_env
+    from stable_baselines3.common.vec_env import VecNormalize
 
     torch.set_num_threads(1)
     settings = {"gamma": 0.99, **task.settings}
     envs = make_vec_env(lambda: _one_hot(task.make()), settings.pop("num_envs", 8), seed=seed)
+    if settings.pop("normalize", False):
+        envs = VecNormalize(envs, gamma=settings["gamma"])
     if method == "ppo":
         model = PPO("MlpPolicy", envs, seed=seed, device="cpu", **settings)
     else:
-        model = RecurrentPPO(
-            "MlpLstmPolicy", envs, seed=seed, device="cpu", policy_kwargs={"lstm_hidden_size": 64}, **settings
-        )
+        settings["policy_kwargs"] = {"lstm_hidden_size": 64, **settings.get("policy_kwargs", {})}
+        model = RecurrentPPO("MlpLstmPolicy", envs, seed=seed, device="cpu", **settings)
     episodes: list[tuple[int, float]] = []
 
     def collect(local: Mapping[str, Any], _: Any) -> bool:

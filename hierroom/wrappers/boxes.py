@@ -14,7 +14,7 @@ from pettingzoo.utils.wrappers import BaseWrapper
 
 from hierroom.goals import GOAL_VECTORS, N_COLOURS, N_GOALS
 from hierroom.support.errors import InputError
-from hierroom.turns.records import META, N_OUTCOMES
+from hierroom.turns.records import CONTROLLER, META, N_OUTCOMES
 from hierroom.worlds.escape_room.constants import VIEW
 from hierroom.worlds.observation_writer import require_flat
 
@@ -147,6 +147,8 @@ def _boxes(env: Any, agents: Sequence[str]) -> TaskBoxes:
     given = {agent: env.observation_space(agent) for agent in agents}
     if env.unwrapped.single.turns.config.task is None:
         return Boxes(given)
+    if any(not isinstance(env.action_space(agent), spaces.Discrete) for agent in agents):
+        raise InputError(f"box_view takes Discrete actions, not {env.action_space(CONTROLLER)}")
     return TaskBoxes(given, max(env.action_space(agent).n for agent in agents))
 
 

@@ -55,6 +55,12 @@ def test_all_apis_take_the_same_steps(space, flat):
             break
 
 
+@pytest.mark.parametrize("make", [hierroom.env, hierroom.parallel_env])
+def test_box_view_refuses_arrays_in_one_line(make):
+    with pytest.raises(InputError, match=r"^box_view takes Discrete actions, not MultiBinary\(.*\)$"):
+        hierroom.box_view(make(dials(SPACES["binary"])))
+
+
 def test_actions_outside_are_clipped_or_cost_the_step():
     turns = Turns(hierroom.EnvConfig(task=dials(SPACES["box"])), 3, seed=0)
     step = turns.step([[9, -1], [np.nan, 0], [0.25, np.inf]])
