@@ -50,6 +50,11 @@ def offered(world: WorldSpec) -> dict[str, Feature]:
     }
 
 
+def actions_in(world: WorldSpec, agent: str) -> Actions:
+    """Return the kind of an agent's actions in a world."""
+    return world.actions if agent == CONTROLLER else DiscreteActions(world.goals.n_choices)
+
+
 @dataclass(frozen=True)
 class Features:
     """The features of one agent, concatenated.
@@ -75,7 +80,7 @@ class Features:
     @cached_property
     def actions(self) -> Actions:
         """The kind of the agent's actions."""
-        return self.world.actions if self.agent == CONTROLLER else DiscreteActions(self.world.goals.n_choices)
+        return actions_in(self.world, self.agent)
 
     @cached_property
     def _chosen(self) -> list[Feature]:

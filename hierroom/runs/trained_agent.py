@@ -13,7 +13,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from hierroom.agents.acting import TrainedGoals, act
-from hierroom.agents.features import Features, offered
+from hierroom.agents.features import actions_in, offered
 from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
@@ -188,8 +188,8 @@ class TrainedAgent:
                 continue
             features = tuple(c for name in agent.features.names if name in known for c in known[name].cardinalities)
             space = agent.learner.space
-            actions = Features(world, agent.features.names, agent.features.agent).actions
-            is_other = (actions.kind, actions.sizes) != (agent.features.actions.kind, agent.features.actions.sizes)
+            here, trained = actions_in(world, agent.features.agent), agent.features.actions
+            is_other = (here.kind, here.sizes) != (trained.kind, trained.sizes)
             differs = {"actions": is_other, "features": space.cardinalities != features}
             if other := [what for what, is_other in differs.items() if is_other]:
                 where = f"{config.kind} {config.names[0]}"
