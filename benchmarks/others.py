@@ -33,7 +33,7 @@ ROWS = Path(__file__).parent / "results" / "others.csv"
 METHODS = ("hierroom", "ppo", "recurrent-ppo")
 LAST = 100
 """Episodes of a mean."""
-_CLASSIC = {"n_steps": 256, "batch_size": 64, "n_epochs": 4, "gae_lambda": 0.94, "num_envs": 16}
+_CLASSIC = {"n_steps": 256, "batch_size": 64, "n_epochs": 4, "gae_lambda": 0.94, "num_envs": 16, "normalize": True}
 _TABLE = {"n_steps": 128, "batch_size": 256, "n_epochs": 4, "learning_rate": 1e-3, "ent_coef": 0.01}
 _MINIGRID = {"n_steps": 128, "batch_size": 64, "n_epochs": 10, "learning_rate": 2.5e-4, "ent_coef": 0.01}
 
@@ -46,7 +46,7 @@ class Other:
         id: the id of the environment.
         steps: primitive steps of a run.
         threshold: the score that counts as learned.
-        settings: those of Stable-Baselines3.
+        settings: those of Stable-Baselines3, with the number of environments and whether `VecNormalize` scales.
         factor: multiplies the rewards; scores are of the rewards without it.
         by_success: whether the score is the share of episodes with a return above 0.
         options: arguments of the environment.
