@@ -85,7 +85,7 @@ def episodes_now(config: TrainConfig, used: float, left: int, length: float) -> 
         config: a config; its ``evaluation_steps`` are shared among the evaluations that are left.
         used: steps that evaluations have taken.
         left: number of evaluations that are left, with this one; the last one plays at least one episode.
-        length: mean length of the latest episodes of training; NaN before any has ended.
+        length: mean length of the latest episodes of training; NaN before a few have ended, which counts as the limit.
     """
     if config.evaluation_steps is None:
         return None

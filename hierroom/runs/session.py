@@ -185,7 +185,9 @@ def train(
     def evaluate() -> str:
         curve, left = LearningCurve.of_rows(folder.evaluations.read()), 1 + sum(one > trainer.steps for one in points)
         used = 0.0 if curve is None else float(curve.episodes @ curve.length)
-        episodes = episodes_now(trainer.config, used, left, trainer.log.means["episode_length"])
+        is_known = trainer.log.episodes >= trainer.config.num_envs  # the first episodes to end are short ones
+        length = trainer.log.means["episode_length"] if is_known else math.nan
+        episodes = episodes_now(trainer.config, used, left, length)
         if episodes == 0:
             return evaluated
         report("evaluating,")
