@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.agents.episode_facts import EpisodeFacts
+from hierroom.agents.player import RandomPlayer
 from hierroom.lab.advise.stages import DONE, Trials
 from hierroom.meta import FixedDFS, RandomGoals, take_turn
 from hierroom.support.errors import InputError
@@ -78,6 +79,7 @@ class RandomPlay:
     def __init__(self, turns: Turns, seed: int, is_split: bool = False) -> None:
         n, goals = len(turns), turns.world.goals
         self.turns, self.random = turns, np.random.default_rng([seed, is_split])
+        self._player = RandomPlayer(self.random)
         self.meta = RandomGoals() if turns.world.rules is None else FixedDFS()
         self.limit: int = getattr(turns.world, "max_steps", turns.config.max_steps or DEFAULT_MAX_STEPS)
         self.trials = Trials(n, len(goals.kinds))
@@ -92,13 +94,13 @@ class RandomPlay:
 
     def play(self, budget: Budget, until: float, progress: Progress = lambda share: None) -> None:
         """Play until a share of the budget is used up; Ctrl-C ends play, and keeps what was counted."""
-        turns, world = self.turns, self.turns.world
+        turns = self.turns
         try:
             while budget.share < until:
                 for _ in range(16):  # looking at the clock takes time
                     take_turn(self.meta, turns)
                     pursued = self._kind_of[turns.ledger.goals]
-                    step = turns.step(self.random.integers(world.n_actions, size=len(turns)))
+                    step = self._player.step(turns)
                     self._n_steps += 1
                     self._count(step, pursued)
                 budget.steps += 16 * len(turns)
