@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from benchmarks.prediction.play import PLAY, RESULTS, SWEEPS, config_of, key_of, read_rows
 from hierroom.lab.advise.measures import Known
+from hierroom.lab.advise.outside import WORKSHOP_LIMIT
 
 FIRST = 10_000
 """Steps before which no evaluation could see a milestone: a run that has it at step 0 got there before this one."""
@@ -51,6 +52,8 @@ def known_tasks() -> tuple[dict[str, Known], dict[str, str]]:
     known, use = {}, {}
     for row in read_rows(PLAY):
         entries = {name: (int if kind == "int" else float)(row[name]) for name, kind in Known.__annotations__.items()}
+        if row["use"] == "workshop":
+            entries["limit"] = WORKSHOP_LIMIT  # of the runs; play had 1000, on which only random_success depends
         known[row["task"]], use[row["task"]] = Known(**entries), row["use"]
     return known, use
 

@@ -31,7 +31,6 @@ def test_measures_by_hand():
         "E x markings": 8000.0,
         "E x fewest": 5000.0,
         "E": 1000.0,
-        "limit / random success": 20_000.0,
     }
 
 
@@ -77,9 +76,9 @@ def test_rule_of_what_lies_outside(entries, why):
 def test_only_environments_like_those_of_the_runs_have_the_narrow_interval():
     config = hierroom.EnvConfig
     assert world_of(config("f")) == "escape_room"
-    assert world_of(config(task="workshop:6:3:deep")) == "workshop"
+    assert world_of(config(task="workshop:6:3:deep", max_steps=400)) == "workshop"
     others = config("f", size=25), config("f", drop_key=True), config(["a", "b"]), config("f", max_steps=300)
-    assert {world_of(one) for one in (*others, config(task="workshop:6", max_steps=99))} == {"other"}
+    assert {world_of(one) for one in (*others, config(task="workshop:6"))} == {"other"}
 
 
 RULES = hierroom.Rules(
@@ -187,9 +186,9 @@ def test_rules_alone_give_the_chain_and_no_predictions(tmp_path):
     assert "rules alone have nothing to play" in str(advice)
 
 
-def test_model_predicts_three_methods_in_every_world():
+def test_model_predicts_two_methods_in_every_world():
     model = read_model()
-    assert model.methods == ["hippo", "ppo-bonus", "ppo"]
+    assert model.methods == ["hippo", "ppo-bonus"]
     assert {world for method, _, world in model.fits if method == "hippo"} == {"escape_room", "workshop", "other"}
     for fit in model.fits.values():
         assert 0 < fit.low < 1 < fit.high
@@ -214,7 +213,7 @@ def test_command_prints_advice_and_writes_repaired_rules(tmp_path, capsys):
     words = ["advise", "--task", "workshop:4:9", "--play-steps", "60000", "--json", "--write", str(path)]
     assert main(words) == 0
     found = json.loads(capsys.readouterr().out)
-    assert set(found["predictions"]) == {"hippo", "ppo-bonus", "ppo"}
+    assert set(found["predictions"]) == {"hippo", "ppo-bonus"}
     assert hierroom.Rules.from_toml(path).target == "masterpiece"
     with pytest.raises(InputError, match="is there already"):
         main(words)

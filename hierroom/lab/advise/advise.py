@@ -54,7 +54,7 @@ def advise(
     Examples:
         >>> advice = hierroom.advise("a", play_steps=20_000)
         >>> advice.method, sorted(advice.predictions)
-        ('hippo', ['hippo', 'ppo', 'ppo-bonus'])
+        ('hippo', ['hippo', 'ppo-bonus'])
     """
     if sum(one is not None for one in (graph, task, rules)) != 1:
         raise InputError("advice is on exactly one of a graph, a task and rules")

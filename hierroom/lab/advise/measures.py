@@ -84,16 +84,10 @@ def e_alone(known: Known) -> float:
     return known.expected_steps
 
 
-def search(known: Known) -> float:
-    """Return limit / p: the steps of random episodes until one of them succeeds, with chance p each."""
-    return known.limit / known.random_success
-
-
 MEASURES: Mapping[str, Callable[[Known], float]] = {
     "W x kinds": w_kinds,
     "W x fewest": w_fewest,
     "E x markings": e_markings,
     "E x fewest": e_fewest,
     "E": e_alone,
-    "limit / random success": search,
 }

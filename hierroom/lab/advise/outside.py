@@ -1,6 +1,7 @@
 """The rule that says what was measured: where no prediction is made, and where only the wide interval is.
 
-The rule was written before the model was fitted (2026-11-28). A task lies outside if one of these is true of it:
+The rule was written before the model was fitted (2026-11-28); the limit of workshops was corrected to that of their
+runs afterwards. A task lies outside if one of these is true of it:
 
 1. random play never reached the target, or a goal on the way to it;
 2. E, its mean random steps to the target, is less than half of the smallest or more than twice the largest of the rows
@@ -10,8 +11,8 @@ The rule was written before the model was fitted (2026-11-28). A task lies outsi
 5. the measure that predicts cannot be computed, as its rules are unknown or have too many markings.
 
 Everything else is predicted. A world is `same` if its rows fit the model: EscapeRooms with grids of 19 cells that are
-drawn, one goal graph, no drop and the usual limit, and workshops drawn by number with the usual limit. All others are
-`other` worlds, whose intervals are those of a whole world left out.
+drawn, one goal graph, no drop and the usual limit, and workshops drawn by number with the limit of the runs, 400. All
+others are `other` worlds, whose intervals are those of a whole world left out.
 """
 
 from __future__ import annotations
@@ -25,13 +26,15 @@ from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 
 FACTOR = 2
 OTHER = "other"
+WORKSHOP_LIMIT = 400
+"""Steps of an episode in the workshops of the runs."""
 
 
 def world_of(config: EnvConfig) -> str:
     """Return the world of the model's rows that a config belongs to, else `OTHER`."""
     if config.task is not None:
         is_drawn = isinstance(config.task, str) and re.fullmatch(r"workshop:\d+(:\d+)?(:\w+)?", config.task)
-        return "workshop" if is_drawn and config.max_steps is None else OTHER
+        return "workshop" if is_drawn and config.max_steps == WORKSHOP_LIMIT else OTHER
     is_usual = config.size == 19 and config.max_steps == DEFAULT_MAX_STEPS and not config.drop_key and not config.layout
     return "escape_room" if is_usual and len(config.names) == 1 else OTHER
 
