@@ -1,8 +1,12 @@
 """Stages counted by hand, and against the exact mean of random play in a workshop."""
 
+import time
+
 import numpy as np
 import pytest
 
+import hierroom
+from hierroom.agents.player import RandomPlayer
 from hierroom.lab.advise.costs import measure_costs
 from hierroom.lab.advise.stages import DONE, Trials
 from hierroom.support.errors import InputError
@@ -53,6 +57,28 @@ def test_play_finds_the_exact_expected_steps_and_equal_seeds_give_equal_costs():
     assert 0 < costs.random_success.low < costs.random_success.value < costs.random_success.high < 1
     again = measure_costs(config, play_steps=300_000, seed=1)
     assert (again.goals, again.expected_steps, again.episodes) == (costs.goals, costs.expected_steps, costs.episodes)
+
+
+def test_clock_of_play_does_not_count_what_the_first_step_takes(monkeypatch):
+    step, waits = RandomPlayer.step, [1.0]  # as long as kernels compile or load
+
+    def slow_at_first(player, *arguments):
+        time.sleep(waits.pop() if waits else 0)
+        return step(player, *arguments)
+
+    monkeypatch.setattr(RandomPlayer, "step", slow_at_first)
+    costs = measure_costs(EnvConfig(task="workshop:4:9"), seconds=0.5)
+    assert costs.steps > 5_000
+    assert costs.steps_per_second > 10_000
+
+
+def test_limit_of_the_task_or_of_its_environment_applies():
+    goals = {"home": lambda env, info: env.unwrapped.s // 4 % 5 == env.unwrapped.s % 4}
+    for limit, applies in ((1000, 200), (150, 150)):
+        task = hierroom.Task(make="Taxi-v4", goals=goals, target="home", max_steps=limit, label="taxi")
+        advice = hierroom.advise(task=task, play_steps=100)
+        assert advice.costs.limit == applies
+        assert f"episodes of {applies} steps" in str(advice)
 
 
 @pytest.mark.parametrize("budget", [{"seconds": 0}, {"seconds": float("nan")}, {"play_steps": 0}])

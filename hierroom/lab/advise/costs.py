@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -98,14 +97,16 @@ def measure_costs(
         raise InputError(f"seconds of play must be above 0, and at most a million, not {seconds}")
     if play_steps is not None and not 0 < play_steps < 10**12:
         raise InputError(f"play_steps must be a whole number above 0, not {play_steps}")
-    budget, started = Budget(seconds, play_steps), time.perf_counter()
     config = config.changed(levels="training")
     few = Turns(config, 1, seed=seed)
-    is_fast = few.world.can_split
-    if not few.world.goals.has_target:
+    is_fast, first = few.world.can_split, Budget(play_steps=1)
+    try:
+        if not few.world.goals.has_target:
+            raise InputError(f"{few.world.variants[0]} has no target, to which goals could lead")
+        RandomPlay(few, seed, is_split=True).play(first, 1.0)  # compiles the kernels, before the clock starts
+    finally:
         few.world.close()
-        raise InputError(f"{few.world.variants[0]} has no target, to which goals could lead")
-    few.world.close()
+    budget = Budget(seconds, play_steps, is_interrupted=first.is_interrupted)
     n = NUM_ENVS if is_fast else FEW_ENVS
     limited = play = RandomPlay(Turns(config, n, seed=seed), seed)
     try:
@@ -116,7 +117,7 @@ def measure_costs(
         play.play(budget, 1.0, progress)
     finally:
         limited.turns.world.close()
-    trials = play.trials
+    trials, speed = play.trials, budget.steps / budget.spent_seconds
     trials.close()
     episodes, world = limited.episodes, limited.turns.world
     share = episodes.successes / max(episodes.n, 1)
@@ -127,7 +128,7 @@ def measure_costs(
         limited.limit,
         len(trials.numbers),
         budget.steps,
-        budget.steps / (time.perf_counter() - started),
+        speed,
         episodes.sequences,
         budget.is_interrupted,
     )

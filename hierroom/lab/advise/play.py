@@ -17,6 +17,7 @@ from hierroom.agents.episode_facts import EpisodeFacts
 from hierroom.agents.player import RandomPlayer
 from hierroom.lab.advise.stages import DONE, Trials
 from hierroom.meta import FixedDFS, RandomGoals, take_turn
+from hierroom.support.clocks import compile_clock
 from hierroom.support.errors import InputError
 from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
@@ -39,15 +40,19 @@ class Budget:
     play_steps: int | None = None
     steps: int = 0
     is_interrupted: bool = False
-    started: float = field(default_factory=time.perf_counter)
+    started: float = field(default_factory=lambda: time.perf_counter() - compile_clock().seconds)
 
     @property
     def share(self) -> float:
         """The share that is used up."""
         if self.is_interrupted:
             return 1.0
-        spent = (time.perf_counter() - self.started) / self.seconds
-        return spent if self.play_steps is None else self.steps / self.play_steps
+        return self.spent_seconds / self.seconds if self.play_steps is None else self.steps / self.play_steps
+
+    @property
+    def spent_seconds(self) -> float:
+        """The seconds since the start, without those of compilation."""
+        return time.perf_counter() - compile_clock().seconds - self.started
 
 
 @dataclass
@@ -81,7 +86,8 @@ class RandomPlay:
         self.turns, self.random = turns, np.random.default_rng([seed, is_split])
         self._player = RandomPlayer(self.random)
         self.meta = RandomGoals() if turns.world.rules is None else FixedDFS()
-        self.limit: int = getattr(turns.world, "max_steps", turns.config.max_steps or DEFAULT_MAX_STEPS)
+        limit: int = getattr(turns.world, "max_steps", turns.config.max_steps or DEFAULT_MAX_STEPS)
+        self.limit = min(limit, getattr(turns.world, "own_limit", None) or limit)
         self.trials = Trials(n, len(goals.kinds))
         self.episodes = Episodes()
         self.is_split, self._kind_of = is_split, np.append(goals.kind_of, len(goals.kinds))  # -1: no goal

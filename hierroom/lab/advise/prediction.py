@@ -125,7 +125,7 @@ class Advice:
         if self.rules is not None:
             lines += [_row("rules", text) for text in str(self.rules).splitlines()]
         if self.chain:
-            lines.append(_row("chain", ", ".join(f"{name} {value}" for name, value in self.chain.items())))
+            lines.append(_row("chain", ", ".join(f"{name} {_plain(value)}" for name, value in self.chain.items())))
         if self.predictions:
             lines.append(f"{'method':<16} {'steps to 50%':<26} to 95%")
         for name, one in self.predictions.items():
@@ -169,6 +169,10 @@ class Advice:
 
 def _interval(steps: Interval) -> str:
     return f"{in_short(steps.value)} [{in_short(steps.low)}, {in_short(steps.high)}]"
+
+
+def _plain(value: Any) -> str:
+    return f"{value:,.0f}" if isinstance(value, (int, float)) else str(value)
 
 
 def _row(name: str, text: str) -> str:

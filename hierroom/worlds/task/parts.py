@@ -30,6 +30,7 @@ class Trial:
         symbols: entries that are grids of symbols: how many symbols a network tells apart in each.
         step_seconds: median time of a step.
         mask: where environments say which actions are legal; None: nowhere.
+        limit: steps after which its environments truncate an episode, by their ``spec``; None if it names none.
     """
 
     entries: Mapping[str, tuple[tuple[Any, ...], spaces.Space]]
@@ -39,6 +40,7 @@ class Trial:
     symbols: Mapping[str, int]
     step_seconds: float
     mask: MaskPlace | None = None
+    limit: int | None = None
 
 
 class TaskParts(Protocol):

@@ -69,7 +69,7 @@ def try_out(task: TaskParts) -> Trial:
         if taken.terminated[0] or taken.truncated[0]:
             now = look(envs.reset([0], [0])[0])
     envs.close()
-    return replace(_trial(task, actions, entries, left_out, are_counts, seen, seconds), mask=mask)
+    return replace(_trial(task, actions, entries, left_out, are_counts, seen, seconds), mask=mask, limit=_limit_of(env))
 
 
 def _try_out_vector(task: TaskParts) -> Trial:
@@ -89,7 +89,8 @@ def _try_out_vector(task: TaskParts) -> Trial:
         now = vector.reset(0) if vector.mode is AutoresetMode.DISABLED and has_ended.any() else taken.now
     if error := vector.close():
         raise error
-    return _trial(task, actions, entries, left_out, vector.are_counts, seen, seconds)
+    found = _trial(task, actions, entries, left_out, vector.are_counts, seen, seconds)
+    return replace(found, limit=_limit_of(vector.env))
 
 
 def _trial(
@@ -110,6 +111,11 @@ def _trial(
         symbols = task.symbols
     of_symbols = {name: n_symbols(seen[name]) for name in symbols}
     return Trial(entries, left_out, actions, are_counts, of_symbols, float(np.median(seconds)))
+
+
+def _limit_of(env: Any) -> int | None:
+    limit = getattr(getattr(env, "spec", None), "max_episode_steps", None)
+    return limit if isinstance(limit, int) and limit > 0 else None
 
 
 def picture_seconds(task: TaskParts) -> float:

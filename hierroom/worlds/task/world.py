@@ -37,6 +37,7 @@ class TaskWorld(BaseWorld):
 
     Attributes:
         most_remembered: most actions of an episode that a checkpoint keeps, so that a resumed run can continue it.
+        own_limit: steps after which its environments truncate an episode themselves; None if they do not say so.
     """
 
     most_remembered = 20_000
@@ -48,7 +49,7 @@ class TaskWorld(BaseWorld):
         self.rules = task.rules and replace(task.rules, label=task.name)
         self.is_repeatable = np.array(self._trial.are_counts, bool)
         self.observation_spaces: dict[str, spaces.Space] = {name: one for name, (_, one) in self._trial.entries.items()}
-        self.default_max_steps = task.max_steps
+        self.default_max_steps, self.own_limit = task.max_steps, self._trial.limit
         left_out = ", ".join(self._trial.left_out)
         self.notes = [f"observations are without {left_out}, which no network reads"] if left_out else []
         self._shown = {
