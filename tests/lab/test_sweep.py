@@ -133,7 +133,7 @@ def test_final_evaluations_take_at_most_a_quarter_of_steps(given, steps, length,
         return SimpleNamespace(episodes=episodes, length=length)
 
     work = job.Job(None, Path("run"), given, (), "")
-    trainer = SimpleNamespace(evaluate=evaluate)
+    trainer = SimpleNamespace(evaluate=evaluate, config=SimpleNamespace(evaluation_steps=None))
     assert work._evaluate(trainer, steps / 4 / 2, {"is_greedy": True}).episodes == played[-1]
     assert asked == [(episodes, {"is_greedy": True}) for episodes in played]
 
