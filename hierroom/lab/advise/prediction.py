@@ -53,6 +53,11 @@ class Prediction:
         horizon: steps of the runs that the model was fitted to.
         chance_to_50: chance to reach 50% within the horizon; ``nan`` if this is not predicted.
         chance_to_95: chance to reach 95% within the horizon; ``nan`` if this is not predicted.
+
+    Examples:
+        >>> steps = hierroom.advise(graph="a", play_steps=200_000).predictions["hippo"].steps_to_50
+        >>> 0 < steps.low <= steps <= steps.high
+        True
     """
 
     method: str
@@ -80,6 +85,10 @@ class Advice:
         reason: why there are no predictions, or what is uncertain about them; None if nothing is.
         model: version and digest of the model.
         chain: depth, fewest goals and the like, from the rules; empty without rules.
+
+    Examples:
+        >>> hierroom.advise(graph="a", play_steps=200_000).method
+        'hippo'
     """
 
     name: str
