@@ -39,6 +39,7 @@ SPACES = {
     "box": spaces.Box(np.float32([-2, 0]), np.float32([2, 0.5])),
     "double": spaces.Box(-1, 3, (), np.float64),
     "whole": spaces.Box(-3, 3, (2, 2), np.int8),
+    "bytes": spaces.Box(0, 255, (2,), np.uint8),
     "multi": spaces.MultiDiscrete([3, 2, 4], start=[1, 0, -1]),
     "binary": spaces.MultiBinary((2, 2)),
 }

@@ -87,7 +87,8 @@ def geometric_mean(shares: ArrayLike) -> NDArray[np.float64]:
         >>> round(float(geometric_mean([1.0, 0.0])), 4), round(float(geometric_mean([0.5, 0.5])), 4)
         (0.0905, 0.5)
     """
-    return np.expm1(np.log1p(100 * np.asarray(shares, float)).mean(axis=-1)) / 100
+    mean = np.log1p(100 * np.asarray(shares, float)).mean(axis=-1)
+    return np.minimum(np.expm1(mean) / 100, 1.0)  # rounded, it may be above 1
 
 
 def outcome_in_words(

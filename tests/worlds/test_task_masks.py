@@ -129,6 +129,18 @@ def test_wrong_mask_is_refused_in_one_line(make, entries, said):
     assert "\n" not in str(refused.value)
 
 
+class Endless(Gates):
+    """Does not end by itself."""
+
+    def step(self, action):
+        return *super().step(action)[:2], False, False, self._shown()[1]
+
+
+def test_mask_may_forbid_everything_where_the_target_ends_the_episode():
+    task = hierroom.Task(lambda: Endless(), {"end": lambda env, info: env.place == 11}, target="end")
+    assert all(one.success for one in hierroom.rollout("random", hierroom.EnvConfig(task=task), 8, num_envs=2))
+
+
 def test_mask_is_left_out_on_request():
     task = hierroom.Task(lambda: Gates("observation", np.ones(4, bool)), action_mask="")
     assert task.trial.mask is None

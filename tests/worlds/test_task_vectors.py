@@ -23,7 +23,7 @@ class Walk(gymnasium.Env):
 
     def step(self, action):
         self.at += int(action)
-        return np.array([self.at], np.float32), float(self.at), self.at == 3, False, {"at": self.at}
+        return np.array([self.at], np.float32), float(self.at), self.at == 3, False, {"at": self.at, "elapsed": 2}
 
 
 class Walks(VectorEnv):
@@ -95,15 +95,23 @@ def test_vector_environment_over_a_vector_takes_every_mode(mode, make_vec):
         "hierroom/Task-v0", num_envs=3, task=make_vec(AutoresetMode.SAME_STEP), autoreset_mode=mode
     )
     rooms.reset(seed=0)
-    n_ended = 0
+    n_ended, terminated = 0, np.zeros(3, bool)
     for t in range(60):
+        is_reset = terminated & (mode is AutoresetMode.NEXT_STEP)
         observations, rewards, terminated, *_ = rooms.step(np.array([1, t % 2, 1]))
         assert (rewards[terminated] == 3).all()
+        assert not observations["observation"][is_reset].any()
         n_ended += terminated.sum()
         if mode is AutoresetMode.DISABLED and terminated.any():
             observations, _ = rooms.reset(options={"reset_mask": terminated})
             assert observations["observation"].shape == (3, 1)
     assert n_ended >= 30
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_elapsed_counts_in_the_step_that_ends_an_episode(mode):
+    world = make_world(hierroom.EnvConfig(task=walks(mode)), 2, seed=0)
+    assert [world.step(np.array([1, 0]))["elapsed"].tolist() for _ in range(4)] == [[2, 2]] * 4
 
 
 def test_restored_vector_begins_new_episodes_and_says_so():

@@ -40,6 +40,11 @@ class MaskPlace(NamedTuple):
         return mask.astype(bool)
 
 
+def all_forbidden(task: str) -> str:
+    """Return the error of a mask that leaves a task no action."""
+    return f"{task} forbids every action: its mask is all False before the end"
+
+
 def find_mask(
     named: str | None, n_actions: int, env: Any, observation: Any, info: Mapping[str, Any], task: str
 ) -> MaskPlace | None:

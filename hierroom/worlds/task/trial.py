@@ -15,7 +15,7 @@ from hierroom.support.errors import InputError, user_code, warn_once
 from hierroom.worlds.actions import Actions, actions_of
 from hierroom.worlds.task.goal_values import as_totals, goal_values
 from hierroom.worlds.task.local_envs import LocalEnvs
-from hierroom.worlds.task.masks import find_mask
+from hierroom.worlds.task.masks import all_forbidden, find_mask
 from hierroom.worlds.task.parts import TaskParts, Trial
 from hierroom.worlds.task.spaces import MAX_CATEGORIES, are_symbols, flat_entries, is_byte_image, n_symbols, read_entry
 from hierroom.worlds.task.vector_envs import VectorEnvs
@@ -57,16 +57,19 @@ def try_out(task: TaskParts) -> Trial:
             observations, (mask,) = zip(*observations, strict=True)
         for name, values in seen.items():
             values.update(np.unique(read_entry(observations, name, *entries[name], task.name)).tolist())
-        return mask if mask is None or mask.any() else np.ones_like(mask)  # all False where an episode has ended
+        return mask
 
     now = look(envs.reset([0], [0])[0])
     for _ in range(N_STEPS):
+        if now is not None and not now.any():
+            raise InputError(all_forbidden(task.name))
         drawn = actions.sample(random, 1) if now is None else random.choice(np.flatnonzero(now), 1)
         action, started = actions.for_envs(drawn), time.perf_counter()
         taken = envs.step([0], action)
         seconds.append(time.perf_counter() - started)
         now = look(taken.observations)
-        if taken.terminated[0] or taken.truncated[0]:
+        is_at_target = goals.has_target and taken.totals[0, goals.target]
+        if taken.terminated[0] or taken.truncated[0] or is_at_target:
             now = look(envs.reset([0], [0])[0])
     envs.close()
     return replace(_trial(task, actions, entries, left_out, are_counts, seen, seconds), mask=mask, limit=_limit_of(env))

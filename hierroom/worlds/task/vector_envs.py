@@ -76,17 +76,16 @@ class VectorEnvs:
                 raise InputError(f"step of {self._name} must return finite numbers as rewards, not {wrong}")
             terminated = self._column(terminated, "True or False as terminated", "b")
             truncated = self._column(truncated, "True or False as truncated", "b")
-            entries, elapsed = self._read(batch), infos.get("elapsed")
-            if elapsed is not None:
-                elapsed = self._column(elapsed, "info['elapsed'] as whole numbers", "iu").clip(0, MOST_ELAPSED)
-            rows = np.flatnonzero(terminated | truncated)
+            entries, rows = self._read(batch), np.flatnonzero(terminated | truncated)
             if self.mode is not AutoresetMode.SAME_STEP or not len(rows):
                 last = now = self._seen(entries, infos)
             else:
-                final = infos.get("final_info", {})
-                infos = {name: value for name, value in infos.items() if name.lstrip("_") not in _FINAL}
-                last = self._seen(self._final(entries, result[4].get("final_obs"), rows), _merged(infos, final, rows))
-                now = self._seen(entries, infos)
+                last_entries, final = self._final(entries, infos.get("final_obs"), rows), infos.get("final_info", {})
+                infos_now = {name: value for name, value in infos.items() if name.lstrip("_") not in _FINAL}
+                infos = _merged(infos_now, final, rows)
+                last, now = self._seen(last_entries, infos), self._seen(entries, infos_now)
+            if (elapsed := infos.get("elapsed")) is not None:
+                elapsed = self._column(elapsed, "info['elapsed'] as whole numbers", "iu").clip(0, MOST_ELAPSED)
         return VectorStep(last, now, rewards.astype(np.float64), terminated, truncated, elapsed)
 
     def _column(self, values: Any, what: str, kinds: str) -> NDArray:

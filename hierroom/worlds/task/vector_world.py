@@ -62,8 +62,9 @@ class VectorWorld(TaskWorld):
             self._now, self._begins[:] = vector.reset(seeds_of(self._episodes[:1], self.config.levels)[0]), False
             self._note_rows(self._now, slice(None))
         else:
-            takes_over = vector.mode is AutoresetMode.SAME_STEP or not vector.can_reset
-            is_fresh = ~self._has_left[envs] if takes_over else np.ones(len(envs), bool)
+            begins_itself = vector.mode is AutoresetMode.SAME_STEP
+            has_begun = self._is_over if begins_itself else self._has_left & (not vector.can_reset)
+            is_fresh = ~has_begun[envs]
             if np.count_nonzero(is_fresh):
                 if not vector.can_reset:
                     why = "a reset, the target or max_steps ends an episode that it goes on with"
@@ -72,7 +73,7 @@ class VectorWorld(TaskWorld):
                 where, begun = np.zeros(len(self), bool), envs[~is_fresh]
                 where[envs[is_fresh]] = True
                 self._note_rows(vector.reset(None, where), envs[is_fresh])
-            if vector.mode is AutoresetMode.SAME_STEP:
+            if begins_itself:
                 self._note_rows(self._now, begun)
             else:
                 begins = begun[self._is_over[begun]]  # in other steps than that of the end, it has begun

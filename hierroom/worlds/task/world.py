@@ -16,6 +16,7 @@ from hierroom.support.schema import Array, Table
 from hierroom.worlds.base import BaseWorld
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.task.local_envs import LocalEnvs, Taken
+from hierroom.worlds.task.masks import all_forbidden
 from hierroom.worlds.task.parts import TaskParts
 from hierroom.worlds.task.process_envs import ProcessEnvs
 from hierroom.worlds.task.replayer import Moment, TaskReplayer, seeds_of
@@ -59,7 +60,8 @@ class TaskWorld(BaseWorld):
         self._totals = np.zeros((num_envs, len(self.goals)), np.int64)
         n_remembered = min(config.max_steps or task.max_steps, self.most_remembered)
         self._taken = np.zeros(num_envs, np.int64)
-        self._actions = np.full((num_envs, n_remembered, *self.actions.shape), _NONE, self.actions.kept_type)
+        self._none = np.array(_NONE).astype(self.actions.kept_type)  # unsigned ones have no -1
+        self._actions = np.full((num_envs, n_remembered, *self.actions.shape), self._none, self.actions.kept_type)
         self._cut = np.zeros(num_envs, bool)
         self.action_masks = None if self._trial.mask is None else np.ones((num_envs, self.n_actions), bool)
         self._envs = self._make_envs(num_envs)
@@ -100,7 +102,7 @@ class TaskWorld(BaseWorld):
         """Begin the episodes of environments [M], each with its own seed."""
         seeds = seeds_of(self._episodes.take(envs, axis=0), self.config.levels)
         self._note(self._where(envs), *self._envs.reset(envs.tolist(), seeds), np.zeros(len(envs), bool))
-        self._taken[envs], self._actions[envs], self._cut[envs] = 0, _NONE, False
+        self._taken[envs], self._actions[envs], self._cut[envs] = 0, self._none, False
 
     def _begin_next(self, envs: NDArray[np.integer]) -> None:
         super()._begin_next(envs)
@@ -123,7 +125,7 @@ class TaskWorld(BaseWorld):
             observations, masks = zip(*observations, strict=True)
             is_any = np.any(masks, axis=1)
             if not (is_any | ended).all():
-                raise InputError(f"{self.variants[0]} forbids every action: its mask is all False before the end")
+                raise InputError(all_forbidden(self.variants[0]))
             self.action_masks[where] = masks | ~is_any[:, None]
         for name, (path, space) in self._trial.entries.items():
             self._shown[name][where] = read_entry(observations, name, path, space, self.variants[0])
@@ -155,7 +157,10 @@ class TaskWorld(BaseWorld):
         """Act in environments [M]; return how often this achieved each goal [M, G], and what the environments gave."""
         taken, where = self._envs.step(envs.tolist(), self.actions.for_envs(actions)), self._where(envs)
         times = np.maximum(taken.totals - self._totals[where], 0)
-        self._note(where, taken.observations, taken.totals, taken.terminated | taken.truncated)
+        ended = taken.terminated | taken.truncated
+        if self.goals.has_target:
+            ended |= times[:, self.goals.target] > 0
+        self._note(where, taken.observations, taken.totals, ended)
         self._actions[envs, np.minimum(self._taken[where], self._actions.shape[1] - 1)] = actions
         self._taken[where] += 1
         return times, taken
