@@ -6,6 +6,7 @@ import errno
 import gc
 import io
 import os
+import re
 import shlex
 import signal
 import sys
@@ -33,6 +34,7 @@ LISTS = (
 """Options with several values."""
 _NUMBERS = ConstructorRegistry()
 _NO_OUTPUT = "cannot write the output: "
+_COLOURS = re.compile(r"\x1b\[[0-9;]*m")  # Gymnasium's warnings have some
 _UNWRITTEN = {errno.ENOSPC, errno.EFBIG, errno.EIO}  # without a file name; our own files' errors have one
 
 
@@ -124,7 +126,7 @@ def _whole_number(text: str) -> int:
 def run(command: Callable[[], int]) -> None:
     """Run a command and exit with its code, or 2 for invalid input; closed or unread output is not a failure."""
     _open_streams()
-    warnings.formatwarning = lambda message, *_, **__: one_line(f"warning: {message}") + "\n"
+    warnings.formatwarning = lambda message, *_, **__: one_line(f"warning: {_COLOURS.sub('', str(message))}") + "\n"
     try:
         code = command()
     except KeyboardInterrupt:

@@ -138,6 +138,15 @@ run(lambda: 0)
     assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
 
 
+def test_gymnasiums_warnings_are_printed_without_colours(tmp_path):
+    code = """
+from gymnasium import logger
+from hierroom.support.cli import run
+run(lambda: logger.warn("the range is odd") or 0)
+"""
+    assert run_python("-c", code, cwd=tmp_path).stderr == "warning: WARN: the range is odd\n"
+
+
 def test_shell_words_are_read_back_by_bash():
     words = ["-a", "a b", "it's", "$HOME", "*", "", "new\nline", "\x1b[31m", "back\\\tslash", "Grün\t", "\udcff.toml"]
     line = cli.shell_words(*words, Path("-dash"), Path("a b/-c"))

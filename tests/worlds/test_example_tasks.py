@@ -1,10 +1,15 @@
 """The tasks in examples/tasks: their goals fire when they should, and their rules agree with play."""
 
+from copy import deepcopy
+from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 from crafting_stand_in import Crafting
 from minigrid.core.actions import Actions
+
+import hierroom
 
 TASKS = Path(__file__).parents[2] / "examples" / "tasks"
 
@@ -101,3 +106,35 @@ def test_hierarchycraft_transformations_become_the_targets_rules():
     assert "get wood" not in crafting_task("go to forest").goals
     with pytest.raises(ValueError, match=r"the target is one of go to forest, .*; not 'get gold'"):
         crafting_task("get gold")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("package", "module", "name"),
+    [
+        ("crafter", "crafter_symbols", "crafter"),
+        ("gymnasium_robotics", "point_maze", "maze"),
+        ("minihack", "minihack_rooms", "key_room"),
+        ("ale_py", "montezuma", "montezuma"),
+    ],
+)
+def test_known_environments_begin_as_their_seed_says_with_every_goal_ahead(package, module, name):
+    pytest.importorskip(package)
+    task = getattr(import_module(module), name)
+    env = task.new_env()
+    observation, info = deepcopy(env.reset(seed=3))
+    assert env.observation_space.contains(observation)
+    assert [goal for goal, is_achieved in task.goals.items() if is_achieved(env, info)] == []
+    for _ in range(3):
+        env.step(env.action_space.sample())
+    np.testing.assert_equal(env.reset(seed=3)[0], observation)
+    assert np.isfinite(hierroom.complexity.analyze(task.rules).expected_steps)
+
+
+@pytest.mark.slow
+def test_crafters_rules_follow_from_its_data():
+    pytest.importorskip("crafter")
+    rules = import_module("crafter_symbols").rules()
+    assert rules["collect_stone"] == {"needs": ["make_wood_pickaxe"]}
+    assert rules["place_stone"] == {"needs": [], "uses": {"collect_stone": 1}}
+    assert rules["make_iron_sword"]["needs"] == ["place_table", "place_furnace"]
