@@ -11,7 +11,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.goals.goal_set import GoalSet
-from hierroom.support.arrays import Shown, freeze, read_only
+from hierroom.support.arrays import Shown, freeze
 from hierroom.support.errors import InputError
 from hierroom.support.kernel import Compiled
 from hierroom.support.schema import Array, Table, record_type
@@ -58,8 +58,8 @@ class BaseWorld(ABC):
     stage = 0
     can_split = False
     default_max_steps, label = DEFAULT_MAX_STEPS, None  # the name in titles and tables, if the user gave one
-    outcomes = Shown()
-    seeds, indices, numbers = (property(lambda self, k=k: read_only(self._episodes[:, k])) for k in range(3))
+    outcomes, seeds, indices, numbers = Shown(), Shown(), Shown(), Shown()
+    _seeds, _indices, _numbers = (property(lambda self, n=n: self._episodes[:, n]) for n in range(3))
     counts, markings, lengths, has_ended = Shown(), Shown(), Shown(), Shown()
 
     def __init__(
@@ -89,7 +89,7 @@ class BaseWorld(ABC):
         """Allocate the arrays that change in an episode; to override it, override all methods that use them."""
         num_envs = len(self)
         self._episodes, self._lengths = np.zeros((num_envs, 3), np.int64), np.zeros(num_envs, np.int64)
-        self._episodes[:, 1] = self.config.env_index + np.arange(num_envs)
+        self._indices[:] = self.config.env_index + np.arange(num_envs)
         self._counts = np.zeros((num_envs, len(self.goals)), np.int64)
         self._given = np.zeros_like(self._counts), np.zeros(num_envs), *np.zeros((2, num_envs), bool)
         self.dependencies = Dependencies.of(self.rules, self.goals)
@@ -136,7 +136,7 @@ class BaseWorld(ABC):
         """Begin the first episode of a seed (0 to 2**63 - 1), or without a seed each environment's next one."""
         chosen = chosen_envs(envs, len(self))
         if seed is not None:
-            write_seeds({"seed": self._episodes[:, 0], "episode": self._episodes[:, 2]}, seed, chosen)
+            write_seeds({"seed": self._seeds, "episode": self._numbers}, seed, chosen)
         self._outcomes.put(chosen, np.zeros((), OUTCOME))  # an assignment would copy field by field
         self.has_begun = True
         self._begin_next(chosen)
