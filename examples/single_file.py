@@ -252,8 +252,8 @@ def train(settings: argparse.Namespace) -> dict[str, Any]:
     torch.manual_seed(settings.seed)
     turns = make_turns(settings, NUM_ENVS, "training")
     turns.world.stagger_clocks()  # or all first episodes would be truncated at the same step
-    network = ActorCritic(CONTROLLER_FEATURES.cardinalities, WORLD.n_actions)
-    controller = Learner(network, CONTROLLER_FEATURES, NUM_ENVS, WORLD.n_actions, CONTROLLER_PPO)
+    network = ActorCritic(CONTROLLER_FEATURES.cardinalities, WORLD.actions.n)
+    controller = Learner(network, CONTROLLER_FEATURES, NUM_ENVS, WORLD.actions.n, CONTROLLER_PPO)
     if settings.meta == "learned":
         meta = Learner(MetaActorCritic((4,) * 4, 2, 2 * H), META_FEATURES, NUM_ENVS, WORLD.goals.n_choices, META_PPO)
     else:
