@@ -114,6 +114,22 @@ def test_elapsed_counts_in_the_step_that_ends_an_episode(mode):
     assert [world.step(np.array([1, 0]))["elapsed"].tolist() for _ in range(4)] == [[2, 2]] * 4
 
 
+@pytest.mark.parametrize("final", [{}, {"final_info": np.array([{"at": 3}] * 2)}])
+def test_infos_of_ended_episodes_must_be_there(final):
+    class Unlike(SyncVectorEnv):
+        def step(self, actions):
+            *results, infos = super().step(actions)
+            return *results, {"at": infos["at"], "final_obs": infos["final_obs"], **final} if results[
+                2
+            ].any() else infos
+
+    def make_vec(num_envs):
+        return Unlike([Walk] * num_envs, autoreset_mode=AutoresetMode.SAME_STEP)
+
+    with pytest.raises(hierroom.InputError, match="must give the infos of ended episodes as a dict final_info, not"):
+        played(hierroom.Task(make_vec=make_vec, goals=SEEN, target="there"))
+
+
 def test_restored_vector_begins_new_episodes_and_says_so():
     world = make_world(hierroom.EnvConfig(task=walks(AutoresetMode.NEXT_STEP)), 4, seed=0)
     world.step(np.ones(4, int))

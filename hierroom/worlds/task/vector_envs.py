@@ -80,9 +80,12 @@ class VectorEnvs:
             if self.mode is not AutoresetMode.SAME_STEP or not len(rows):
                 last = now = self._seen(entries, infos)
             else:
-                last_entries, final = self._final(entries, infos.get("final_obs"), rows), infos.get("final_info", {})
                 infos_now = {name: value for name, value in infos.items() if name.lstrip("_") not in _FINAL}
-                infos = _merged(infos_now, final, rows)
+                last_entries, final = self._final(entries, infos.get("final_obs"), rows), infos.get("final_info")
+                if not isinstance(final, dict) and (infos_now or final is not None):
+                    rule = "must give the infos of ended episodes as a dict final_info"
+                    raise InputError(f"step of {self._name}, a vector in mode SAME_STEP, {rule}, not {shown(final)}")
+                infos = _merged(infos_now, final or {}, rows)
                 last, now = self._seen(last_entries, infos), self._seen(entries, infos_now)
             if (elapsed := infos.get("elapsed")) is not None:
                 elapsed = self._column(elapsed, "info['elapsed'] as whole numbers", "iu").clip(0, MOST_ELAPSED)
