@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageSequence
 
 MILLISECONDS = 100
-"""How long `animate` shows a picture."""
+"""Milliseconds for which `animate` shows a picture."""
 
 
 def pixels(path: Path) -> NDArray[np.int64]:

@@ -29,7 +29,7 @@ class Line(NamedTuple):
 
 
 class Score(NamedTuple):
-    """How well predictions of unseen tasks fit: see `python -m benchmarks.prediction`."""
+    """Hold how well predictions of unseen tasks fit: see `python -m benchmarks.prediction`."""
 
     tasks: int
     rank: float

@@ -1,4 +1,4 @@
-"""What the paper's hitting time adds to random play: rank correlations with the training steps, each given the other.
+"""Measure what the hitting time adds to random play: rank correlations with training steps, each given the other.
 
     python -m benchmarks.prediction.hitting
 

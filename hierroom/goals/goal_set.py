@@ -19,7 +19,7 @@ NO_TARGET = MAX_GOALS
 MAX_NAME = 100
 """Most characters of a goal's name, so that a table's cell can list hundreds of goals."""
 _OF_OTHERS = re.compile(r"no_goal|new|(50|90|95|99)(_low|_high)?")
-"""What else tables have where a goal's name stands: ``reached_new`` and ``steps_to_95``."""
+"""Names that tables have for other columns: ``reached_new`` and ``steps_to_95``."""
 
 
 def column_name(goal: str) -> str:
@@ -87,7 +87,7 @@ class GoalSet:
 
     @property
     def outcome(self) -> str:
-        """What counts, as tables call it: ``success_rate``; without a target ``score``; without goals ``return``."""
+        """Return the column that counts: ``success_rate``; without a target ``score``; without goals ``return``."""
         return "success_rate" if self.has_target else "score" if self.names else "return"
 
     @property

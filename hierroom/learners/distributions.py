@@ -1,4 +1,4 @@
-"""How the outputs of a policy become a distribution of actions, for each kind of actions."""
+"""Turn the outputs of a policy into a distribution of actions, for each kind of actions."""
 
 # `Categorical` documents the methods of all classes:
 # ruff: noqa: D102

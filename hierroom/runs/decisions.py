@@ -1,4 +1,4 @@
-"""What a run of a user's task decides once, from the speed of its environment: a film, and the steps of evaluations."""
+"""Decide once for a user's task, from the speed of its environment: a film, and the steps of evaluations."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MOST_SECONDS, MOST_SHARE = 10.0, 0.1
 EVALUATION_SHARE = 0.1
 """Evaluations in a run may take such a share of its time; those of a sweep at its end half as much in addition."""
 LEARNING_SECONDS, PLAYING_SECONDS = 150e-6, 40e-6
-"""What a step takes beside its environment in training and in evaluations, about: the preset ``task`` on vectors."""
+"""Seconds of a step beside its environment in training and in evaluations, roughly: preset ``task`` on vectors."""
 
 
 def decide(config: TrainConfig) -> TrainConfig:

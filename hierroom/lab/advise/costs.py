@@ -26,7 +26,7 @@ RESAMPLES = 100
 
 @dataclass(frozen=True)
 class GoalCost:
-    """What a goal of one kind costs random play.
+    """Hold the costs of one kind of goal in random play.
 
     Args:
         steps: mean primitive steps until it is reached, once it is pursued; ``inf`` if it never was.
@@ -43,7 +43,7 @@ class GoalCost:
 
 @dataclass(frozen=True)
 class PlayCosts:
-    """What random play under the script costs in one task.
+    """Hold the costs of random play under the script in one task.
 
     Args:
         goals: the cost of each kind of goal that was pursued, by name.

@@ -14,7 +14,7 @@ from hierroom.support.errors import InputError
 
 @dataclass(frozen=True)
 class Known:
-    """What is known of a task before training; ``nan`` where it is not.
+    """Hold the facts known of a task before training; ``nan`` where one is not known.
 
     Args:
         expected_steps: E, mean random steps to the target without an episode limit.

@@ -57,7 +57,7 @@ class Budget:
 
 @dataclass
 class Episodes:
-    """What whole episodes of play showed.
+    """Hold the results of whole episodes of play.
 
     Attributes:
         n: episodes that began early enough to end within the play, so that short ones do not count too often.

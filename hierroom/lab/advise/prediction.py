@@ -43,7 +43,7 @@ class Steps(float):
 
 @dataclass(frozen=True)
 class Prediction:
-    """What one method is expected to need.
+    """Hold the steps that one method is expected to need.
 
     Args:
         method: a name in `agents.config.METHODS`.
@@ -71,7 +71,7 @@ class Prediction:
 
 @dataclass(frozen=True)
 class Advice:
-    """What follows from rules and a little random play, before anybody trains; made by `hierroom.advise`.
+    """Hold what follows from rules and a little random play, before anybody trains; made by `hierroom.advise`.
 
     Args:
         name: the task's name.

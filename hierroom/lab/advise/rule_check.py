@@ -24,7 +24,7 @@ LEGAL = 100
 
 @dataclass(frozen=True)
 class RuleCheck:
-    """How declared rules agree with achievements in play.
+    """Compare declared rules with achievements in play.
 
     Args:
         rules: the rules; None if none were declared.

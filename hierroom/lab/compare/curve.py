@@ -38,7 +38,7 @@ METRICS: Mapping[MetricName, Metric] = {
     "length_over_shortest": Metric("length / shortest", is_higher_better=False, digits=2),
 }
 OUTCOMES = "success_rate", "score", "return"
-"""What may count in a run: the first of them that it knows."""
+"""Outcomes that may count in a run: the first one that it knows does."""
 
 
 def metric_of(name: MetricName) -> Metric:

@@ -49,7 +49,7 @@ class EvaluatedRun:
 
     @property
     def outcome(self) -> MetricName:
-        """What counts in the run: see `OUTCOMES`."""
+        """Return the outcome that counts in the run: see `OUTCOMES`."""
         return next(name for name in OUTCOMES if name == OUTCOMES[-1] or self.knows(name))
 
     def knows(self, metric: MetricName) -> bool:

@@ -88,7 +88,7 @@ class LearningCurve:
 
     @property
     def outcome(self) -> np.ndarray:
-        """What counts [P]."""
+        """Return the values [P] of the outcome that counts."""
         return self._rate(self.shares) if self.is_rate else self.returns
 
     @property

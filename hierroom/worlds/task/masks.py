@@ -15,7 +15,7 @@ USUAL = {"info": "action_mask", "observation": "action_mask", "method": "action_
 
 
 class MaskPlace(NamedTuple):
-    """Where environments say which actions are legal: an entry of the info or the observation, or a method."""
+    """Find and read the legal actions of environments: an entry of the info or the observation, or a method."""
 
     kind: str
     name: str
