@@ -118,6 +118,9 @@ class ArrayActions:
     def for_envs(self, actions: NDArray) -> list[Any]:
         return [np.asarray(action) for action in actions.copy()]  # an environment may write to its own
 
+    def sample(self, random: np.random.Generator, n: int) -> NDArray:
+        return random.integers(self._low, self._high, (n, *self.shape), endpoint=True).astype(self.dtype)
+
     def name(self, action: Any) -> str:
         numbers = np.ravel(action).tolist()
         more = ", ..." if len(numbers) > _MOST_SHOWN else ""
@@ -140,9 +143,6 @@ class MultiActions(ArrayActions):
     def of_policy(self, drawn: NDArray) -> NDArray:
         return (self._low + drawn.reshape(len(drawn), *self.shape)).astype(self.dtype)
 
-    def sample(self, random: np.random.Generator, n: int) -> NDArray:
-        return random.integers(self._low, self._high + 1, (n, *self.shape)).astype(self.dtype)
-
 
 class BoxActions(ArrayActions):
     """Arrays within bounds, as of `Box`: numbers outside the bounds act as the nearest bound; NaN does not exist."""
@@ -161,7 +161,8 @@ class BoxActions(ArrayActions):
         return np.clip(rounded, self._low, self._high).astype(self.dtype)
 
     def sample(self, random: np.random.Generator, n: int) -> NDArray:
-        return self.of_policy(random.uniform(-1, 1, (n, *self.shape)))
+        is_whole = self.dtype.kind != "f"
+        return super().sample(random, n) if is_whole else self.of_policy(random.uniform(-1, 1, (n, *self.shape)))
 
 
 Actions = DiscreteActions | MultiActions | BoxActions

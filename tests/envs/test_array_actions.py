@@ -12,6 +12,7 @@ from hierroom.gym_env import EscapeRoom
 from hierroom.support.errors import InputError
 from hierroom.turns.turns import Turns
 from hierroom.vector_env import EscapeRooms
+from hierroom.worlds.actions import actions_of
 
 EVERY = pytest.mark.parametrize("space", SPACES.values(), ids=SPACES)
 
@@ -106,3 +107,10 @@ def test_other_action_spaces_are_refused_in_one_line(space, said):
         hierroom.env(hierroom.Task(make, label="dials"))
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("space", [spaces.Box(-1, 1, (2,), np.int8), spaces.MultiDiscrete([3, 3], start=[-1, -1])])
+def test_random_actions_are_equally_likely(space):
+    drawn = actions_of(space, "a task", 256).sample(np.random.default_rng(0), 6_000)
+    counts = np.stack([np.sum(drawn == number, axis=0) for number in (-1, 0, 1)])
+    assert (abs(counts - 2_000) < 200).all()
