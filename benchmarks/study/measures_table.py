@@ -16,13 +16,13 @@ from typing import Any
 import tyro
 
 from benchmarks.measures.mdp import graph_mdp
+from benchmarks.measures.played import measure_play
 from benchmarks.measures.summary import measure_mdp, measure_walk
 from benchmarks.study.graphs import study_graphs, twins
 from benchmarks.study.tables import MEASURES_PATH, Row, read_measures
 from hierroom.agents.player import make_player
 from hierroom.complexity import analyze
 from hierroom.goals import GoalGraph
-from hierroom.lab.measure import MAX_ENVS, measure
 from hierroom.support.cli import progress_bar, run
 from hierroom.support.files import write_atomically
 from hierroom.support.tables import csv_text
@@ -137,8 +137,8 @@ def _of_play(graph: GoalGraph, settings: Settings) -> dict[str, float]:
 
     def play(episodes: int, max_steps: int):
         config = EnvConfig(graph=graph, size=settings.size, max_steps=max_steps, levels="evaluation")
-        turns = Turns(config, min(MAX_ENVS, episodes), seed=settings.seed)
-        return measure(turns, make_player("random", settings.seed), episodes, seed=settings.seed)
+        turns = Turns(config, min(100, episodes), seed=settings.seed)
+        return measure_play(turns, make_player("random", settings.seed), episodes)
 
     usual, long = play(settings.episodes, settings.max_steps), play(settings.chain_episodes, settings.chain_steps)
     return {

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from hierroom.agents.episode_facts import EndedEpisodes, EpisodeFacts
 from hierroom.agents.player import Play, Player
-from hierroom.complexity.observed import wilson_interval
 from hierroom.goals.goal_set import column_name
+from hierroom.support.intervals import wilson_interval
 from hierroom.turns.turns import Turns
 from hierroom.worlds.world import World
 

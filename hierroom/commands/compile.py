@@ -145,10 +145,13 @@ def play_with_learners() -> None:
 
 
 def play_as_trained() -> None:
-    """Use the kernels of learning in EscapeRooms, of rollouts, and of measuring chains from play."""
+    """Use the kernels of learning in EscapeRooms, of rollouts and replays."""
+    import numpy as np
+
     import hierroom
-    from hierroom.lab.measure import measure, played_by
     from hierroom.worlds.escape_room.features import FEATURES
+    from hierroom.worlds.escape_room.layout import LEVEL, NO_MAPS
+    from hierroom.worlds.escape_room.rooms import rooms_of
 
     _train()
     for method in ("ppo", "ppo-novelty", "ppo-rnd"):
@@ -158,7 +161,7 @@ def play_as_trained() -> None:
     _train(graph=("a", "c"), curriculum_stages=2)
     _train(meta="oracle", reward="bonus", features=(*FEATURES.keys() - {"goal-outcome"},))
     list(hierroom.rollout("oracle", hierroom.EnvConfig(**SMALL), episodes=4))
-    played_by("random", {"graph": "a"}, False, 4, 0, False, measure)
+    rooms_of(np.zeros(1, LEVEL), NO_MAPS)
 
 
 def _train(**entries: Any) -> None:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,7 +15,7 @@ from hierroom.complexity.report import analyze
 from hierroom.complexity.tables import COLUMNS, ColumnName, list_text, report_cells, value_of
 from hierroom.complexity.walk_report import WalkReport
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, Rules, graph_specs, is_graph_set
-from hierroom.support.cli import Flag, given, names_of, read_arguments
+from hierroom.support.cli import Flag, names_of, read_arguments
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
 from hierroom.support.output import said_in_turn, said_when_slow, warn
@@ -34,32 +32,23 @@ _ONE_SOURCE = tyro.conf.create_mutex_group(required=False, title="goal graphs, g
 
 
 @dataclass(frozen=True)
-class WalkArguments:
+class ListArguments:
     """Options that every input takes.
 
     Args:
         json: print everything that the reports contain as JSON.
-        draw: draw the goals, with their augmented graph or marking chain if it is not too large, or --from-play's reach
-            curves, into this .png, .pdf or .svg file.
+        draw: draw the goals, with their augmented graph or marking chain if it is not too large, into this .png, .pdf
+            or .svg file.
         walk: probabilities of one step of the assumed walk: to stay, to move, to start again.
-    """
-
-    json: Annotated[Flag, _ONE_FORMAT] = False
-    draw: Path | None = None
-    walk: Annotated[tuple[float, float, float], tyro.conf.arg(metavar="STAY MOVE RESTART")] = astuple(PAPER_WALK)
-
-
-@dataclass(frozen=True)
-class ListArguments(WalkArguments):
-    """Options of inputs that may be several.
-
-    Args:
         sort: sort the list by this column in ascending order.
         csv: print the list as CSV.
         latex: print the list as a LaTeX table, for the package booktabs.
         markdown: print the list as a Markdown table.
     """
 
+    json: Annotated[Flag, _ONE_FORMAT] = False
+    draw: Path | None = None
+    walk: Annotated[tuple[float, float, float], tyro.conf.arg(metavar="STAY MOVE RESTART")] = astuple(PAPER_WALK)
     sort: ColumnName | None = None
     csv: Annotated[Flag, _ONE_FORMAT] = False
     latex: Annotated[Flag, _ONE_FORMAT] = False
@@ -102,8 +91,8 @@ class GraphArguments(ListArguments):
     """Measure how hard goal graphs are to explore, before training: depth, width and passage times.
 
     Give one graph for its full report, or several for a list. By default the paper's seven graphs are listed. Other
-    inputs, with options of their own (add --help): --rules FILE measures dependencies of any kind, --task TASK the
-    rules of a task, and --from-play RUN a chain or rules from episodes of play.
+    inputs, with options of their own (add --help): --rules FILE measures dependencies of any kind, and --task TASK the
+    rules of a task.
 
     Args:
         graph: letters from a to g, names such as keys-0-1-exit-2 (the room of each key, and of the exit), TOML files,
@@ -162,85 +151,6 @@ def _rules_of(task: str) -> list[Rules | GoalGraph]:
     return [rules] if found.goal_set.has_target else [*rules_by_goal(rules).values()]
 
 
-@dataclass(frozen=True)
-class PlayedArguments(WalkArguments):
-    """Measure a chain or rules from play instead of assuming the random walk.
-
-    Args:
-        from_play: a run's folder for its trained agents, random for random actions, or oracle for shortest solutions.
-            With --task or --out: estimate from play which goals need which others, an upper bound of the true needs.
-        task: play in a task: package.module:name of a hierroom.Task, or a built-in world.
-        out: write the rules that play showed into this .toml file.
-        graph: the goal graph, given as in training; by default the run's, or c.
-        layout: your own level instead, as the path of a text map: see train.
-        drop: let the controller drop keys.
-        size: cells of the grid's side in play; by default the run's, or 19 for random and oracle.
-        max_steps: steps after which an episode of play is truncated; by default the run's, or 1000.
-        episodes: number of episodes to play.
-        seed: seed of the levels, the actions and the bootstrap.
-        trust_run: run custom code that the run's config names (a network, a reward, a meta-controller).
-    """
-
-    from_play: str = "random"
-    task: str | None = None
-    out: Path | None = None
-    graph: Annotated[GraphSpecs, GRAPHS] = ()
-    layout: Annotated[Any, LAYOUTS] = ()
-    drop: Flag = False
-    size: int | None = None
-    max_steps: int | None = None
-    episodes: int = 1000
-    seed: int = 0
-    trust_run: Flag = False
-
-    def show(self) -> None:
-        """Play, and print or draw what play showed."""
-        specs = graph_specs(self.graph)
-        if len(specs) + len(self.layout) > 1 or any(map(is_graph_set, specs)):
-            raise InputError("--from-play measures one goal graph, not several")
-        entries = given(self, "task", "layout", "size", "max_steps") | ({"graph": specs[0]} if specs else {})
-        show = self._show_chain if self.task is None and self.out is None else self._show_rules
-        show(entries)
-
-    def _show_chain(self, entries: dict[str, Any]) -> None:
-        from hierroom.lab.measure import measure, played_by  # imports the world and the learners
-
-        count = partial(measure, seed=self.seed, walk=Walk(*self.walk))
-        report = played_by(self.from_play, entries, self.drop, self.episodes, self.seed, self.trust_run, count)
-        if self.draw is not None:
-            report.draw(self.draw)
-        print(to_json(report.to_dict()) if self.json else report)
-
-    def _show_rules(self, entries: dict[str, Any]) -> None:
-        if self.out is not None and (self.out.suffix != ".toml" or not self.out.parent.is_dir()):
-            raise InputError(f"rules are written to a .toml file in a folder that is there, not to {self.out}")
-        from hierroom.lab.measure import play_rules, played_by  # imports the world and the learners
-
-        played = self.from_play, entries, self.drop, self.episodes, self.seed, self.trust_run
-        found = played_by(*played, play_rules)
-        seen = {"episodes": found.episodes, "seen": dict(found.seen)}
-        if not self.json:
-            print(found)
-        elif not found.ways:
-            print(to_json(seen))
-        rules = found.rules_to(found.furthest)
-        if rules.target != found.target:
-            missed = found.missed(found.target)
-            warn(f"{missed}. The rules are those of {rules.target!r}, which was achieved least often")
-        if self.json:
-            print(to_json(seen | rules.to_dict()))
-        if self.out is not None:
-            # before the report, which may refuse rules that long play has found
-            rules.to_toml(self.out)
-            print(self.out, file=sys.stderr if self.json else sys.stdout)
-        if not self.json or self.draw is not None:
-            report = analyze(rules, walk=Walk(*self.walk))
-            if not self.json:
-                print(f"\n{report}")
-            if self.draw is not None:
-                report.draw(self.draw)
-
-
 ComplexityArguments = GraphArguments
 """The arguments that a shell completes: those of the usual input."""
 
@@ -248,14 +158,14 @@ ComplexityArguments = GraphArguments
 def main(argv: Sequence[str]) -> int:
     """Run the command with the arguments of the kind of input that they name."""
     given_names = names_of(argv)
-    kinds = {"--from-play": PlayedArguments, "--rules": RulesArguments, "--task": RulesArguments}
-    option, kind = next(((name, kind) for name, kind in kinds.items() if name in given_names), ("", GraphArguments))
+    option = next((name for name in ("--rules", "--task") if name in given_names), "")
     if {"-h", "--help"} & {*given_names}:
         argv = ["--help"]  # without the option, which may lack its value
+    kind = RulesArguments if option else GraphArguments
     arguments = read_arguments(kind, f"complexity {option}".strip(), argv)
     if arguments.draw is not None:
         from hierroom.support.sheet import picture_file  # matplotlib loads slowly, and few commands draw
 
-        picture_file(arguments.draw)  # check it before long play or computation
+        picture_file(arguments.draw)  # check it before long computation
     arguments.show()
     return 0

@@ -99,7 +99,7 @@ def _play(agent: TrainedAgent, arguments: WatchArguments) -> tuple[list[Episode]
 
 
 def _count(n_failures: int, n_played: int) -> str:
-    from hierroom.complexity.observed import wilson_interval
+    from hierroom.support.intervals import wilson_interval
 
     if n_failures:
         return f"{n_failures} failure{'s' * (n_failures > 1)} in the first {n_played} episodes"

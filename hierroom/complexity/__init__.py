@@ -18,7 +18,6 @@ target node t, b = e_s - e_t.
 | sensitivity d(b' pinv(D - W) b) / dW_ij | `laplacian_sensitivity` | Golub and Pereyra, 4.3 |
 
 Systems for m, v and h are solved without subtraction (`chains.elimination`; Grassmann, Taksar and Heyman, 1985).
-`observed.markov_test` tests whether play is Markov on its nodes (Anderson and Goodman, 1957).
 
 `AugmentedGraph` is the paper's augmented graph with its weights W (appendix A); `MarkingGraph` is its counterpart for
 rules. Numbers after a source are its theorems: Norris, Markov Chains, 1997; Kemeny and Snell, Finite Markov Chains,
@@ -39,10 +38,8 @@ from hierroom.complexity.chains.reach import expected_states, reach_probability
 from hierroom.complexity.chains.walk import Walk
 from hierroom.complexity.graph_set import Curriculum, GraphSet
 from hierroom.complexity.markings import MarkingGraph
-from hierroom.complexity.played_chain import PlayedChain
 from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.complexity.rules_report import RulesReport
-from hierroom.complexity.trajectories import measure_env, measure_trajectories
 from hierroom.complexity.walk_report import ChainReport
 
 __all__ = [
@@ -54,7 +51,6 @@ __all__ = [
     "GraphSet",
     "MarkingGraph",
     "Node",
-    "PlayedChain",
     "RulesReport",
     "Walk",
     "analyze",
@@ -67,8 +63,6 @@ __all__ = [
     "laplacian_hitting_time",
     "laplacian_sensitivity",
     "mean_first_passage_time",
-    "measure_env",
-    "measure_trajectories",
     "passage_time_sensitivity",
     "reach_probability",
 ]

@@ -62,14 +62,6 @@ def elapsed_steps(infos: Sequence[Mapping[str, Any]], env: str) -> NDArray[np.in
     return elapsed
 
 
-def unpaid_step(result: Any, env: str) -> tuple[Any, bool, bool]:
-    """Return observation, ``terminated`` and ``truncated`` of a step in one environment, for play without rewards."""
-    if not (type(result) is tuple and len(result) == 5 and type(result[2]) is type(result[3]) is bool):
-        (observation,), _, terminated, truncated, _ = step_results([result], env)
-        return observation, terminated.item(), truncated.item()
-    return result[0], result[2], result[3]
-
-
 def _columns(results: Sequence[Any], names: tuple[str, ...], env: str) -> Sequence[Any]:
     try:
         columns = [*zip(*results, strict=True)]

@@ -102,13 +102,3 @@ def html_table(caption: str, header: Sequence[str], rows: Iterable[Sequence[str]
     top = f"<thead><tr>{head}</tr></thead>" if header else ""
     below = "".join(f"<p>{escape(note)}</p>" for note in notes)
     return f"<table><caption>{escape(caption)}</caption>{top}<tbody>{body}</tbody></table>{below}"
-
-
-def text_table(head: str, header: Sequence[str], rows: Sequence[Sequence[str]], notes: Iterable[str] = ()) -> str:
-    """Return a table in plain text; names and columns called "... interval" are aligned left, numbers right."""
-    lines = [header, *rows]
-    widths = [max(map(len, cells)) for cells in zip(*lines, strict=True)]
-    pads = [str.ljust if i == 0 or name.endswith("interval") else str.rjust for i, name in enumerate(header)]
-    padded = [[pad(cell, n) for pad, cell, n in zip(pads, line, widths, strict=True)] for line in lines]
-    texts = ["   ".join(cells).rstrip() for cells in padded]
-    return "\n".join([head, *(f"  {text}" for text in [*texts, *notes])])

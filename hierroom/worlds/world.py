@@ -251,13 +251,7 @@ class World(Protocol):
     def shortest_actions(self, env: int) -> NDArray[np.integer]:
         """Return the actions of a shortest path to the target in one environment."""
 
-    # Optional: nodes of the augmented graph, for chains measured from play; the global state, for critics.
-    def node_map(self, augmented: Any) -> Any:
-        """Return the map that `nodes` uses to find nodes of an `AugmentedGraph`."""
-
-    def nodes(self, node_map: Any, *, terminated: NDArray[np.bool_], ended: NDArray[np.bool_]) -> NDArray[np.integer]:
-        """Return each environment's node [N] after a step; where the step ended an episode, the node at its end."""
-
+    # Optional: the global state, for critics.
     @property
     def global_state_space(self) -> spaces.Box:
         """The space of `global_state`."""

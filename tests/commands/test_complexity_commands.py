@@ -70,7 +70,6 @@ def test_json_output_names_every_number(printed):
     assert report["key_rooms"] == {"key 1": 0, "key 2": 0, "key 3": 1}
     assert arrays_of_numbers(report) == []
     assert arrays_of_numbers(json.loads(printed("--graph rooms:3 --json"))) == []
-    assert arrays_of_numbers(json.loads(printed("--from-play oracle --graph a --episodes 3 --json"))) == []
 
 
 @pytest.mark.parametrize(
@@ -79,9 +78,6 @@ def test_json_output_names_every_number(printed):
         (["--graph", "rooms:40"], "rooms:N takes a number of rooms from 2 to 8, not 40"),
         (["--draw", "x.png"], "--draw draws one graph"),
         (["--graph", "a", "--draw", "x.gif"], "drawings are written as .png, .pdf, .svg, not as x.gif"),
-        (["--from-play", "random", "--graph", "hitting_time:8..9"], "measures one goal graph"),
-        (["--from-play", "random", "--episodes", "0"], "episodes must be at least 1, not 0"),
-        (["--from-play", "no-such-run"], "there is no run no-such-run, and the agents that ship"),
         (["--walk=-0.5", "1", "0.5"], "the probability stay of a walk must be from 0 to 1, not -0.5"),
     ],
 )
@@ -97,8 +93,6 @@ def test_invalid_input_raises_input_error(arguments, message):
         ("--json --csv", "--json and --csv are not allowed together"),
         ("--graph a --seed 3", "Unrecognized options: --seed"),
         ("--rules x.toml --drop", "Unrecognized options: --drop"),
-        ("--from-play random --exclude b", "Unrecognized options: --exclude"),
-        ("--from-play random --task my:task --csv", "Unrecognized options: --csv"),
     ],
 )
 def test_options_of_another_kind_of_input_are_refused(words, message, capsys):
@@ -109,11 +103,7 @@ def test_options_of_another_kind_of_input_are_refused(words, message, capsys):
 
 
 def test_each_kind_of_input_has_its_help(capsys):
-    for words, option in (
-        ("-h", "--from-play RUN"),
-        ("--rules --help", "--rules"),
-        ("--from-play --help", "--episodes"),
-    ):
+    for words, option in (("-h", "--exclude"), ("--rules --help", "--task")):
         with pytest.raises(SystemExit) as ended:
             main(words.split())
         assert ended.value.code == 0

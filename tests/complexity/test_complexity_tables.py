@@ -1,13 +1,9 @@
-"""Lists of reports as CSV, LaTeX and Markdown; reach curves and pictures for notebooks."""
+"""Lists of reports as CSV, LaTeX and Markdown."""
 
-import numpy as np
 import pytest
-from pictures import pixels
 
 from hierroom.commands.complexity import main
-from hierroom.complexity import analyze, measure_trajectories
-from hierroom.complexity.observed import EpisodeCounts
-from hierroom.complexity.played_chain import PlayedChain
+from hierroom.complexity import analyze
 from hierroom.complexity.tables import COLUMNS, list_text
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
@@ -45,39 +41,3 @@ def test_walk_option_changes_the_report(capsys):
     assert "| c | 4 | 1 | 9 | 14 | 10.61 | 60.8 | 53.2 |" in capsys.readouterr().out
     with pytest.raises(InputError, match=r"must sum to 1, not 1\.3"):
         main(["--walk", "0.5", "0.4", "0.4"])
-
-
-def test_from_play_takes_size_max_steps_and_draw(tmp_path, capsys):
-    path = tmp_path / "reach.png"
-    words = f"--from-play random --graph a --episodes 12 --size 11 --max-steps 50 --draw {path}"
-    main(words.split())
-    text = capsys.readouterr().out
-    assert "truncated after 50 steps" in text
-    assert pixels(path).shape[:2] == (600, 900)
-
-
-def measured():
-    episodes = [[0, 0, 1, 3, 4], [0, 1, 3, 2, 2, 3], [0, 1, 1, 3, 4]]
-    return PlayedChain.against(analyze("a"), EpisodeCounts.of(episodes, 5, 0, 4), n_resamples=5)
-
-
-def test_drawn_reach_equals_chains_and_episodes(tmp_path):
-    report = measured()
-    figure = report._figure()
-    (axes,) = figure.axes
-    curves = {line.get_label(): line.get_xydata().T for line in axes.lines}
-    times, shares = curves["3 episodes, 95% interval"]
-    assert times.max() == 5
-    assert shares[-1] == pytest.approx(2 / 3)
-    for name, chain in (("their chain", report.chain), ("assumed walk", report.assumed.chain)):
-        times, shares = curves[name]
-        np.testing.assert_allclose(shares, chain.reach_probability(times.astype(int)))
-    report.draw(tmp_path / "reach.svg")
-    assert "<svg" in (tmp_path / "reach.svg").read_text()
-
-
-def test_reach_of_trajectories_by_hand():
-    played = measure_trajectories([["hall", "garden"], ["hall", "hall", "garden"]], "garden")
-    curves = {line.get_label(): line.get_ydata() for line in played._figure().axes[0].lines}
-    np.testing.assert_allclose(curves["2 episodes, 95% interval"], [0, 0.5, 1])
-    np.testing.assert_allclose(curves["their chain"], [0, 2 / 3, 8 / 9])

@@ -23,7 +23,6 @@ SAYS = {
     "gymnasium_vector.py": "steps a second",
     "trained_agent.py": "of 100 episodes escaped, in ",
     "warm_start.py": "began with the weights of the first",
-    "minigrid_chain.py": "-> key held, door open: -",
     "supersuit_sb3.py": "2048 turns of both agents in 4 environments",
     "asking_meta.py": " of 5 episodes escaped, ",
 }

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 
 from hierroom.commands.compare import CompareArguments
-from hierroom.commands.complexity import GraphArguments, PlayedArguments, RulesArguments
+from hierroom.commands.complexity import GraphArguments, RulesArguments
 from hierroom.commands.evaluate import EvaluateArguments
 from hierroom.commands.play import PlayArguments
 from hierroom.commands.report import ReportArguments
@@ -42,7 +42,7 @@ _ARGUMENTS = {
 }
 OPTIONS: Mapping[str, Sequence[str]] = {
     "train": [*_FLAT, "out", "resume", "config", "trust_run"],
-    "complexity": [*vars(GraphArguments()), *vars(RulesArguments()), *vars(PlayedArguments())],
+    "complexity": [*vars(GraphArguments()), *vars(RulesArguments())],
     **{name: [*arguments.__dataclass_fields__] for name, arguments in _ARGUMENTS.items()},
 }
 ENTRIES: Mapping[str, Sequence[str]] = {"sweep": _FLAT}

@@ -15,8 +15,6 @@ from same_state import equal
 
 import hierroom
 from hierroom import EnvConfig, InputError
-from hierroom.agents.player import make_player
-from hierroom.lab.measure import measure
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.trainer import Trainer
 from hierroom.turns.records import CONTROLLER, META
@@ -141,10 +139,6 @@ def facts_of(situation):
     return plain((situation.as_dict(), situation.level(0), situation.reachable, view.depth_first_ranks))
 
 
-def measured(measure_play, **entries):
-    return measure_play(Turns(EnvConfig(**entries, max_steps=20), 2, seed=0), make_player("random", 0), 4)
-
-
 def play(agent):
     return next(hierroom.rollout(agent, episodes=1, num_envs=1)).to_dict()
 
@@ -163,7 +157,6 @@ DOES = {
     },
     "report": (lambda: hierroom.complexity.analyze("c"), lambda report: report.to_dict()),
     "report of rules": (lambda: hierroom.complexity.analyze(RULES), lambda report: report.to_dict()),
-    "measured report": (lambda: measured(measure, graph="a", size=11), lambda report: report.to_dict()),
     "task": (lambda: chest_task.chest, lambda task: first_episode(task=task).to_dict()),
     "agent": (lambda: hierroom.load("a"), play),
 }

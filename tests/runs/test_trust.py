@@ -10,7 +10,6 @@ import hierroom
 from hierroom.commands.evaluate import main as evaluate
 from hierroom.commands.watch import main as watch
 from hierroom.lab.compare.evaluated_run import read_run
-from hierroom.lab.measure import measure, played_by
 from hierroom.meta import make_meta
 from hierroom.runs import session
 from hierroom.runs.config.config import TrainConfig
@@ -46,7 +45,6 @@ CALLS = {
     "watch": lambda: watch(["run", "--text"]),
     "resume": lambda: train(["--resume", "run"]),
     "repeat": lambda: train(["--config", "run/config.json", "--out", "other"]),
-    "complexity --from-play": lambda: played_by("run", {}, False, 2, 0, False, measure),
     "load": lambda: load("run"),
     "read_config": lambda: read_config("run/config.json"),
 }

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hierroom.complexity.observed import Interval, wilson_interval
 from hierroom.lab.advise.play import Budget, Progress, RandomPlay
 from hierroom.lab.advise.stages import Trials
 from hierroom.support.errors import InputError
+from hierroom.support.intervals import Interval, wilson_interval
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
 

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
-from hierroom.complexity.observed import Interval
 from hierroom.lab.advise.costs import PlayCosts
 from hierroom.lab.advise.measures import MEASURES, Known
 from hierroom.lab.advise.model import Model
 from hierroom.lab.advise.outside import OTHER, outside
 from hierroom.lab.advise.rule_check import RuleCheck
+from hierroom.support.intervals import Interval
 
 NAMES = {"hippo": "HiPPO (script)", "ppo-bonus": "PPO+Bonus", "ppo": "PPO"}
 

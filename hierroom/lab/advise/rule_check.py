@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.complexity.play_rules import PlayedRules
 from hierroom.goals import Rules
+from hierroom.lab.advise.played_rules import PlayedRules
 from hierroom.support.errors import InputError
 
 MOST = 5_000
@@ -144,5 +144,5 @@ def complete(check: RuleCheck) -> Rules:
     if (suggested := check.suggested) is not None:
         return suggested
     if check.rules is None:
-        raise InputError(check.played.missed(check.played.target))
+        raise InputError(check.played.missed)
     return check.rules

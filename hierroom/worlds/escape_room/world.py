@@ -9,7 +9,6 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from hierroom.complexity.augmented import AugmentedGraph
 from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.goals import (
     EXIT_GOAL,
@@ -33,7 +32,6 @@ from hierroom.worlds.escape_room.level_view import OBSERVATION_SPACES, LevelView
 from hierroom.worlds.escape_room.observations import LevelWriter, write_one
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
 from hierroom.worlds.escape_room.render import LevelReplayer, global_state, state_space
-from hierroom.worlds.escape_room.rooms import NodeMap
 from hierroom.worlds.seeds import chosen_envs
 from hierroom.worlds.window import StateScreen
 from hierroom.worlds.world import Replayer, Seeds
@@ -158,14 +156,6 @@ class EscapeRoomWorld(Engine):
         named = set(variants)
         n_rooms = max(graph.n_rooms for graph in self.sampler.everything if graph.name in named)
         return [c for c in range(N_GOALS) if c == EXIT_GOAL or c % N_COLOURS < n_rooms - 1]
-
-    def node_map(self, augmented: AugmentedGraph) -> NodeMap:
-        """Return a map from levels of one goal graph to nodes of its augmented graph."""
-        return NodeMap(augmented, self._state.maps)
-
-    def nodes(self, node_map: NodeMap, *, terminated: NDArray[np.bool_], ended: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """Return each environment's node [N] after a step; where the step ended an episode, the node at its end."""
-        return node_map(np.where(ended, self._last_levels, self._state.levels), terminated)
 
     def graph_of(self, start: State) -> GoalGraph:
         """Return the goal graph of a level in the form in which it was given."""

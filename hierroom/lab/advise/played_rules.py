@@ -25,13 +25,11 @@ class PlayedRules:
 
     Args:
         episodes: number of episodes played.
-        seen: number of episodes in which each goal was achieved, by its name.
         ways: the alternatives of each goal that was achieved.
         target: the goal that ends an episode with success.
     """
 
     episodes: int
-    seen: Mapping[str, int]
     ways: Mapping[str, tuple[Needs, ...]]
     target: str
 
@@ -54,27 +52,13 @@ class PlayedRules:
                 so_far[goal] = 1 if goal in once else so_far[goal] + 1
         ways = {goal: _smallest(contexts) for goal, contexts in before.items() if contexts}
         reduced = {goal: tuple(_reduced(way, ways) for way in alternatives) for goal, alternatives in ways.items()}
-        return cls(n_episodes, {goal: len(contexts) for goal, contexts in before.items()}, reduced, target)
-
-    @property
-    def furthest(self) -> str:
-        """The target; if it was never achieved, the goal that was achieved least often, or the target if none was."""
-        return (
-            self.target if self.target in self.ways else min(self.ways, key=self.seen.__getitem__, default=self.target)
-        )
+        return cls(n_episodes, reduced, target)
 
     @cached_property
     def rules(self) -> Rules:
-        """The rules of the goals that were achieved, which lead to the target: see `rules_to`."""
-        return self.rules_to(self.target)
-
-    def rules_to(self, goal: str) -> Rules:
-        """Return the rules of the goals that were achieved, with one of them as the target.
-
-        Each gives a fact of its own name, and nothing is used up.
-        """
-        if goal not in self.ways:
-            raise InputError(self.missed(goal))
+        """The rules of the achieved goals. Each gives a fact of its own name, and nothing is used up."""
+        if self.target not in self.ways:
+            raise InputError(self.missed)
         capacity: dict[str, int] = {}
         for way in (way for alternatives in self.ways.values() for way in alternatives):
             capacity |= {goal: max(n, capacity.get(goal, 1)) for goal, n in way.items()}
@@ -82,22 +66,13 @@ class PlayedRules:
             goal: [{**({"needs": way} if way else {}), "gives": goal} for way in alternatives]
             for goal, alternatives in self.ways.items()
         }
-        return Rules(rules, goal, capacity, label="from play")
+        return Rules(rules, self.target, capacity, label="from play")
 
-    def missed(self, goal: str) -> str:
-        """Return a line that says that a goal was never achieved, and what to do."""
-        episodes = f"{self.episodes:,} episodes of play"
-        how = "play more episodes, or let a trained run play"
-        return f"the target {goal!r} was never achieved in {episodes}, so no rules lead to it; {how}"
-
-    def __str__(self) -> str:
-        rows = [("goal", "seen", "before it, always (an upper bound of what is needed)")]
-        for goal, n in self.seen.items():
-            ways = " or ".join(_words(way) for way in self.ways.get(goal, ())) or "never achieved"
-            rows.append((goal, f"{n:,}", ways))
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        lines = [f"  {goal:<{widths[0]}}  {n:>{widths[1]}}  {ways}".rstrip() for goal, n, ways in rows]
-        return "\n".join([f"rules from {self.episodes:,} episodes of play", *lines])
+    @property
+    def missed(self) -> str:
+        """A line that says that the target was never achieved, and what to do."""
+        played = f"{self.episodes:,} episodes of play"
+        return f"the target {self.target!r} was never achieved in {played}, so no rules lead to it; play longer"
 
 
 def _smallest(contexts: list[Counter[str]]) -> tuple[Needs, ...]:
@@ -129,7 +104,3 @@ def _reduced(way: Needs, ways: Mapping[str, tuple[Needs, ...]]) -> Needs:
         return any(min(one.get(goal, 0) for one in alternatives) >= n for alternatives in others)
 
     return {goal: n for goal, n in way.items() if not is_implied(goal, n)}
-
-
-def _words(way: Needs) -> str:
-    return ", ".join(goal if n == 1 else f"{n} {goal}" for goal, n in way.items()) or "nothing"
