@@ -22,7 +22,7 @@ check: $(VENV)/.installed ## ruff and pyright; nothing is changed
 
 test: $(VENV)/.installed ## ruff, pyright and the tests that guard a rule of the package
 	$(MAKE) --no-print-directory --jobs=2 compile check
-	$(BIN)/python -m pytest -n 2 --durations=20 -m "not slow"
+	$(BIN)/python -m pytest -n 2 --durations=20 -m "not slow" --cases 2
 
 test-all: $(VENV)/.installed ## everything, as CI runs it: slow tests, and a few mutants
 	$(MAKE) --no-print-directory --jobs=2 compile check

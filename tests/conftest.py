@@ -1,3 +1,4 @@
+import math
 import os
 import signal
 
@@ -9,6 +10,22 @@ settings.register_profile("hierroom", settings.default, deadline=None)  # how lo
 settings.load_profile("hierroom")
 # In the background of a shell SIGINT is ignored, and commands that tests start and interrupt inherit that.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_addoption(parser):
+    parser.addoption("--cases", type=int, metavar="N", help="run at most N cases of each test, evenly spread")
+
+
+@pytest.hookimpl(trylast=True)  # after -m and -k
+def pytest_collection_modifyitems(config, items):
+    if (most := config.getoption("--cases")) is None:
+        return
+    tests = {}
+    for item in items:
+        tests.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    kept = {case for cases in tests.values() for case in cases[:: math.ceil(len(cases) / most)]}
+    config.hook.pytest_deselected(items=[item for item in items if item not in kept])
+    items[:] = [item for item in items if item in kept]
 
 
 @pytest.fixture

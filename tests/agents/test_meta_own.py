@@ -137,6 +137,7 @@ def check_watched(seen, n_envs, n_steps):
         np.testing.assert_array_equal(begun, clocks)
 
 
+@pytest.mark.slow
 def test_observe_is_called_for_every_training_step():
     trainer = Trainer(TrainConfig(num_envs=4, steps=400).changed(size=11, max_steps=9, meta="random"))
     trainer.turns.reset(0)  # without the staggered clocks

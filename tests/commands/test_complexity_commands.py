@@ -45,6 +45,7 @@ def test_graph_option_takes_toml_file_and_interval(tmp_path, printed):
     assert "\n g " in printed("--graph hitting_time:27.4..27.6")
 
 
+@pytest.mark.slow
 def test_several_graphs_are_all_listed(tmp_path):
     (tmp_path / "[red]own.toml").write_text("key_rooms = [0, 1, 1]\nexit_room = 3\n")
     done = command("--graph", str(tmp_path / "[red]own.toml"), "c", "f", "c")

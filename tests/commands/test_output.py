@@ -24,6 +24,7 @@ TRAIN = f"{sys.executable} -m hierroom train --graph a --size 11 --max-steps 60 
 TRAIN += " --sequence-length 16 --steps 512 --evaluations 1 --evaluation-episodes 8 --threads 1 --out run"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "code"),
     [

@@ -78,6 +78,7 @@ def test_spec_from_json_makes_the_same_environment(graph):
     assert [one.name for one in everything[0]] == [one.name for one in everything[1]]
 
 
+@pytest.mark.slow
 def test_registering_module_is_imported_in_other_processes(tmp_path, monkeypatch):
     (tmp_path / "rooms_of_mine.py").write_text(MODULE)
     monkeypatch.syspath_prepend(tmp_path)  # a spawned process has the same path

@@ -74,6 +74,7 @@ def trained(monkeypatch):
     return trained
 
 
+@pytest.mark.slow
 def test_stopped_search_goes_on_as_if_it_had_not(trained, tmp_path, capsys):
     assert main([*WORDS, "--search", "9", "--out", str(tmp_path / "whole")]) == 0
     output = capsys.readouterr()

@@ -24,6 +24,7 @@ from hierroom.runs.session import begin, resume
 from hierroom.support.errors import InputError
 
 
+@pytest.mark.slow
 def test_sweep_trains_missing_runs_completely(tmp_path):
     sweep = Sweep(plan("method=hippo,ppo", seeds=1, metas=("random",)), tmp_path / "out")
     assert sweep.fill(processes=2, command="made so").failures == ()

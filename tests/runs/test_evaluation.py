@@ -92,6 +92,7 @@ def evaluated(run, capsys):
     return evaluated
 
 
+@pytest.mark.slow
 def test_earlier_checkpoint_has_lower_success(evaluated):
     assert evaluated("--checkpoint", "0")["success_rate"] < 0.5 < evaluated()["success_rate"]
     with pytest.raises(InputError, match="has checkpoints after 0, "):

@@ -101,6 +101,7 @@ def test_wandb_logger_reports_the_run(wandb, tmp_path, monkeypatch):
     assert not list((tmp_path / "run").glob("events*"))  # TensorBoard was not named
 
 
+@pytest.mark.slow
 def test_resumed_run_continues_its_wandb_log(wandb, tmp_path, capsys):
     out = tmp_path / "run"
     assert main([*OPTIONS, "--steps", "1024", "--out", str(out), "--log", "wandb"]) == 0

@@ -42,6 +42,7 @@ def run(tmp_path_factory):
     return folder / "my run"
 
 
+@pytest.mark.slow
 def test_provenance_lists_each_command_of_a_run(run):
     began, resumed = read_sessions(run)
     assert began["command"].endswith(f"-m hierroom train {BEGIN} --out 'my run'")

@@ -103,6 +103,7 @@ def full(*_, **__):
     raise OSError(errno.ENOSPC, "No space left on device")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at", range(5))
 def test_full_disk_at_the_start_leaves_a_usable_folder(at, tmp_path, monkeypatch):
     """config.json, modules, provenance.json and checkpoint are put in their places, one after the other."""

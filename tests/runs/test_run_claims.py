@@ -32,6 +32,7 @@ def claim(number: int, barrier: Barrier, folder: Path) -> None:
             (folder / "outcomes" / f"{kind}-{n}-{number}").write_text(outcome)
 
 
+@pytest.mark.slow
 def test_eight_processes_never_claim_the_same_folder(tmp_path):
     for n in range(N_ROUNDS):
         (tmp_path / "empty" / str(n)).mkdir(parents=True)

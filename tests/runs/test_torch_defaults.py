@@ -96,6 +96,7 @@ def test_training_and_play_do_not_depend_on_torch_defaults(run, tmp_path):
     assert equal(found, expected)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("one_thread")
 def test_training_does_not_depend_on_gradient_mode_that_an_environment_leaves(tmp_path):
     expected, _ = results(tmp_path / "plain.safetensors", **RUNS["torch"])

@@ -95,6 +95,7 @@ def test_mismatched_warm_start_raises_input_error(run, change, said):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_warm_started_run_resumes_without_its_source(run, tmp_path):
     flags = ["--graph", "a", "--size", "11", "--max-steps", "60", "--num-envs", "8", "--minibatches", "2"]
     flags += ["--network", run.config().agents.network or "", "--warm-start", str(tmp_path / "before")]

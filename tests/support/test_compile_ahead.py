@@ -54,6 +54,7 @@ def compiled():
     return Path(kernel_folder())
 
 
+@pytest.mark.slow
 def test_second_compile_ends_without_importing_torch(compiled):
     assert is_complete(compiled)
     done = run_python("-X", "importtime", "-m", "hierroom", "compile")
@@ -83,6 +84,7 @@ def test_deleted_or_outdated_kernels_are_not_complete(compiled, tmp_path, monkey
     assert not is_complete(tmp_path)
 
 
+@pytest.mark.slow
 def test_later_runs_compile_no_new_signature(compiled, tmp_path):
     """By the kernels' signatures: the cache of these tests may hold more than the command has compiled."""
     paths = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}}

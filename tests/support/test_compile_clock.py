@@ -3,6 +3,7 @@
 import time
 
 import numpy as np
+import pytest
 from numba import njit
 
 from hierroom.runs.config.config import TrainConfig
@@ -30,6 +31,7 @@ def test_compile_clock_runs_only_while_numba_compiles():
     assert clock.seconds - before == compiled
 
 
+@pytest.mark.slow
 def test_compile_seconds_are_no_training_seconds(monkeypatch):
     trainer = Trainer(TrainConfig(num_envs=4, steps=2000).changed(graph="a", size=11))
     trainer.advance()

@@ -138,6 +138,7 @@ def of_a_user():
 }
 
 
+@pytest.mark.slow
 def test_changed_kernel_file_recompiles_all_kernels(tmp_path, temporary):
     package = tmp_path / "hierroom"
     shutil.copytree(PACKAGE / "support", package / "support", ignore=shutil.ignore_patterns("__pycache__"))
@@ -178,6 +179,7 @@ def on_a_terminal(code):
     return said.decode().rstrip("|"), done.stdout.decode()
 
 
+@pytest.mark.slow
 def test_long_compilation_prints_one_line():
     code = COMPILE.format(module="hierroom.worlds.escape_room.step_kernels")
     said, printed = on_a_terminal(SLOW + code)

@@ -32,6 +32,7 @@ def place_of(level, cell):
     return [class_of(down * rows + east * cols), class_of(down * cols - east * rows)]
 
 
+@pytest.mark.slow
 def test_goal_place_is_the_last_seen_position():
     settings = {"size": 15, "max_steps": 300, "drop_key": True, "goal_mask": "none", "subgoal_horizon": 7}
     turns = make([NAMED_GRAPHS["a"], NAMED_GRAPHS["f"]], N_ENVS, seed=3, **settings)

@@ -28,6 +28,7 @@ def is_inside(cell, rectangle):
     return top <= cell[0] <= bottom and left <= cell[1] <= right
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "graphs"), [(13, [NAMED_GRAPHS[letter] for letter in "cef"]), (63, [GoalGraph((0, 0, 0, 0, 0, 0), 6)])]
 )

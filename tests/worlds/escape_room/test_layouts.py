@@ -142,6 +142,7 @@ def test_map_name_is_its_file_name(tmp_path):
     assert EnvConfig(layout=LEAST).names != EnvConfig(layout=HUB).names
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "drop_key"), [*((name, False) for name in MAPS), ("corridor", True), ("least", True)])
 def test_shortest_lengths_on_maps_equal_exhaustive_search(name, drop_key):
     """From states of a walk that picks up, opens and drops, in rooms and in doorways."""
@@ -248,6 +249,7 @@ def test_layout_and_graph_options_replace_each_other():
         TrainConfig.from_dict({**config.to_dict(), "env": {**config.to_dict()["env"], "layout": "/etc/hosts"}})
 
 
+@pytest.mark.slow
 def test_resume_works_without_the_layout_files(tmp_path, monkeypatch):
     """The run keeps the maps, so it resumes although their files are gone."""
     options = [f"--{name.replace('_', '-')}={value}" for name, value in SMALL.items()]

@@ -81,6 +81,7 @@ def check(level, turns, n, lay, seen):
     return held, opened, reachable
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mask", GOAL_MASKS)
 def test_level_equals_the_raw_state(mask):
     settings = {"size": 15, "max_steps": 90, "drop_key": True, "goal_mask": mask, "subgoal_horizon": 6}

@@ -214,6 +214,7 @@ def test_wall_and_door_positions_are_uniform(sample):
         assert_uniform_ranks(np.where(is_vertical, col, row) - first, last - first + 1)
 
 
+@pytest.mark.slow
 def test_exit_position_is_uniform_away_from_its_door():
     state = Engine([NAMED_GRAPHS["a"]], 4_000, seed=16).state
     ranks, counts = [], []

@@ -34,6 +34,7 @@ def test_workshops_equal_plain_python_step_by_step(rules, levels):
     assert compare_with_twins(rules, levels, n_steps=400) > 40
 
 
+@pytest.mark.slow
 def test_workshops_of_random_rules_equal_plain_python():
     rng = np.random.default_rng(3)
     assert sum(compare_with_twins(random_rules(rng), None, n_steps=60) for _ in range(30)) > 1000
