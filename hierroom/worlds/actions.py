@@ -17,7 +17,7 @@ from hierroom.worlds.world import whole_numbers
 
 MOST_OUTPUTS = 2**16
 """Most outputs of a policy for one action."""
-_MOST_SHOWN = 8
+_MOST_SHOWN, _LARGEST = 8, 2**53  # the largest whole number up to which floats are exact
 
 
 @dataclass(frozen=True)
@@ -178,6 +178,7 @@ def actions_of(space: spaces.Space, task: str, most: int) -> Actions:
     if isinstance(space, spaces.Discrete):
         if space.n > most:
             raise InputError(f"a task has at most {most} actions; {task} has {space.n}")
+        _require_fit(space, int(space.start) + int(space.n) - 1, task)
         return DiscreteActions(int(space.n), int(space.start))
     if not isinstance(space, (spaces.MultiDiscrete, spaces.MultiBinary, spaces.Box)):
         kinds = "Discrete, MultiDiscrete, MultiBinary or Box"
@@ -185,12 +186,20 @@ def actions_of(space: spaces.Space, task: str, most: int) -> Actions:
     if isinstance(space, spaces.Box):
         if space.dtype is None or space.dtype.kind not in "iuf":
             raise InputError(f"Box actions of {task} must be numbers, not {space.dtype}; wrap its environment")
+        low, high = space.low.astype(np.float64), space.high.astype(np.float64)
         with np.errstate(over="ignore"):
-            span = (space.high.astype(np.float64) - space.low).astype(np.float32)
-        if not np.isfinite(span).all():
+            is_finite = np.isfinite((high - low).astype(np.float32)).all()
+        if not is_finite or (space.dtype.kind != "f" and np.abs([low, high]).max(initial=0) > _LARGEST):
             give = "give it bounds: gymnasium.wrappers.TransformAction(env, lambda action: action, Box(-1, 1, shape))"
             raise InputError(f"the actions of {task} have no scale, as their bounds are not finite ({space}); {give}")
+    elif isinstance(space, spaces.MultiDiscrete):
+        _require_fit(space, int((space.start.astype(object) + space.nvec.astype(object) - 1).max(initial=0)), task)
     actions = BoxActions(space) if isinstance(space, spaces.Box) else MultiActions(space)
     if not 0 < sum(actions.sizes) <= MOST_OUTPUTS:
         raise InputError(f"actions of {task} need 1 to {MOST_OUTPUTS} outputs of a policy, not {sum(actions.sizes)}")
     return actions
+
+
+def _require_fit(space: Any, largest: int, task: str) -> None:
+    if largest > (most := min(np.iinfo(space.dtype).max, _LARGEST)):
+        raise InputError(f"the largest action of {task} is {largest}, but {space.dtype} holds {most} ({space})")

@@ -4,12 +4,14 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium import spaces
+from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv, VectorWrapper
 from pettingzoo.test import api_test
 
 import hierroom
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
+from hierroom.turns.turns import Turns
 
 SMALL = ["--num-envs", "4", "--sequence-length", "16", "--minibatches", "2", "--epochs", "1", "--hidden-size", "8"]
 SMALL += ["--steps", "256", "--evaluations", "1", "--evaluation-episodes", "4", "--threads", "1", "--log", "none"]
@@ -139,6 +141,42 @@ class Endless(Gates):
 def test_mask_may_forbid_everything_where_the_target_ends_the_episode():
     task = hierroom.Task(lambda: Endless(), {"end": lambda env, info: env.place == 11}, target="end")
     assert all(one.success for one in hierroom.rollout("random", hierroom.EnvConfig(task=task), 8, num_envs=2))
+
+
+@pytest.mark.parametrize("mode", [*AutoresetMode])
+@pytest.mark.parametrize("where", gates)
+@pytest.mark.parametrize("kind", [SyncVectorEnv, AsyncVectorEnv])
+def test_vector_has_the_masks_and_episodes_of_single_environments(kind, where, mode):
+    def make_vec(num_envs):
+        return VectorWrapper(kind([lambda: Gates(where)] * num_envs, autoreset_mode=mode))
+
+    def episodes(task):
+        found = hierroom.rollout("random", hierroom.EnvConfig(task=task), 6, num_envs=3, seed=1)
+        return [(one.actions.tolist(), one.terminated) for one in found]
+
+    assert episodes(hierroom.Task(make_vec=make_vec)) == episodes(hierroom.Task(lambda: Gates(where)))
+
+
+class LateMask(gymnasium.Wrapper):
+    """Taxi with a mask after steps only."""
+
+    def __init__(self):
+        super().__init__(gymnasium.make("Taxi-v4"))
+
+    def reset(self, **options):
+        return super().reset(**options)[0], {}
+
+
+@pytest.mark.parametrize("entries", [{"make": LateMask}, {"make_vec": lambda n: SyncVectorEnv([LateMask] * n)}])
+def test_mask_of_steps_alone_is_refused(entries):
+    with pytest.raises(InputError, match=r"^the info of task has 'action_mask' after a step but not after a reset"):
+        hierroom.Task(**entries).trial.n_actions  # noqa: B018
+
+
+def test_forbidden_action_of_a_vector_raises_input_error():
+    task = hierroom.Task(make_vec=lambda num_envs: SyncVectorEnv([Gates] * num_envs))
+    with pytest.raises(InputError, match=r"actions of task, a vector, must all be in Discrete\(4\) and legal$"):
+        Turns(hierroom.EnvConfig(task=task), 2, seed=0).step([0, 2])
 
 
 def test_mask_is_left_out_on_request():

@@ -179,3 +179,9 @@ def test_wrong_result_of_a_vector_raises_input_error(place, value, said):
     with pytest.raises(hierroom.InputError) as refused:
         hierroom.Task(make_vec=Wrong).trial.n_actions  # noqa: B018
     assert said in str(refused.value)
+
+
+def test_target_true_at_a_reset_is_warned_of():
+    here = {"here": lambda env, infos: infos["at"] == 0}
+    with pytest.warns(UserWarning, match="the target 'here' of here is true at a reset"):
+        walks(AutoresetMode.NEXT_STEP, goals=here, target="here", label="here").trial  # noqa: B018

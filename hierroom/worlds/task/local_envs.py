@@ -67,7 +67,7 @@ class Taken(NamedTuple):
 class LocalEnvs:
     """N environments that are stepped one after the other, ``envs``, as the task's ``make`` returned them.
 
-    With a place of their ``mask``, each observation comes as a pair with the mask.
+    With a place of their ``mask``, each observation comes as a pair with it. ``infos`` are those of the last call.
     """
 
     def __init__(
@@ -75,6 +75,7 @@ class LocalEnvs:
     ) -> None:
         self._name, self._goals, self.mask = task.name, task.goals, mask
         self.envs = [task.new_env(render_mode) for _ in range(num_envs)]
+        self.infos: Sequence[dict[str, Any]] = ()
 
     def reset(self, envs: Sequence[int], seeds: Sequence[int]) -> tuple[Sequence[Any], NDArray]:
         """Begin an episode in some environments; return their observations and goal values [M, G]."""
@@ -99,6 +100,7 @@ class LocalEnvs:
         return Taken(observations, rewards, terminated, truncated, totals, elapsed)
 
     def _with_masks(self, envs: Sequence[Any], observations: Sequence[Any], infos: Sequence[Any]) -> Sequence[Any]:
+        self.infos = infos
         if self.mask is None:
             return observations
         given = zip(envs, observations, infos, strict=True)

@@ -21,11 +21,12 @@ class MaskPlace(NamedTuple):
     name: str
     n_actions: int
 
-    def read(self, env: Any, observation: Any, info: Mapping[str, Any], task: str) -> NDArray[np.bool_]:
-        """Return whether each action [A] is legal now."""
+    def read(self, env: Any, observation: Any, info: Mapping[str, Any], task: str, *n: int) -> NDArray[np.bool_]:
+        """Return whether each action is legal now: [A], or in a vector of ``n`` environments [n, A]."""
         try:
             if self.kind == "method":
-                given = _method(env, self.name)()
+                method = _method(env, self.name)
+                given = env.unwrapped.call(self.name) if method is None else method()
             else:
                 given = (info if self.kind == "info" else observation)[self.name]
         except KeyError:
@@ -35,9 +36,15 @@ class MaskPlace(NamedTuple):
         except ValueError:  # rows of unequal lengths
             mask = np.array(None)
         are_flags = mask.dtype.kind == "b" or (mask.dtype.kind in "iuf" and ((mask == 0) | (mask == 1)).all())
-        if mask.shape != (self.n_actions,) or not are_flags:
-            raise InputError(f"{self.name} of {task} must be {self.n_actions} flags, one an action, not {shown(given)}")
+        if mask.shape != (*n, self.n_actions) or not are_flags:
+            for_each = f" for each of {n[0]} environments" if n else ""
+            what = f"{self.n_actions} flags, one an action{for_each}"
+            raise InputError(f"{self.name} of {task} must be {what}, not {shown(given)}")
         return mask.astype(bool)
+
+    def left_out_of(self, entries: dict[str, Any]) -> dict[str, Any]:
+        """Return the observation's entries, paths and spaces by name, without the mask."""
+        return {name: one for name, one in entries.items() if self.kind != "observation" or one[0] != (self.name,)}
 
 
 def all_forbidden(task: str) -> str:
@@ -53,7 +60,7 @@ def find_mask(
     Args:
         named: the name of the entry or method; None: one of the usual names; empty: there is none.
         n_actions: number of actions; 0 if they are arrays, which have no mask.
-        env: the environment.
+        env: the environment, or a vector of them.
         observation: its observation after a reset.
         info: its info after a reset.
         task: the name of the task, for errors.
@@ -66,7 +73,7 @@ def find_mask(
     has = {
         "info": names["info"] in info,
         "observation": isinstance(observation, Mapping) and names["observation"] in observation,
-        "method": _method(env, names["method"]) is not None,
+        "method": _has_method(env, names["method"]),
     }
     for kind, is_there in has.items():
         if is_there:
@@ -74,6 +81,21 @@ def find_mask(
     if named is not None:
         raise InputError(f"{task} has no mask {named!r}, in its info, as an entry of its observation or as a method")
     return None
+
+
+def refuse_late_mask(named: str | None, n_actions: int, info: Mapping[str, Any], task: str) -> None:
+    """Refuse a mask in the info of a step where `find_mask` found none after a reset."""
+    if named is None and n_actions and (name := USUAL["info"]) in info:
+        rule = "give it in both, or leave it out by action_mask='' of the task"
+        raise InputError(f"the info of {task} has {name!r} after a step but not after a reset; {rule}")
+
+
+def _has_method(env: Any, name: str) -> bool:
+    """Return whether an environment has a method, or each environment of a vector that makes them by functions."""
+    if _method(env, name) is None and (makers := getattr(env.unwrapped, "env_fns", None)):
+        env = makers[0]()
+        env.close()
+    return _method(env, name) is not None
 
 
 def _method(env: Any, name: str) -> Any:

@@ -194,7 +194,7 @@ def _first_outside(space: spaces.Space, values: NDArray) -> Any:
             return None
         low, end = (0, 2) if space.dtype == bool else (np.iinfo(space.dtype).min, np.iinfo(space.dtype).max + 1)
     elif isinstance(space, spaces.Discrete):
-        low, end = space.start, space.start + space.n  # faster than arrays of one number
+        low, end = int(space.start), int(space.start) + int(space.n)  # faster than arrays of one number
     else:
         low, sizes = _categories(space)
         end = low + sizes
@@ -206,9 +206,9 @@ def _first_outside(space: spaces.Space, values: NDArray) -> Any:
 
 def _categories(space: spaces.Space) -> tuple[NDArray, NDArray]:
     if isinstance(space, spaces.Discrete):
-        return np.array([space.start]), np.array([space.n])
-    if isinstance(space, spaces.MultiDiscrete):
-        return np.asarray(space.start), np.asarray(space.nvec)
+        return np.array([int(space.start)]), np.array([int(space.n)])
+    if isinstance(space, spaces.MultiDiscrete):  # in int64, as bytes and such would overflow at their sums
+        return np.asarray(space.start, np.int64), np.asarray(space.nvec, np.int64)
     assert isinstance(space, spaces.MultiBinary)
     return np.zeros(space.shape, np.int64), np.full(space.shape, 2)
 

@@ -15,7 +15,7 @@ from hierroom.support.errors import InputError, user_code, warn_once
 from hierroom.worlds.actions import Actions, actions_of
 from hierroom.worlds.task.goal_values import as_totals, goal_values
 from hierroom.worlds.task.local_envs import LocalEnvs
-from hierroom.worlds.task.masks import all_forbidden, find_mask
+from hierroom.worlds.task.masks import all_forbidden, find_mask, refuse_late_mask
 from hierroom.worlds.task.parts import TaskParts, Trial
 from hierroom.worlds.task.spaces import MAX_CATEGORIES, are_symbols, flat_entries, is_byte_image, n_symbols, read_entry
 from hierroom.worlds.task.vector_envs import VectorEnvs
@@ -37,15 +37,11 @@ def try_out(task: TaskParts) -> Trial:
     with user_code(f"reset of {task.name}"):
         first, infos = reset_results([env.reset(seed=0)], task.name)
         mask = envs.mask = find_mask(task.action_mask, actions.n, env, first[0], infos[0], task.name)
-    if mask is not None and mask.kind == "observation":
-        entries = {name: one for name, one in entries.items() if one[0] != (mask.name,)}
+    entries = entries if mask is None else mask.left_out_of(entries)
     values = goal_values(task.goals, [env], infos, task.name)
     as_totals(values, 1, task.goals, task.name)  # refuses wrong ones
     are_counts = tuple(not isinstance(value, (bool, np.bool_)) for value in values)
-    goals = task.goal_set
-    if goals.has_target and values[goals.target] and not are_counts[goals.target]:
-        name = goals.names[goals.target]
-        warn_once(f"the target {name!r} of {task.name} is true at a reset; such an episode cannot achieve it")
+    _warn_of_target(task, values, are_counts)
     with user_code(f"close of {task.name}"):
         env.close()
     random, seconds = np.random.default_rng(0), []
@@ -68,7 +64,9 @@ def try_out(task: TaskParts) -> Trial:
         taken = envs.step([0], action)
         seconds.append(time.perf_counter() - started)
         now = look(taken.observations)
-        is_at_target = goals.has_target and taken.totals[0, goals.target]
+        if mask is None:
+            refuse_late_mask(task.action_mask, actions.n, envs.infos[0], task.name)
+        is_at_target = task.goal_set.has_target and taken.totals[0, task.goal_set.target]
         if taken.terminated[0] or taken.truncated[0] or is_at_target:
             now = look(envs.reset([0], [0])[0])
     envs.close()
@@ -79,21 +77,35 @@ def _try_out_vector(task: TaskParts) -> Trial:
     """Take random steps in a vector of two environments."""
     vector, random, seconds = VectorEnvs(task, N_VECTOR), np.random.default_rng(0), []
     actions = actions_of(vector.env.single_action_space, task.name, MAX_CATEGORIES - 1)
-    entries, left_out = flat_entries(vector.env.single_observation_space)
-    seen: dict[str, set[int]] = {name: set() for name, (_, space) in entries.items() if is_byte_image(space)}
+    _, left_out = flat_entries(vector.env.single_observation_space)
     now = vector.reset(0)
+    _warn_of_target(task, now.totals.any(axis=0), vector.are_counts)
+    seen: dict[str, set[int]] = {name: set() for name, (_, space) in vector.entries.items() if is_byte_image(space)}
     for _ in range(N_STEPS):
         for name, values in seen.items():
             values.update(np.unique(now.entries[name]).tolist())
+        drawn = actions.sample(random, N_VECTOR)
+        if now.masks is not None:
+            drawn = (now.masks * (1 + random.random(now.masks.shape))).argmax(axis=1)
         started = time.perf_counter()
-        taken = vector.step(np.array(actions.for_envs(actions.sample(random, N_VECTOR))))
+        taken = vector.step(np.array(actions.for_envs(drawn)))
         seconds.append((time.perf_counter() - started) / N_VECTOR)
+        if vector.mask is None:
+            refuse_late_mask(task.action_mask, actions.n, vector.infos or {}, task.name)
         has_ended = taken.terminated | taken.truncated
         now = vector.reset(0) if vector.mode is AutoresetMode.DISABLED and has_ended.any() else taken.now
     if error := vector.close():
         raise error
-    found = _trial(task, actions, entries, left_out, vector.are_counts, seen, seconds)
-    return replace(found, limit=_limit_of(vector.env))
+    found = _trial(task, actions, vector.entries, left_out, vector.are_counts, seen, seconds)
+    return replace(found, mask=vector.mask, limit=_limit_of(vector.env))
+
+
+def _warn_of_target(task: TaskParts, values: Sequence[Any], are_counts: Sequence[bool]) -> None:
+    """Warn of a target that is true at a reset."""
+    goals = task.goal_set
+    if goals.has_target and values[goals.target] and not are_counts[goals.target]:
+        name = goals.names[goals.target]
+        warn_once(f"the target {name!r} of {task.name} is true at a reset; such an episode cannot achieve it")
 
 
 def _trial(

@@ -84,11 +84,14 @@ class VectorWorld(TaskWorld):
         for name, values in seen.entries.items():
             self._shown[name][where] = values[where]
         self._totals[where] = seen.totals[where]
+        if seen.masks is not None:
+            self._note_masks(where, seen.masks[where], ended=False)
 
     def step(self, actions: NDArray) -> np.ndarray:
         """Act once in every environment; all actions must exist."""
         if np.count_nonzero(self.actions.are_legal(actions)) < len(actions):
-            raise InputError(f"actions of {self.task.name}, a vector, must all be in {self.actions.new_space()}")
+            which = f"{self.actions.new_space()}{' and legal' * (self.action_masks is not None)}"
+            raise InputError(f"actions of {self.task.name}, a vector, must all be in {which}")
         vector = self._vector
         if vector.mode is AutoresetMode.DISABLED and np.count_nonzero(self._is_over):
             vector.reset(None, self._is_over)  # nobody looks at these episodes, which had ended for the world, too
@@ -97,6 +100,8 @@ class VectorWorld(TaskWorld):
         _GAINS.run(self._totals, taken.last.totals, self._begins, times)
         for name, values in taken.last.entries.items():
             self._shown[name][...] = values
+        if taken.last.masks is not None:
+            self._note_masks(slice(None), taken.last.masks, self._have_ended(taken, times) | self._has_ended)
         if self.dependencies is not None and np.count_nonzero(self._begins):
             self._markings[self._begins] = self.dependencies.at_start(self._totals[self._begins])
         self._begins[:] = False

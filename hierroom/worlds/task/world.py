@@ -123,13 +123,17 @@ class TaskWorld(BaseWorld):
         """Keep what environments show, their masks, and the values of their goals; an episode may have ``ended``."""
         if self.action_masks is not None:
             observations, masks = zip(*observations, strict=True)
-            is_any = np.any(masks, axis=1)
-            if not (is_any | ended).all():
-                raise InputError(all_forbidden(self.variants[0]))
-            self.action_masks[where] = masks | ~is_any[:, None]
+            self._note_masks(where, np.array(masks), ended)
         for name, (path, space) in self._trial.entries.items():
             self._shown[name][where] = read_entry(observations, name, path, space, self.variants[0])
         self._totals[where] = totals
+
+    def _note_masks(self, where: NDArray[np.integer] | slice, masks: NDArray[np.bool_], ended: Any) -> None:
+        assert self.action_masks is not None
+        is_any = np.any(masks, axis=1)
+        if not (is_any | ended).all():
+            raise InputError(all_forbidden(self.variants[0]))
+        self.action_masks[where] = masks | ~is_any[:, None]
 
     def shown(self, envs: NDArray[np.integer]) -> dict[str, NDArray]:
         """Return the observations of environments [M], by name."""
@@ -157,13 +161,14 @@ class TaskWorld(BaseWorld):
         """Act in environments [M]; return how often this achieved each goal [M, G], and what the environments gave."""
         taken, where = self._envs.step(envs.tolist(), self.actions.for_envs(actions)), self._where(envs)
         times = np.maximum(taken.totals - self._totals[where], 0)
-        ended = taken.terminated | taken.truncated
-        if self.goals.has_target:
-            ended |= times[:, self.goals.target] > 0
-        self._note(where, taken.observations, taken.totals, ended)
+        self._note(where, taken.observations, taken.totals, self._have_ended(taken, times))
         self._actions[envs, np.minimum(self._taken[where], self._actions.shape[1] - 1)] = actions
         self._taken[where] += 1
         return times, taken
+
+    def _have_ended(self, taken: Any, times: NDArray[np.int64]) -> NDArray[np.bool_]:
+        ended = taken.terminated | taken.truncated
+        return ended | (times[:, self.goals.target] > 0) if self.goals.has_target else ended
 
     def _where(self, envs: NDArray[np.integer]) -> NDArray[np.integer] | slice:
         return slice(None) if envs is self.everywhere else envs
