@@ -26,6 +26,9 @@ class Symbols(Env):
         state = [*self._player.inventory.values(), *self._player.facing, self._player.sleeping, self._world.daylight]
         return {"view": view, "state": np.array(state, np.float32)}
 
+    def _balance_chunk(self, chunk, objs):  # a set, whose order differs from process to process
+        super()._balance_chunk(chunk, sorted(objs, key=self._world.objects.index))
+
 
 class Crafter(gymnasium.Env):
     """Crafter in Gymnasium's form."""

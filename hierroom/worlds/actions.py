@@ -201,5 +201,5 @@ def actions_of(space: spaces.Space, task: str, most: int) -> Actions:
 
 
 def _require_fit(space: Any, largest: int, task: str) -> None:
-    if largest > (most := min(np.iinfo(space.dtype).max, _LARGEST)):
+    if largest > (most := np.iinfo(space.dtype).max):
         raise InputError(f"the largest action of {task} is {largest}, but {space.dtype} holds {most} ({space})")

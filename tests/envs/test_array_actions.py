@@ -93,6 +93,9 @@ def test_wrong_arrays_are_refused_in_one_line(api, space, wrong):
         (spaces.Box(-np.inf, 1, (2,)), "have no scale, as their bounds are not finite"),
         (spaces.Box(-np.inf, np.inf, (2,), np.float64), "give it bounds: gymnasium.wrappers.TransformAction("),
         (spaces.Box(-1e308, 1e308, (2,), np.float64), "have no scale"),
+        (spaces.Box(-np.inf, np.inf, (2,), np.int64), "have no scale"),
+        (spaces.Discrete(200, start=100, dtype=np.uint8), "the largest action of dials is 299, but uint8 holds 255"),
+        (spaces.MultiDiscrete([2, 200], np.uint8, start=[0, 100]), "the largest action of dials is 299"),
         (spaces.Box(0, 1, (2,), bool), "Box actions of dials must be numbers, not bool"),
         (spaces.Box(0, 1, (0,)), "need 1 to 65536 outputs of a policy, not 0"),
     ],
@@ -114,3 +117,28 @@ def test_random_actions_are_equally_likely(space):
     drawn = actions_of(space, "a task", 256).sample(np.random.default_rng(0), 6_000)
     counts = np.stack([np.sum(drawn == number, axis=0) for number in (-1, 0, 1)])
     assert (abs(counts - 2_000) < 200).all()
+
+
+@pytest.mark.parametrize(
+    "space",
+    [
+        spaces.MultiDiscrete([255, 255], np.uint8, start=[0, 1]),
+        spaces.MultiDiscrete([127, 2], np.int8, start=[-128, 126]),
+        spaces.MultiDiscrete([[300], [2]], np.int16, start=[[-7], [3]]),
+    ],
+)
+def test_numbers_outside_stay_illegal_in_every_type(space):
+    kind, last = actions_of(space, "a task", 256), np.asarray(space.start, int) + space.nvec - 1
+    assert kind.are_legal(kind.read([space.start, last], 2)).all()
+    outside = [space.start - np.int64(1), last + 1, last + 256, space.start - np.int64(256)]
+    assert not kind.are_legal(kind.read(outside, 4)).any()
+
+
+@pytest.mark.parametrize("dtype", [np.int8, np.uint8, np.int16, np.float16, np.float64])
+@pytest.mark.parametrize("shape", [(), (2, 3)])
+def test_policy_reaches_both_bounds_of_every_type(dtype, shape):
+    space = spaces.Box(0, 127, shape, dtype)
+    kind = actions_of(space, "a task", 256)
+    acts = kind.for_envs(kind.of_policy(np.full((3, len(kind.sizes)), [[-9.0], [0.0], [9.0]], np.float32)))
+    assert all(space.contains(act) for act in acts)
+    assert [float(act.mean()) for act in acts[::2]] == [0, 127]

@@ -95,9 +95,10 @@ def test_exported_network_gives_the_policy(run, tmp_path):
         np.testing.assert_allclose(decision.probabilities.sum(axis=1), len(sizes), rtol=1e-6)
 
 
-def test_commands_show_the_run(run, tmp_path, monkeypatch):
+def test_commands_show_the_run(run, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert evaluate.main([str(run), "--trust-run", "--episodes", "4"]) == 0
     assert watch.main([str(run), "--trust-run", "--out", "one.json"]) == 0
     assert report.main([str(run), "--trust-run", "--episodes", "1", "--played", "4"]) == 0
+    assert "not played" not in capsys.readouterr().out
     assert "action [" in (tmp_path / "one.json").read_text()

@@ -14,7 +14,7 @@ from hierroom.agents.networks import make_network
 from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.learners.rollout import Rollout
 from hierroom.support.errors import InputError
-from hierroom.worlds.task.spaces import feature_of
+from hierroom.worlds.task.spaces import feature_of, read_entry
 
 
 class Sized(Chest):
@@ -77,6 +77,14 @@ def test_many_turns_raise_input_error():
     said = "2,000 sequences of 1,000 turns with 600 bytes of features each need 1,276 MB, and at most 1,074 MB are "
     with pytest.raises(InputError, match=f"^{said}allowed: lower num_envs, sequence_length or sequences_per_update"):
         Rollout(1000, 1000, 2000, n_features=600, n_actions=3, state_size=128)
+
+
+@pytest.mark.parametrize(
+    "space", [spaces.Discrete(255, start=1, dtype=np.uint8), spaces.MultiDiscrete([255], np.uint8)]
+)
+def test_bytes_up_to_the_largest_are_inside(space):
+    shown = [np.full(space.shape, number, np.uint8) for number in (int(np.min(space.start)), 254)]
+    assert read_entry(shown, "number", (), space, "a task").ravel().tolist() == [int(one.max()) for one in shown]
 
 
 def test_environments_of_a_large_discrete_number_play():

@@ -86,10 +86,11 @@ def replays(agent: TrainedAgent, episodes: int, seed: int) -> list[dict[str, Any
     The page draws levels from numbers; for a task it shows a film.
     """
     n = max(N_TRIED, episodes)
-    tape = DecisionTape(agent.pair(n, seed=seed))
-    played = list(record(agent.turns(n, seed=seed), tape, n))
+    pair, is_film = agent.pair(n, seed=seed), agent.config.env.task is not None
+    tape = DecisionTape(pair)
+    played = list(record(agent.turns(n, seed=seed), pair if is_film else tape, n))
     chosen = _chosen(played, episodes)
-    if agent.config.env.task is not None:
+    if is_film:
         return [filmed(played[env]) for env in chosen]
     return [
         replay(played[env], *(tape.of_first_episode(name, env, len(played[env])) for name in (CONTROLLER, META)))

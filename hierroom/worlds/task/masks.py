@@ -6,12 +6,15 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+from gymnasium.spaces import Space
 from numpy.typing import NDArray
 
 from hierroom.support.errors import InputError, shown
 
 USUAL = {"info": "action_mask", "observation": "action_mask", "method": "action_masks"}
 """The names by which masks are found."""
+Entries = dict[str, tuple[tuple[Any, ...], Space]]
+"""Of an observation, by name: the path of keys to each, and its space."""
 
 
 class MaskPlace(NamedTuple):
@@ -42,7 +45,7 @@ class MaskPlace(NamedTuple):
             raise InputError(f"{self.name} of {task} must be {what}, not {shown(given)}")
         return mask.astype(bool)
 
-    def left_out_of(self, entries: dict[str, Any]) -> dict[str, Any]:
+    def left_out_of(self, entries: Entries) -> Entries:
         """Return the observation's entries, paths and spaces by name, without the mask."""
         return {name: one for name, one in entries.items() if self.kind != "observation" or one[0] != (self.name,)}
 

@@ -79,7 +79,7 @@ def _try_out_vector(task: TaskParts) -> Trial:
     actions = actions_of(vector.env.single_action_space, task.name, MAX_CATEGORIES - 1)
     _, left_out = flat_entries(vector.env.single_observation_space)
     now = vector.reset(0)
-    _warn_of_target(task, now.totals.any(axis=0), vector.are_counts)
+    _warn_of_target(task, now.totals.max(axis=0), vector.are_counts)
     seen: dict[str, set[int]] = {name: set() for name, (_, space) in vector.entries.items() if is_byte_image(space)}
     for _ in range(N_STEPS):
         for name, values in seen.items():
