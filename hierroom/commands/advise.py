@@ -60,6 +60,8 @@ def main(argv: Sequence[str]) -> int:
     entries |= {"drop_key": True} if arguments.drop else {}
     advice = advise(seconds=arguments.seconds, seed=arguments.seed, **entries)
     print(to_json(advice.to_dict()) if arguments.json else advice)
+    if advice.costs is not None:
+        advice.save()
     if path is not None:
         if advice.rules is None:
             raise InputError("there are no rules to repair: those of goal graphs hold, as levels are built from them")

@@ -14,6 +14,7 @@ from rich.table import Column, Table
 from hierroom.agents.episode import Episode
 from hierroom.agents.evaluation import outcome_in_words
 from hierroom.agents.playback import save_episodes
+from hierroom.runs.folder.predicted import prediction_of
 from hierroom.runs.folder.run_folder import FILMS, RunFolder
 from hierroom.runs.folder.user_code import trust_option
 from hierroom.runs.logs.episode_log import WINDOW
@@ -52,6 +53,9 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: 
         plot_learning_curve(folder, curve, picture)
     console.print(folder.path.name, soft_wrap=True, markup=False)
     print_table(_table(curve, summary), console)
+    if (predicted := prediction_of(folder.path)) and curve is not None and curve.outcome_name == "success_rate":
+        took = {n: np.inf if (steps := summary[f"steps_to_{n}"]) is None else steps for n in MILESTONES}
+        console.print(predicted.judged(took, curve.steps[-1]), soft_wrap=True, markup=False)
     if (share := trainer.metrics().get("meta_illegal_goals", 0.0)) > MANY_ILLEGAL:
         warn(f"{share:.0%} of the goals given in the episodes under way were not legal, and counted as no goal")
     with spent.on("pictures"):

@@ -21,6 +21,7 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
 from hierroom.runs.decisions import decide, episodes_now, speed_in_words
 from hierroom.runs.folder import checkpoint
+from hierroom.runs.folder.predicted import keep_prediction, prediction_of
 from hierroom.runs.folder.provenance import misfits_explained, record_session
 from hierroom.runs.folder.run_folder import RunFolder, claim_folder
 from hierroom.runs.folder.user_code import named_code, trust_option
@@ -58,6 +59,7 @@ def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Tra
     folder = RunFolder.create(out or claim_folder(Path("runs") / name), config)
     with ExitStack() as stack:
         stack.enter_context(folder.lock)
+        keep_prediction(config, folder.path)
         _record(folder, trainer, variant)
         folder.save_checkpoint(trainer.state_dict())  # so that the run can be resumed from the very start
         folder.load_checkpoint()  # notice now if the disk loses data
@@ -133,6 +135,8 @@ def run_session(
         names = env.names if env.task is None else [f"{world.variants[0]}{' without goals' * (not world.goals)}"]
         speed = speed_in_words(trainer.config, trainer.steps)
         say(f"{trainer.config.title_on(names)}, into {folder.path}{speed}")
+        if predicted := prediction_of(folder.path):
+            say(f"predicted: {predicted.in_words()}")
         for line in (*world.stage_titles, *world.notes):
             say(line)
         meta = trainer.agents[META]

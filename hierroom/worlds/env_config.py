@@ -212,6 +212,18 @@ class EnvConfig:
         return tuple(one.name for one in self.layout) or tuple(spec_names(self.graph))
 
     @property
+    def unusual(self) -> dict[str, Any]:
+        """The entries that set its episodes apart from the usual ones of that name, such as ``{"size": 25}``."""
+        usual = {"exclude": (), "curriculum_stages": 1, "size": EnvConfig.size, "drop_key": False}
+        usual["max_steps"] = DEFAULT_MAX_STEPS if self.task is None else None
+        return {name: own for name, one in usual.items() if (own := getattr(self, name)) != one}
+
+    @property
+    def key(self) -> str:
+        """The names and the `unusual` entries: what advice and its runs have in common."""
+        return " ".join([",".join(self.names), *(f"{name}={value}" for name, value in self.unusual.items())])
+
+    @property
     def kind(self) -> str:
         """Kind of the names: ``task``, ``layout`` or ``graph``."""
         return "task" if self.task is not None else "layout" if self.layout else "graph"

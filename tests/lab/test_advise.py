@@ -13,8 +13,9 @@ from hierroom.__main__ import main
 from hierroom.lab.advise.measures import MEASURES, Known
 from hierroom.lab.advise.model import Fit, Model, read_model
 from hierroom.lab.advise.outside import outside, world_of
-from hierroom.lab.advise.prediction import Steps, best_of, in_short, predict
+from hierroom.lab.advise.prediction import best_of, predict
 from hierroom.lab.advise.rule_check import check_rules, complete
+from hierroom.runs.folder.predicted import Steps, in_short
 from hierroom.support.errors import InputError
 
 KNOWN = Known(1000.0, 600.0, 3, 5, 8.0, 5, 400, 0.02)

@@ -16,7 +16,8 @@ from hierroom.lab.advise.model import read_model
 from hierroom.lab.advise.outside import OTHER, world_of
 from hierroom.lab.advise.prediction import Advice, best_of, predict
 from hierroom.lab.advise.rule_check import RuleCheck, check_rules
-from hierroom.support.cli import progress_bar
+from hierroom.runs.config.presets import implied_preset
+from hierroom.support.cli import progress_bar, shell_words
 from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.make import make_world
@@ -84,9 +85,16 @@ def _of_play(config: EnvConfig, world: World, costs: PlayCosts) -> Advice:
     is_outside = not predictions
     if not is_outside and where == OTHER:
         reason = PROVISIONAL
-    train = f"--task {config.names[0]}" if config.task is not None else f"--graph {config.names[0]}"
     facts = (predictions, costs, check, method, steps, is_outside, reason, model.name)
-    return Advice(config.names[0], train, *facts, _chain(rules))
+    return Advice(config.key, _words(config, model.preset), *facts, _chain(rules))
+
+
+def _words(config: EnvConfig, preset: str) -> str:
+    """Return the options of training that name a config, and the preset of the runs that predict it."""
+    unusual = {name: value for name, value in config.unusual.items() if name != "drop_key"}
+    unusual |= {} if implied_preset({"task": config.task}) == preset else {"preset": preset}
+    words = [f"--{config.kind}", *config.names, *["--drop-key"] * config.drop_key]
+    return shell_words(*words, *(f"--{name.replace('_', '-')}={value}" for name, value in unusual.items()))
 
 
 def _check(world: World, costs: PlayCosts) -> RuleCheck | None:

@@ -5,68 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from pathlib import Path
+from typing import Any
 
 from hierroom.lab.advise.costs import PlayCosts
 from hierroom.lab.advise.measures import MEASURES, Known
 from hierroom.lab.advise.model import Model
 from hierroom.lab.advise.outside import OTHER, outside
 from hierroom.lab.advise.rule_check import RuleCheck
+from hierroom.runs.folder.predicted import Prediction, Steps, in_short, saved_at
+from hierroom.support.errors import InputError
+from hierroom.support.files import to_json, write_atomically
 from hierroom.support.intervals import Interval
 
 NAMES = {"hippo": "HiPPO (script)", "ppo-bonus": "PPO+Bonus", "ppo": "PPO"}
-
-
-class Steps(float):
-    """Training steps: the median of what is predicted, with its own 90% interval; ``inf``: beyond the horizon."""
-
-    low: float
-    high: float
-
-    def __new__(cls, value: float, low: float, high: float) -> Self:
-        """Return steps with 0 < low <= value <= high."""
-        steps = super().__new__(cls, value)
-        steps.low, steps.high = low, high
-        return steps
-
-    @classmethod
-    def within(cls, median: float, low: float, high: float, horizon: float) -> Self:
-        """Return the median and the interval as far as a horizon; ``low`` and ``high`` are factors of the median."""
-        value, top = (one if one <= horizon else math.inf for one in (median, median * high))
-        return cls(value, min(median * low, horizon), top)
-
-    def __str__(self) -> str:
-        if self.low == self.high or (math.isinf(self) and math.isinf(self.high)):
-            return f"more than {in_short(self.low)}"
-        return _interval(Interval(self, self.low, self.high))
-
-
-@dataclass(frozen=True)
-class Prediction:
-    """Hold the steps that one method is expected to need.
-
-    Args:
-        method: a name in `agents.config.METHODS`.
-        preset: the preset of the runs that the model was fitted to.
-        steps_to_50: steps to 50% success; None if this is not predicted.
-        steps_to_95: steps to 95% success; None if this is not predicted.
-        horizon: steps of the runs that the model was fitted to.
-        chance_to_50: chance to reach 50% within the horizon; ``nan`` if this is not predicted.
-        chance_to_95: chance to reach 95% within the horizon; ``nan`` if this is not predicted.
-
-    Examples:
-        >>> steps = hierroom.advise(graph="a", play_steps=200_000).predictions["hippo"].steps_to_50
-        >>> 0 < steps.low <= steps <= steps.high
-        True
-    """
-
-    method: str
-    preset: str
-    steps_to_50: Steps | None = None
-    steps_to_95: Steps | None = None
-    horizon: int = 0
-    chance_to_50: float = math.nan
-    chance_to_95: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -74,7 +26,7 @@ class Advice:
     """Hold what follows from rules and a little random play, before anybody trains; made by `hierroom.advise`.
 
     Args:
-        name: the task's name.
+        name: the task's name, with the size and the limit if they are not the usual ones: `EnvConfig.key`.
         train: the words after ``train`` that name the task on the command line.
         predictions: by method; empty if the task lies outside of what was measured.
         costs: what goals cost in random play; None without play.
@@ -108,19 +60,22 @@ class Advice:
         """Share of episodes in which random play reaches the target."""
         return None if self.costs is None else self.costs.random_success
 
+    def save(self) -> Path:
+        """Write everything into ``advice/``, where a run of the task finds what was predicted of it."""
+        path = saved_at(self.name)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_atomically(path, to_json(self.to_dict()))
+        except OSError as error:
+            raise InputError(f"cannot write {path}: {error.strerror}") from error
+        return path
+
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain types."""
-
-        def plain(steps: Steps | None) -> dict[str, float] | None:
-            return None if steps is None else {"value": float(steps), "low": steps.low, "high": steps.high}
-
         costs = self.costs
         return {
             "task": self.name,
-            "predictions": {
-                name: vars(one) | {"steps_to_50": plain(one.steps_to_50), "steps_to_95": plain(one.steps_to_95)}
-                for name, one in self.predictions.items()
-            },
+            "predictions": {name: one.to_dict() for name, one in self.predictions.items()},
             "costs": costs and {name: vars(goal) for name, goal in costs.goals.items()},
             "expected_steps": costs and costs.expected_steps,
             "random_success": self.random_success,
@@ -177,7 +132,7 @@ class Advice:
 
 
 def _interval(steps: Interval) -> str:
-    return f"{in_short(steps.value)} [{in_short(steps.low)}, {in_short(steps.high)}]"
+    return str(Steps(*steps))
 
 
 def _plain(value: Any) -> str:
@@ -186,16 +141,6 @@ def _plain(value: Any) -> str:
 
 def _row(name: str, text: str) -> str:
     return f"{name:<16} {text}"
-
-
-def in_short(steps: float) -> str:
-    """Return steps as text with two digits: 45, 1.2k, 210k, 1.2M; ``inf`` as beyond."""
-    if math.isinf(steps):
-        return "beyond"
-    if steps < 995:
-        return f"{steps:.0f}"
-    unit, letter = (1e3, "k") if steps < 995_000 else (1e6, "M")
-    return f"{steps / unit:.{1 if steps / unit < 9.95 else 0}f}{letter}"
 
 
 def predict(known: Known, world: str, model: Model) -> tuple[dict[str, Prediction], str | None]:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from hierroom.lab.compare.comparison import Comparison
+from hierroom.lab.compare.comparison import Comparison, level_metric
 from hierroom.lab.compare.evaluated_run import EvaluatedRun
 from hierroom.lab.compare.grouping import Group, describe_differences, shortened
 from hierroom.lab.compare.tasks import OWN, Tasks, graphs_of
@@ -27,6 +27,7 @@ def caveats(comparison: Comparison) -> list[str]:
         *_on_graphs(groups, tasks),
         *_on_seeds(groups, tasks),
         *_on_unknown(comparison),
+        *_on_predictions(comparison),
     ]
     counts = {max(run.episodes) for run in runs}  # as planned; evaluations of failing agents may have fewer
     if len(counts) > 1:
@@ -69,6 +70,13 @@ def _on_unknown(comparison: Comparison) -> Iterable[str]:
         if n_steps := int(np.any([*unknown.values()], axis=0).sum()):
             names = shortened([str(path) for path, is_unknown in unknown.items() if is_unknown.any()], _SHOWN)
             yield f"{group.label} has no {metric} at {n_steps} of {len(steps)} steps, nor an area: not known of {names}"
+
+
+def _on_predictions(comparison: Comparison) -> Iterable[str]:
+    if level_metric(comparison.metric, comparison.groups) == "success_rate":
+        for summary in comparison.summaries:
+            if judged := summary.judged():
+                yield f"{summary.group.label} on {summary.graph}: {judged}"
 
 
 def _on_graphs(groups: Sequence[Group], tasks: Tasks) -> Iterable[str]:

@@ -25,6 +25,7 @@ from hierroom.lab.compare.estimates import (
 from hierroom.lab.compare.evaluated_run import known_metrics
 from hierroom.lab.compare.grouping import Group
 from hierroom.lab.compare.tasks import ALL, Place, Tasks
+from hierroom.runs.folder.predicted import Prediction
 
 SUCCESS_LEVELS = (0.5, 0.9, 0.95)
 SCORES = ("final", "auc")  # of a run: the metric at the last steps, and the area under its curve
@@ -46,6 +47,18 @@ class GroupSummary:
     auc_mean: Estimate  # [1] the mean of these areas
     steps_to: Mapping[float, float]  # median steps to `SUCCESS_LEVELS` of `shares`; infinity if half or fewer reach it
     reached: Mapping[float, float]  # the fraction of the curves that reach each level
+
+    @property
+    def prediction(self) -> Prediction | None:
+        """What was predicted of its runs on the graph, if they were trained on it alone and all have the same."""
+        there = [run for run in self.group.runs if self.graph in run.curves and len(run.curves) == 1]
+        found = {run.prediction for run in there}
+        return found.pop() if len(found) == 1 else None
+
+    def judged(self) -> str:
+        """Return the prediction next to the median of the measured steps; empty without one."""
+        took = {round(100 * level): steps for level, steps in self.steps_to.items()}
+        return "" if self.prediction is None else self.prediction.judged(took, self.steps[-1])
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from hierroom.goals.goal_set import column_name
 from hierroom.lab.compare.curve import ACHIEVED, METRICS, OUTCOMES, Curve, MetricName
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.config_file import OF_ENVIRONMENTS
+from hierroom.runs.folder.predicted import Prediction, prediction_of
 from hierroom.runs.folder.provenance import code_of, variant_of
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.cells import join_names
@@ -41,6 +42,7 @@ class EvaluatedRun:
     episodes: frozenset[int]  # the different numbers of episodes of its evaluations, over all graphs
     user_graphs: Mapping[str, object]  # by name, what identifies each user-defined goal graph, layout or task
     code: Mapping[str, frozenset[str]]  # see `provenance.code_of`
+    prediction: Prediction | None = None  # of advice, before the run began
 
     @property
     def kind(self) -> str:
@@ -203,7 +205,8 @@ def read_run(path: Path) -> EvaluatedRun:
     if config.env.task is not None:
         graphs = dict.fromkeys(curves, config.env.task)  # two tasks may have the same label
     entries, reward = entries_of(path, config), str(method.reward)
-    return EvaluatedRun(path, rows, entries, method.meta, reward, curves, counts, graphs, code_of(path))
+    of_folder = code_of(path), prediction_of(path)
+    return EvaluatedRun(path, rows, entries, method.meta, reward, curves, counts, graphs, *of_folder)
 
 
 def _evaluations(folder: RunFolder) -> list[dict[str, str]]:

@@ -67,7 +67,7 @@ def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable
             labels.append(run.name)
     notes = [note for note in caveats(comparisons[0]) if not note.startswith("left out")]
     if len(evaluated) == 1:
-        notes = [note for note in notes if note.startswith(("compared", "not compared"))]
+        notes = [note for note in notes if note.startswith(("compared", "not compared")) or "% predicted " in note]
     return Curves(labels, group_of, tuple(groups[0].choices), comparisons, notes)
 
 
@@ -104,9 +104,16 @@ def curve_rows(curves: Curves) -> list[dict[str, Any]]:
             "values": rounded(summary.curve.values),
             "lows": rounded(summary.curve.lows),
             "highs": rounded(summary.curve.highs),
+            "predicted": _band(summary) if metric == "success_rate" else [],
         }
         for group, metric, summary in drawn(curves)
     ]
+
+
+def _band(summary: GroupSummary) -> list[list[float | None]]:
+    """Return success in percent, the predicted steps, and the ends of their interval; None beyond the horizon."""
+    steps_to = summary.prediction.steps_to if summary.prediction else {}
+    return [rounded([percent, steps, steps.low, steps.high]) for percent, steps in steps_to.items()]
 
 
 def run_rows(runs: Sequence[ReportedRun], curves: Curves) -> list[dict[str, Any]]:

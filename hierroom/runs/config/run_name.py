@@ -38,10 +38,10 @@ def run_name(config: TrainConfig) -> str:
         _shortened(f"seed{config.seed}", _SEED_LENGTH),
         "" if config.preset == implied_preset({"meta": meta, "task": task}) else config.preset,
     )
-    head = "-".join(_plain(part) for part in parts if part)
+    head = "-".join(plain(part) for part in parts if part)
     usual, omitted = preset_in_world(config.preset, config.env).entries, _SEPARATE | _NEVER_NAMED
     changed = {name: one for name, one in config.entries.items() if name not in omitted and one != usual[name]}
-    differences = [_plain(_text(name, one, usual[name])) for name, one in changed.items()]
+    differences = [plain(_text(name, one, usual[name])) for name, one in changed.items()]
     whole = "-".join([head, *differences])
     if len(whole) <= MAX_LENGTH:
         return whole
@@ -95,10 +95,10 @@ def _steps(steps: int) -> str:
     return f"{steps // 1000}k" if steps % 1000 == 0 else str(steps)
 
 
-def _plain(text: str) -> str:
+def plain(text: str) -> str:
     """Return the text in characters that every file system accepts. Windows drops a dot at the end, so replace it."""
-    plain = "".join(c if c.isascii() and (c.isalnum() or c in "-_.") else "-" for c in text)
-    return f"{plain[:-1]}-" if plain.endswith(".") else plain
+    kept = "".join(c if c.isascii() and (c.isalnum() or c in "-_.") else "-" for c in text)
+    return f"{kept[:-1]}-" if kept.endswith(".") else kept
 
 
 def _shortened(text: str, length: int) -> str:

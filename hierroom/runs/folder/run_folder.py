@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.folder import checkpoint, provenance
+from hierroom.runs.folder import checkpoint, predicted, provenance
 from hierroom.runs.folder.csv_table import CSVTable
 from hierroom.runs.folder.run_lock import RunLock, RunLockedError
 from hierroom.support.errors import CheckpointError, InputError
@@ -30,7 +30,7 @@ from hierroom.support.output import warn
 
 _INTERRUPTED = "-interrupted"
 FILMS = ("escape.gif", "success.gif", "failure.gif", "episode.gif")
-_WRITTEN = ("config.json", "logs.json", "summary.json", "learning_curve.png", *FILMS)
+_WRITTEN = ("config.json", predicted.FILE, "logs.json", "summary.json", "learning_curve.png", *FILMS)
 """The files of a run besides its provenance, tables and checkpoints."""
 _COLUMNS: Mapping[str, Mapping[str, Any]] = {
     "metrics": {"numbers": {"steps": 0, "success_rate": None, "episode_length": None}},

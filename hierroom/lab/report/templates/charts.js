@@ -64,9 +64,21 @@
         const shared = { x, legendgroup: key, showlegend: false, hoverinfo: "skip", mode: "lines", line: { width: 0 } };
         into.push({ ...shared, y: scaled(lows) }, { ...shared, y: scaled(highs), fill: "tonexty", fillcolor: faded(groupPaint(number), .18) });
       };
+      /** What advice predicted: from its 90% interval at 50% success to that at 95%, with the medians on a line. */
+      const forecast = ({ predicted, steps, group }, key) => {
+        const end = Math.max(steps.at(-1), ...predicted.map(([, value]) => value ?? 0)), upTo = (x) => Math.min(x ?? end, end);
+        const ends = (isHigh) => predicted.map(([percent, , low, high]) => [upTo(isHigh ? high : low), percent]);
+        const thick = predicted.length === 1 ? 1.5 : 0, lows = ends(false), highs = ends(true).reverse();  // alone, it is a bar
+        const outline = thick ? [...lows, ...highs, ...[...highs, ...lows].map(([x, y]) => [x, y + thick])] : [...lows, ...highs];
+        const shared = { legendgroup: key, hoverinfo: "skip" };
+        traces.push({ ...shared, x: outline.map(([x]) => x), y: outline.map(([, y]) => y), mode: "lines", line: { width: 0 }, fill: "toself", fillcolor: faded(groupPaint(group), .12), name: plain(`${DATA.groups[group].label}, predicted (90%)`) });
+        const known = predicted.filter(([, value]) => value !== null);
+        traces.push({ ...shared, x: known.map(([, value]) => value), y: known.map(([percent]) => percent), mode: "lines+markers", marker: { symbol: "x", size: 7 }, line: { color: groupPaint(group), width: 1, dash: "dot" }, showlegend: false });
+      };
       let n = 0;
       for (const curve of over === "seconds" ? [] : DATA.curves.filter((one) => one.metric === metric.name && one.graph === graph)) {
         const { label, dash } = DATA.groups[curve.group], key = `group${curve.group}`;
+        if (curve.predicted.length && hasBands) forecast(curve, key);
         band(curve.steps, curve.lows, curve.highs, curve.group, key, traces);
         traces.push({ x: curve.steps, y: scaled(curve.values), name: plain(`${label} (${curve.n} run${curve.n === 1 ? "" : "s"})`), legendgroup: key, mode: "lines", line: { color: groupPaint(curve.group), dash, width: 2.5 } });
         n += 1;
