@@ -67,15 +67,22 @@ def read_runs(method: str, milestone: str, known: dict[str, Known], uses: dict[s
             if row["method"] != method or row["meta"] not in ("fixed-dfs", "none") or row["graph"] in twins:
                 continue
             if (task := key_of(config_of(row | {"sweep": sweep}))) in known:
-                found.append((task, uses[task], *_times(row[milestone], float(row["steps"]))))
+                found.append((task, uses[task], *times(row[milestone], float(row["steps"]))))
     tasks, worlds, low, high = zip(*found, strict=True)
     return Runs(np.array(tasks), np.array(worlds), np.array(low), np.array(high))
 
 
-def _times(text: str, steps: float) -> tuple[float, float]:
+def times(text: str, steps: float, first: float = FIRST) -> tuple[float, float]:
+    """Return the logs ``low`` and ``high`` of `Runs` for a milestone as a table has it, in a run of some steps.
+
+    Args:
+        text: the steps at which it was reached; "" if it never was, "0" if it was before anything could see it.
+        steps: of the run.
+        first: the first evaluation after the one at step 0.
+    """
     if not text:
         return float(np.log(steps)), np.inf
-    return (-np.inf, float(np.log(FIRST))) if float(text) < 1 else (float(np.log(float(text))),) * 2
+    return (-np.inf, float(np.log(first))) if float(text) < 1 else (float(np.log(float(text))),) * 2
 
 
 def task_medians(runs: Runs, values: Sequence[float] | NDArray[np.float64]) -> tuple[NDArray, NDArray, NDArray]:

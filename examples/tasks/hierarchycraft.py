@@ -87,9 +87,10 @@ def _times(name):
 
 def _goal(transformation):
     """Return the name of the goal that a transformation achieves: all that it makes, or its own name."""
-    made = [f"get {stack.item.name}" for stack in _changes(transformation)["player", "add"]]
-    owners = ("current_zone", "destination", "zones")
-    made += [f"place {stack.item.name}" for owner in owners for stack in _changes(transformation)[owner, "add"]]
+    changes = _changes(transformation)
+    made = [f"get {stack.item.name}" for stack in changes["player", "add"]]
+    placed = [changes["current_zone", "add"], changes["destination", "add"], *dict(changes["zones", "add"]).values()]
+    made += [f"place {stack.item.name}" for some in placed for stack in some]
     if transformation.destination:
         made.append(f"go to {transformation.destination.name}")
     return ", ".join(dict.fromkeys(made)) or transformation.name

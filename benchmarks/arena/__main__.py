@@ -1,0 +1,58 @@
+"""The arena: predict how long training takes in worlds that others wrote, train, and judge the predictions.
+
+    python -m benchmarks.arena predict --families toy_text   # the rows that are lacking; commit them before the next
+    python -m benchmarks.arena run --families toy_text       # the runs that are lacking, one after the other
+    python -m benchmarks.arena judge                         # the verdict by the rules of docs/arena.md
+    python -m benchmarks.arena predict --families            # which families there are, and what installs the others
+
+Without ``--families`` all installed ones are taken, in the order that was drawn.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from benchmarks.arena.families import FAMILIES, find_families
+from benchmarks.arena.predictions import predict_rows
+from benchmarks.arena.runs import plan, run_rows
+from benchmarks.arena.verdict import judge
+from benchmarks.prediction.play import RESULTS
+from hierroom.support.cli import run
+
+FOLDER = RESULTS / "arena"
+
+
+def list_families() -> None:
+    """Print which families there are, and how to install the others."""
+    for family in FAMILIES.values():
+        words = (
+            f"{len(family.tasks())} tasks" if family.is_installed else f"not installed:  pip install {family.install}"
+        )
+        print(f"{family.name:<16} {family.steps:>9,} steps  {words}")
+
+
+def main() -> int:
+    """Run the command."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("command", choices=("predict", "run", "judge"))
+    parser.add_argument("--families", nargs="*", metavar="FAMILY", help="which ones; without a name, list them")
+    parser.add_argument("--folder", type=Path, default=FOLDER, help="of predictions.csv and runs.csv")
+    given = parser.parse_args()
+    if given.families == []:
+        list_families()
+        return 0
+    families = find_families(given.families or [])
+    given.folder.mkdir(parents=True, exist_ok=True)
+    predictions, runs = given.folder / "predictions.csv", given.folder / "runs.csv"
+    if given.command == "predict":
+        predict_rows(families, predictions)
+    elif given.command == "run":
+        run_rows(plan(families), runs, predictions)
+    else:
+        print(judge(predictions, runs, [one.name for one in families] if given.families else [*FAMILIES]))
+    return 0
+
+
+if __name__ == "__main__":
+    run(main)

@@ -1,0 +1,117 @@
+"""Runs of the arena: each in a process of its own, and a row of runs.csv."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from benchmarks.arena.families import FAMILIES, Family
+from benchmarks.prediction.play import read_rows
+from hierroom.support.errors import InputError
+from hierroom.support.files import write_atomically
+from hierroom.support.tables import csv_text
+
+METHODS = ("hippo", "ppo-bonus", "ppo")
+SEEDS, EVERY = 2, 4
+"""Seeds of each task; each ``EVERY``-th task has one more, which shows the noise."""
+EVALUATIONS = 20
+EVALUATED = 0.5
+"""Steps of all evaluations of a run, as a share of its budget."""
+KEPT = Path("runs/arena")
+"""Where runs are, so that one that was cut off goes on."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run: a task of a family, a method and a seed."""
+
+    family: str
+    task: str
+    method: str
+    seed: int
+
+    @property
+    def name(self) -> str:
+        """The name of its folder."""
+        return "-".join((self.family, self.task.replace(":", "-"), self.method, str(self.seed)))
+
+
+def plan(families: Iterable[Family]) -> list[Run]:
+    """Return all runs, those of a family together, first those of seed 0 and so on."""
+    return [
+        Run(family.name, task, method, seed)
+        for family in families
+        for seed in range(SEEDS + 1)
+        for n, task in enumerate(family.tasks())
+        if seed < SEEDS or n % EVERY == 0
+        for method in METHODS
+    ]
+
+
+def run_rows(runs: Iterable[Run], out: Path, predictions: Path) -> None:
+    """Train what has no row; a run that fails has a row that says so. Refuse a task that was not predicted."""
+    predicted = {(row["family"], row["task"]) for row in read_rows(predictions)}
+    for run in runs:
+        if (run.family, run.task) not in predicted:
+            raise InputError(f"{run.family} {run.task} has no prediction; predict and commit it before its first run")
+        identity = {name: str(value) for name, value in vars(run).items()}
+        rows: list[Mapping[str, Any]] = [*read_rows(out)]
+        if any(identity.items() <= row.items() for row in rows):
+            continue
+        command = [sys.executable, "-m", "benchmarks.arena.runs", *identity.values()]
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode in (-2, 130):  # Ctrl-C
+            raise KeyboardInterrupt
+        lines = done.stderr.strip().splitlines()
+        numbers = json.loads(done.stdout.splitlines()[-1]) if not done.returncode else {"error": (lines or ["?"])[-1]}
+        rows.append(identity | numbers)
+        write_atomically(out, csv_text(rows, [*dict.fromkeys(name for row in rows for name in row)]))
+        print(*rows[-1].values(), flush=True)
+
+
+def train_one(run: Run) -> dict[str, Any]:
+    """Train, or go on where the run was cut off, and return its row's numbers."""
+    import torch
+
+    import hierroom
+    from hierroom.runs.folder.run_folder import RunFolder
+    from hierroom.runs.logs.learning_curve import LearningCurve
+    from hierroom.train import main
+
+    torch.set_num_threads(1)
+    family, folder = FAMILIES[run.family], KEPT / run.name
+    entries = dict(family.tasks()[run.task])
+    if run.method == "ppo" and "task" in entries and not str(entries["task"]).startswith("workshop"):
+        entries["reward"] = f"{__spec__.name}:target_reward"  # others' rewards are of many kinds
+    if (folder / "config.json").exists():
+        main(["--resume", str(folder), "--trust-run", "--log", "none"])
+    else:
+        settings = {"steps": family.steps, "seed": run.seed, "method": run.method, "threads": 1, "film": False}
+        settings |= {"evaluations": EVALUATIONS, "evaluation_steps": int(EVALUATED * family.steps)}
+        hierroom.train(**entries, **settings, out=folder, log="none", quiet=True)
+    opened = RunFolder.open(folder)
+    curve = LearningCurve.of_rows(opened.evaluations.read())
+    assert curve is not None
+    row: dict[str, Any] = {"steps": int(curve.steps[-1]), "seconds": round(float(curve.seconds[-1]))}
+    for milestone in (50, 95):
+        one = curve.crossing(milestone)
+        ends = ("", "", "") if one is None else (round(one.steps), round(one.low), one.high)
+        row |= zip((f"steps_to_{milestone}{end}" for end in ("", "_low", "_high")), map(str, ends), strict=True)
+    return row | {"success": float(curve.success[-1]), "area": round(curve.area, 4), "error": ""}
+
+
+def target_reward(step: Any) -> Any:
+    """Return 1 where the target is reached, as in EscapeRooms: flat PPO learns the task that is predicted."""
+    return step.success
+
+
+target_reward.needs_states = False
+
+if __name__ == "__main__":
+    family, task, method, seed = sys.argv[1:]
+    print(json.dumps(train_one(Run(family, task, method, int(seed)))))

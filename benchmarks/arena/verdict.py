@@ -1,0 +1,138 @@
+"""The verdict of the arena, by the rules of docs/arena.md."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.arena.predictions import MILESTONES
+from benchmarks.arena.runs import METHODS
+from benchmarks.prediction.fit import concordance, score
+from benchmarks.prediction.play import read_rows
+from benchmarks.prediction.rows import Runs, times
+from hierroom.lab.advise.measures import MEASURES, Known
+from hierroom.runs.logs.learning_curve import FIRST_POINT
+from hierroom.support.tables import markdown_table
+
+ALL = "all"
+Row = Mapping[str, str]
+_COLUMNS = ("tasks", "runs", "reached", "rank", "C", "factor", "within 2", "inside", "outside", "undecided", "coverage")
+
+
+def judge(predictions: Path, runs: Path, families: Sequence[str]) -> str:
+    """Return the tables of what was predicted, of what measures tell, and of what failed."""
+    predicted = {_key(row): row for row in read_rows(predictions) if row["family"] in families}
+    rows = [row for row in read_rows(runs) if row["family"] in families]
+    good = [row for row in rows if not row.get("error") and _key(row) in predicted]
+    parts = [
+        markdown_table(["family", "method", "milestone", *_COLUMNS], [*_predicted(predicted, good, families)]),
+        markdown_table(
+            ["family", "method", "milestone", "runs", *_measures()], [*_measured(predicted, good, families)]
+        ),
+        markdown_table(["family", "tasks", "not predicted", "why"], [*_outside(predicted, families)]),
+    ]
+    failed = [f"failed: {_key(row)} {row.get('method', '')} {row.get('seed', '')}: {row['error']}" for row in rows]
+    failed = [line for line, row in zip(failed, rows, strict=True) if row.get("error")]
+    failed += [f"not measured: {name}: {row['error']}" for name, row in predicted.items() if row.get("error")]
+    return "\n\n".join([*parts, *failed])
+
+
+def _key(row: Row) -> str:
+    return f"{row['family']}/{row['task']}"
+
+
+def runs_of(rows: Sequence[Row], method: str, milestone: str) -> Runs:
+    """Return the runs of a method to a milestone."""
+    some = [row for row in rows if row["method"] == method]
+    ends = [times(row[milestone], float(row["steps"]), FIRST_POINT * float(row["steps"])) for row in some]
+    low, high = np.array(ends).reshape(-1, 2).T
+    return Runs(np.array([_key(row) for row in some]), np.array([row["family"] for row in some]), low, high)
+
+
+def verdicts(runs: Runs, low: NDArray[np.float64], high: NDArray[np.float64]) -> tuple[int, int, int]:
+    """Return how many runs are inside of their 90% intervals, outside, and undecided; the ends are logs of steps.
+
+    A run that ended without the milestone is outside if the interval ended before, inside if the interval has no end,
+    and undecided otherwise. One that had it before anything could see it is inside if the interval begins before that.
+    """
+    late, early = np.isinf(runs.high), np.isinf(runs.low)
+    steps = np.where(early, runs.high, runs.low)
+    outside = np.where(late, high < steps, (steps < low) | (~early & (steps > high)))
+    undecided = late & ~outside & np.isfinite(high)
+    n = len(runs) - int(outside.sum()) - int(undecided.sum())
+    return n, int(outside.sum()), int(undecided.sum())
+
+
+def _groups(
+    rows: Sequence[Row], families: Sequence[str], is_known: Callable[[str, str, str], bool]
+) -> Iterator[tuple[list[str], Runs]]:
+    for family in (*families, ALL):
+        for method in METHODS:
+            for milestone in MILESTONES:
+                runs = runs_of([row for row in rows if family in (row["family"], ALL)], method, milestone)
+                runs = runs.where(np.array([is_known(task, method, milestone) for task in runs.tasks], bool))
+                if len(runs):
+                    yield [family, method, milestone], runs
+
+
+def _predicted(predicted: Mapping[str, Row], rows: Sequence[Row], families: Sequence[str]) -> Iterator[list[str]]:
+    def is_known(task: str, method: str, milestone: str) -> bool:
+        return bool(predicted[task].get(f"{method} {milestone}"))
+
+    for names, runs in _groups(rows, families, is_known):
+        _, method, milestone = names
+        middle, low, high = (
+            np.log([float(predicted[task][f"{method} {milestone}{end}"]) for task in runs.tasks])
+            for end in ("", "_low", "_high")
+        )
+        scored = score(runs, middle, low, high)
+        inside, outside, undecided = verdicts(runs, low, high)
+        numbers = [scored.rank, scored.concordance, scored.factor, scored.within_2]
+        share = inside / (inside + outside) if inside + outside else np.nan
+        counts = [scored.tasks, len(runs), int(np.isfinite(runs.high).sum())]
+        yield [
+            *names,
+            *map(str, counts),
+            *map(_short, numbers),
+            str(inside),
+            str(outside),
+            str(undecided),
+            _short(share),
+        ]
+
+
+def _measures() -> dict[str, Callable[[Row], float]]:
+    def of_known(measure: Callable[[Known], float]) -> Callable[[Row], float]:
+        return lambda row: measure(Known(**{name: float(row[name]) for name in Known.__annotations__}))  # pyright: ignore
+
+    named = {name: of_known(measure) for name, measure in MEASURES.items()}
+    return named | {name: lambda row, name=name: float(row[name]) for name in ("hitting_time", "goals")}
+
+
+def _measured(predicted: Mapping[str, Row], rows: Sequence[Row], families: Sequence[str]) -> Iterator[list[str]]:
+    """Yield Harrell's C of each measure, in the tasks in which all of them are known."""
+    values = {
+        task: {name: measure(row) for name, measure in _measures().items()}
+        for task, row in predicted.items()
+        if not row.get("error")
+    }
+    known = {task for task, every in values.items() if np.isfinite([*every.values()]).all()}
+    for names, runs in _groups(rows, families, lambda task, *_: task in known):
+        cells = [concordance(runs, np.array([values[task][name] for task in runs.tasks])) for name in _measures()]
+        yield [*names, str(len(runs)), *map(_short, cells)]
+
+
+def _outside(predicted: Mapping[str, Row], families: Sequence[str]) -> Iterator[list[str]]:
+    for family in families:
+        own = [row for row in predicted.values() if row["family"] == family]
+        reasons = [row["outside"] or row["error"] for row in own if row.get("outside") or row.get("error")]
+        if own:
+            why = "; ".join(f"{reasons.count(one)} x {one}" for one in dict.fromkeys(reasons))
+            yield [family, str(len(own)), str(len(reasons)), why]
+
+
+def _short(value: float) -> str:
+    return "-" if np.isnan(value) else f"{value:.2f}"

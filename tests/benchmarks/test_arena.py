@@ -1,0 +1,128 @@
+"""The arena: its families, rows that can go on, and the rules of its verdict."""
+
+import math
+
+import numpy as np
+import pytest
+
+import benchmarks.arena.toy_text
+from benchmarks.arena import predictions, runs
+from benchmarks.arena.families import FAMILIES
+from benchmarks.arena.verdict import judge, verdicts
+from benchmarks.prediction.play import RESULTS, read_rows
+from benchmarks.prediction.rows import Runs
+from hierroom.support.errors import InputError
+from hierroom.support.files import write_atomically
+from hierroom.support.tables import csv_text
+
+INSTALLED = [name for name, family in FAMILIES.items() if family.is_installed]
+
+
+@pytest.mark.parametrize("name", INSTALLED)
+def test_family_has_eight_tasks_that_differ_in_their_limits(name):
+    tasks = FAMILIES[name].tasks()
+    module = __import__(f"benchmarks.arena.{name}", fromlist=["TASKS"])
+    limits = {one["max_steps"] if isinstance(one, dict) else one.max_steps for one in module.TASKS.values()}
+    assert len(tasks) >= 8
+    assert len(limits) >= 3
+
+
+def test_own_worlds_are_in_no_committed_table():
+    tables = [*RESULTS.glob("*/sweep.csv"), RESULTS / "prediction" / "new.csv"]
+    used = {row.get("graph") or row["task"] for path in tables for row in read_rows(path)}
+    assert used
+    assert not used & {*FAMILIES["escape_room"].tasks(), *FAMILIES["workshop"].tasks()}
+
+
+@pytest.mark.parametrize(
+    ("name", "actions", "achieved"),
+    [
+        ("lake_small", [1, 2, 1, 1, 2, 2], ["cell 1", "cell 2"]),  # down, right, to the key, round the hole, to the end
+        ("cliff_2", [0, 1, 0, 0, 1, 3, 3, 2], None),  # the second one, which does not count yet, then the first
+    ],
+)
+def test_cells_count_in_order_only(name, actions, achieved):
+    task = benchmarks.arena.toy_text.TASKS[name]
+    env = task.make()
+    env.reset(seed=0)
+    for n, action in enumerate(actions):
+        observation, reward, terminated, _, info = env.step(action)
+        assert terminated == (achieved is not None and n == len(actions) - 1)
+    assert reward == float(achieved is not None)
+    assert [goal for goal, is_achieved in task.goals.items() if is_achieved(env, info)] == (achieved or ["cell 1"])
+    assert observation["done"] == len(achieved or [1])
+
+
+def test_a_taxi_brings_the_next_passenger_home():
+    task = benchmarks.arena.toy_text.TASKS["taxi_2"]
+    env = task.make()
+    env.reset(seed=0)
+    taxi, terminated, n_actions = env.unwrapped, False, 0
+    while not terminated:
+        mask = taxi.action_mask(taxi.s)
+        row, col, passenger, home = taxi.decode(taxi.s)
+        if (row, col) == taxi.locs[home if passenger == 4 else passenger]:
+            action = 5 if passenger == 4 else 4
+        else:
+            action = int(env.np_random.choice(np.flatnonzero(mask[:4])))
+        _, reward, terminated, _, _ = env.step(action)
+        n_actions += 1
+        assert n_actions < 10_000 or pytest.fail("no way home")
+    assert (env.rides, env.homes, reward) == (2, 2, 1.0)
+
+
+def test_predictions_go_on_row_by_row_and_a_failure_is_a_row(tmp_path, monkeypatch):
+    family, seen = FAMILIES["workshop"], []
+
+    def predicted(entries, play_steps):
+        seen.append(entries["task"])
+        if len(seen) == 2:
+            raise RuntimeError("broken")
+        return {"error": ""}
+
+    monkeypatch.setattr(predictions, "predicted", predicted)
+    for _ in range(2):  # the second time nothing is lacking
+        predictions.predict_rows([family], tmp_path / "predictions.csv")
+    rows = read_rows(tmp_path / "predictions.csv")
+    assert seen == [row["task"] for row in rows] == [*family.tasks()]
+    assert [row["error"] for row in rows][:3] == ["", "RuntimeError: broken", ""]
+
+
+def test_no_run_without_a_prediction(tmp_path):
+    with pytest.raises(InputError, match="commit it before"):
+        runs.run_rows(runs.plan([FAMILIES["workshop"]]), tmp_path / "runs.csv", tmp_path / "predictions.csv")
+
+
+def test_plan_has_a_third_seed_of_a_quarter_of_the_tasks():
+    every = runs.plan([FAMILIES["toy_text"]])
+    assert len(every) == 3 * (2 * 10 + 3)
+    assert len({one.task for one in every if one.seed == 2}) == 3
+
+
+def test_runs_are_inside_outside_or_undecided():
+    steps = np.log([100.0, 100.0, 100.0, 100.0, 100.0, 10.0, 10.0])
+    low, high = steps.copy(), steps.copy()
+    high[2:5] = np.inf  # never, in 100 steps
+    low[5:] = -np.inf  # before the first evaluation, at step 10
+    found = Runs(np.array([*"abcdefg"]), np.array(["x"] * 7), low, high)
+    ends = np.log([50.0, 120.0, 10.0, 10.0, 10.0, 5.0, 20.0]), np.log([200.0, 200.0, 90.0, 110.0, math.inf, 9.0, 30.0])
+    kinds = [verdicts(found.where(np.arange(7) == n), ends[0][[n]], ends[1][[n]]) for n in range(7)]
+    inside, outside, undecided = (1, 0, 0), (0, 1, 0), (0, 0, 1)
+    assert kinds == [inside, outside, outside, undecided, inside, inside, outside]
+
+
+def test_judge_says_something_of_two_rows(tmp_path):
+    known = dict.fromkeys(("expected_steps", "cost", "fewest", "markings", "limit", "random_success"), "10")
+    first = {"family": "toy_text", "task": "taxi_1", "outside": "", **known, "kinds": "2", "goals": "2"}
+    first |= {"hitting_time": "3", "error": "", "hippo steps_to_50": "1000"}
+    first |= {"hippo steps_to_50_low": "500", "hippo steps_to_50_high": "inf"}
+    second = {**first, "task": "taxi_2", "outside": "too long", **{name: "" for name in first if "hippo" in name}}
+    run = {"family": "toy_text", "task": "taxi_1", "method": "hippo", "seed": "0", "steps": "5000"}
+    run |= {"steps_to_50": "1900", "steps_to_95": "", "error": ""}
+    broken = run | {"seed": "1", "error": "no display"}
+    write_atomically(tmp_path / "predictions.csv", csv_text([first, second]))
+    write_atomically(tmp_path / "runs.csv", csv_text([run, broken]))
+    text = judge(tmp_path / "predictions.csv", tmp_path / "runs.csv", ["toy_text"])
+    assert "| toy_text | hippo | steps_to_50 | 1 | 1 | 1 | - | - | 1.90 | 1.00 | 1 | 0 | 0 | 1.00 |" in text
+    assert "| toy_text | 2 | 1 | 1 x too long |" in text
+    assert "failed: toy_text/taxi_1 hippo 1: no display" in text
