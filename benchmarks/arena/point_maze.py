@@ -90,7 +90,7 @@ def maze(cells, way, max_steps, *, is_free=False):
 _TO_CORNER = [(1, 1), (2, 2), (3, 3), (4, 4), (4, 6), (6, 6)]
 TASKS = {
     "u_maze": maze(maps.U_MAZE, [(1, 1), (1, 3), (3, 3), (3, 1)], 300),
-    "u_maze_short": maze(maps.U_MAZE, [(1, 1), (1, 3), (3, 3)], 100),
+    "u_maze_short": maze(maps.U_MAZE, [(1, 1), (1, 3), (3, 3)], 200),
     "corridor": maze(_CORRIDOR, [(1, 1), (1, 4), (1, 7)], 200),
     "there_and_back": maze(_CORRIDOR, [(1, 4), (1, 1), (1, 7)], 500),
     "snake": maze(_SNAKE, [(1, 1), (1, 5), (3, 5), (3, 1), (5, 1), (5, 5)], 800),
