@@ -69,7 +69,7 @@ bench: $(VENV)/.installed
 TOOLS := $(VENV)-tools
 UV := $(TOOLS)/bin/uv
 # clients, ray, benchmarl and agilerl pin others so that they need environments of their own.
-COMPILE := $(UV) pip compile --quiet --universal --python-version 3.11 --no-annotate --extra dev --extra docs --extra bench --extra video --extra mutation
+COMPILE := $(UV) pip compile --quiet --universal --python-version 3.11 --no-annotate --extra dev --extra docs --extra bench --extra mutation
 
 $(TOOLS)/.installed: Makefile
 	$(PYTHON) -m venv $(TOOLS)

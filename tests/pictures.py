@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageSequence
 
 MILLISECONDS = 100
-"""Milliseconds for which `animate` shows a picture."""
+"""Milliseconds for which `gif` shows a picture."""
 
 
 def pixels(path: Path) -> NDArray[np.int64]:
@@ -28,7 +28,7 @@ def has_colour(colours: NDArray[np.int64], name: str, tolerance: int = 8) -> NDA
 
 
 def frames(path: Path) -> list[NDArray[np.int64]]:
-    """The pictures [H, W, 3] of a GIF that `animate` wrote.
+    """The pictures [H, W, 3] of a GIF that `gif` made.
 
     The file holds those that equal the one before only as a longer duration, and the last one is shown for a second.
     """

@@ -14,13 +14,13 @@ from hierroom.agents.episode import Episode
 from hierroom.goals import NO_GOAL, Rules
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json, usable_path, write_atomically
-from hierroom.support.pictures import FORMATS, animate, require_format, side_by_side
+from hierroom.support.pictures import gif, side_by_side
 
-FILE_FORMATS = (*FORMATS, ".txt", ".json")
+FILE_FORMATS = (".gif", ".txt", ".json")
 CARD_FRAMES = 10
 """Number of frames for an episode's end, or for a note of omitted steps: a second at the usual speed."""
 MOST_IN_GIF = 200
-"""Most steps of an episode in a GIF, about 400 kB; an MP4 is smaller and shows all steps."""
+"""Most steps of an episode in a GIF, about 400 kB."""
 N_LAST_ACTIONS = 12
 
 
@@ -111,18 +111,17 @@ def require_file(path: Path) -> None:
         raise InputError(f"episodes are written as {', '.join(FILE_FORMATS)}, not as {path.name or path}")
     if not usable_path(path).parent.is_dir():
         raise InputError(f"cannot write {path}: there is no folder {path.parent}")
-    require_format(path)
 
 
 def save_episodes(episodes: Sequence[Episode], path: Path) -> None:
-    """Write one or more episodes into a file: an animation (.gif, .mp4), text (.txt) or data (.json).
+    """Write one or more episodes into a file: an animation (.gif), text (.txt) or data (.json).
 
     A GIF leaves out steps of long episodes and says which: see `pictures`.
     """
     require_file(path)
     kind = path.suffix.lower()
-    if kind in FORMATS:
-        animate(film(episodes, most=MOST_IN_GIF if kind == ".gif" else None), path)
+    if kind == ".gif":
+        write_atomically(path, gif(film(episodes, most=MOST_IN_GIF)))
     elif kind == ".txt":
         words = "\n\n\n".join(description(episode) for episode in episodes)
         write_atomically(path, without_colours(words) + "\n")

@@ -30,8 +30,8 @@ class WatchArguments(AgentArguments):
         failures: show only episodes that did not reach their target, such as the exit; see --most.
         most: the most episodes to play to find failures; by default 1000.
         greedy: let the controller take its most probable action instead of drawing one.
-        out: write a file instead: an animation (.gif, or .mp4, which needs PyAV), text (.txt) or labelled data (.json).
-            A .gif shows only the first and the last 100 steps of an episode of more than 200; an .mp4 shows all.
+        out: write a file instead: an animation (.gif), text (.txt) or labelled data (.json). A .gif shows only the
+            first and the last 100 steps of an episode of more than 200.
         text: print text even if a window could be opened.
     """
 

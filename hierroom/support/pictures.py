@@ -1,4 +1,4 @@
-"""Pictures side by side, matplotlib's settings for one thread at a time, and animations: a GIF or an MP4."""
+"""Pictures side by side, matplotlib's settings for one thread at a time, and animations."""
 
 from __future__ import annotations
 
@@ -6,17 +6,12 @@ import io
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import chain
-from pathlib import Path
 from threading import Lock
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
-
-from hierroom.support.errors import InputError
-from hierroom.support.files import write_atomically
 
 _one_draws = Lock()
 
@@ -43,36 +38,15 @@ def drawing(style: dict[Any, Any] | None = None) -> Iterator[None]:
         yield
 
 
-FORMATS = (".gif", ".mp4")
 FRAMES_PER_SECOND = 10
 
 
-def animate(frames: Iterable[NDArray[np.uint8]], path: str | Path) -> None:
-    """Write pictures [H, W, 3] as a looping .gif or as an .mp4: ten a second, and the last one for a second.
+def gif(frames: Iterable[NDArray[np.uint8]]) -> bytes:
+    """Return pictures [H, W, 3], at least one, as a looping GIF: ten a second, and the last one for a second.
 
     Smaller pictures are shown with white to the right and below.
     """
-    kind = Path(path).suffix.lower()
-    if kind not in FORMATS:
-        raise InputError(f"an animation is a {' or '.join(FORMATS)} file, not {path}")
-    require_format(path)
     pictures = list(frames)
-    if not pictures:
-        raise InputError(f"an animation needs at least one picture, but there is none for {path}")
-    write_atomically(path, (gif if kind == ".gif" else _mp4)(pictures))
-
-
-def require_format(path: str | Path) -> None:
-    """Check that PyAV is installed if the file is an MP4; call it before long work on the pictures."""
-    if Path(path).suffix.lower() == ".mp4":
-        try:
-            import av  # noqa: F401  # pyright: ignore[reportMissingImports]
-        except ImportError:
-            raise InputError(f"writing {path} needs PyAV, which `pip install av` installs; a .gif needs none") from None
-
-
-def gif(pictures: Sequence[NDArray[np.uint8]]) -> bytes:
-    """Return pictures [H, W, 3] as a looping GIF: see `animate`."""
     is_used = np.zeros(2**24, bool)  # by colour
     for picture in _of_one_size(pictures):
         is_used[picture.astype(np.int32) @ (2**16, 2**8, 1)] = True
@@ -88,26 +62,9 @@ def gif(pictures: Sequence[NDArray[np.uint8]]) -> bytes:
     return content.getvalue()
 
 
-def _mp4(pictures: Sequence[NDArray[np.uint8]]) -> bytes:
-    """Return pictures as H.264, which browsers play. Sides are even numbers, as it halves colour resolution."""
-    import av  # pyright: ignore[reportMissingImports]
-
-    content = io.BytesIO()
-    with av.open(content, "w", format="mp4") as container:
-        stream = container.add_stream("libx264", rate=FRAMES_PER_SECOND)
-        filled = _of_one_size([*pictures, *[pictures[-1]] * (FRAMES_PER_SECOND - 1)], multiple=2)
-        first = next(filled)
-        stream.height, stream.width, stream.pix_fmt = *first.shape[:2], "yuv420p"
-        for picture in chain([first], filled):
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
-        container.mux(stream.encode())
-    return content.getvalue()
-
-
-def _of_one_size(pictures: Sequence[NDArray[np.uint8]], multiple: int = 1) -> Iterator[NDArray[np.uint8]]:
-    """Yield pictures with the sides of the largest, rounded up to a multiple; white fills the others."""
-    heights, widths, _ = zip(*(picture.shape for picture in pictures), strict=True)
-    height, width = (-(-max(sides) // multiple) * multiple for sides in (heights, widths))
+def _of_one_size(pictures: Sequence[NDArray[np.uint8]]) -> Iterator[NDArray[np.uint8]]:
+    """Yield pictures with the sides of the largest; white fills the others."""
+    height, width = (max(sides) for sides in zip(*(picture.shape[:2] for picture in pictures), strict=True))
     for picture in pictures:
         below, right = height - picture.shape[0], width - picture.shape[1]
         yield np.pad(picture, ((0, below), (0, right), (0, 0)), constant_values=255) if below or right else picture

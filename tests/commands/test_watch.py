@@ -1,21 +1,18 @@
 """Watching a trained agent: in a window, as text, in files, and failures alone."""
 
 import json
-import sys
 
 import numpy as np
 import pictures
 import pytest
 
 import hierroom
-from hierroom.agents.playback import film, save_episodes
 from hierroom.agents.playback import pictures as drawn
 from hierroom.commands import watch
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
-from hierroom.support.pictures import animate
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.render import draw_level, legible_tile_size
 from hierroom.worlds.window import Window
@@ -96,12 +93,10 @@ def test_watch_writes_gif_txt_and_json(kind, watched, tmp_path):
         assert json.loads(out.read_text())[0]["graph"] == "c"
 
 
-def test_invalid_watch_arguments_raise_input_error(run, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "av", None)
+def test_invalid_watch_arguments_raise_input_error(run, tmp_path):
     for out, message in (
-        (tmp_path / "a.avi", r"episodes are written as .gif, .mp4, .txt, .json, not as a.avi"),
+        (tmp_path / "a.avi", r"episodes are written as .gif, .txt, .json, not as a.avi"),
         (tmp_path / "no" / "a.gif", r"cannot write .*a.gif: there is no folder .*no"),
-        (tmp_path / "a.mp4", r"writing .*a.mp4 needs PyAV, which `pip install av` installs; a .gif needs none"),
     ):
         with pytest.raises(InputError, match=message):
             watch.main([str(run), "--out", str(out)])
@@ -141,24 +136,6 @@ def test_pictures_of_long_episode_name_the_omitted_steps():
     expected = draw_level(states[47], -1, legible_tile_size(11), "steps 11 to 46 are left out")
     assert all((card == expected).all() for card in cards)
     assert [len(list(drawn(episode, most=most))) for most in (54, 56, 58)] == [56 + 10, 58, 58]
-
-
-def test_mp4_contains_every_step(tmp_path):
-    av = pytest.importorskip("av")
-    episode = episode_of("oracle")
-    save_episodes([episode], tmp_path / "a.mp4")
-    with av.open(str(tmp_path / "a.mp4")) as video:
-        stream = video.streams.video[0]
-        assert stream.average_rate == 10
-        shown = [frame.to_ndarray(format="rgb24").astype(int) for frame in video.decode(stream)]
-    expected = list(film([episode]))
-    assert len(shown) == len(expected) + 9  # the last one is shown for a second
-    for one, frame in zip(shown, expected, strict=False):
-        assert abs(one - frame).mean() < 5
-    animate([np.zeros((15, 17, 3), np.uint8)], tmp_path / "odd.mp4")
-    with av.open(str(tmp_path / "odd.mp4")) as video:
-        frames = [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
-    assert [frame.shape for frame in frames] == [(16, 18, 3)] * 10
 
 
 def test_watch_shows_episodes_in_a_window(run, monkeypatch, capsys):

@@ -102,7 +102,7 @@ def filmed(episode: Episode) -> dict[str, Any]:
     """Return an episode as a film (a GIF in base64), or why there is none, and its subgoals."""
     film = no_film = ""
     try:
-        film = base64.b64encode(gif(list(pictures(episode, most=MOST_IN_GIF)))).decode()
+        film = base64.b64encode(gif(pictures(episode, most=MOST_IN_GIF))).decode()
     except InputError as error:
         no_film = str(error)
     subgoals = [vars(subgoal).copy() for subgoal in episode.subgoals]
