@@ -11,10 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals.goal_set import GoalSet
-from hierroom.support.kernel import Compiled
 from hierroom.worlds.dependencies import Dependencies
 from hierroom.worlds.env_config import SPLITS
-from hierroom.worlds.random_kernels import seed_states
 from hierroom.worlds.world import Feature
 
 
@@ -162,12 +160,9 @@ class BaseView:
 
 def episode_states(episodes: NDArray[np.integer], n: int, *entropy: Any) -> NDArray[np.uint64]:
     """Return n random numbers of 64 bits [M, n] determined by episodes [M, 3] and entropy: whole numbers, or [M]."""
-    rows, states = np.empty((len(episodes), 3 + len(entropy)), np.int64), np.empty((len(episodes), n), np.uint64)
-    rows[:, :3] = episodes
-    for column, numbers in enumerate(entropy, 3):
-        rows[:, column] = numbers
-    _STATES.run(rows, states)
-    return states
+    columns = (np.broadcast_to(numbers, len(episodes)).tolist() for numbers in (*np.transpose(episodes), *entropy))
+    states = [np.random.SeedSequence(row).generate_state(n, np.uint64) for row in zip(*columns, strict=True)]
+    return np.array(states, np.uint64).reshape(len(episodes), n)
 
 
 def _uniforms(states: NDArray[np.uint64]) -> NDArray[np.float64]:
@@ -177,6 +172,3 @@ def _uniforms(states: NDArray[np.uint64]) -> NDArray[np.float64]:
 def goal_status(n_goals: int) -> Feature:
     """Return a feature with one number for each goal: 1 if it is reachable, plus 2 if it was achieved."""
     return Feature((4,) * n_goals, lambda o: o.view.reachable + 2 * (o.view.counts > 0), is_by_goal=True)
-
-
-_STATES = Compiled(seed_states, np.zeros((1, 1), np.int64), np.zeros((1, 1), np.uint64))
