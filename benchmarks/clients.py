@@ -62,7 +62,7 @@ CLIENTS = (
     Client("Gymnasium's tools", ("gymnasium",), "clients/gymnasium_tools.py", "Gymnasium"),
     Client("Optuna", ("optuna",), "clients/optuna_pruning.py", "a callback of `hierroom.train`"),
     Client("Minari", ("minari", "h5py"), "clients/minari_data.py", "`minari_dataset`"),
-    Client("ONNX Runtime", ("onnxruntime", "onnxscript"), "clients/onnx_controller.py", "`agent.export`"),
+    Client("ONNX Runtime", ("onnxruntime", "onnxscript"), "clients/onnx_controller.py", "`agent.network`"),
     Client("Jupyter", ("ipython",), "clients/notebook.py", "goal graphs, reports"),
 )
 

@@ -6,13 +6,19 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 import onnxruntime
+import torch
 
 import hierroom
 
 agent = hierroom.load("c", greedy=True)
-with tempfile.TemporaryDirectory() as folder:
-    agent.export(Path(folder) / "controller.onnx")
-    session = onnxruntime.InferenceSession(Path(folder) / "controller.onnx")
+n, n_features = torch.export.Dim("n", min=1), len(agent.controller.features.cardinalities)
+inputs = torch.zeros(2, n_features, dtype=torch.uint8), agent.network.initial_state(2)
+with torch.no_grad(), tempfile.TemporaryDirectory() as folder:
+    path = Path(folder) / "controller.onnx"
+    program = torch.export.export(agent.network, inputs, dynamic_shapes=({0: n}, {0: n}))
+    names = {"input_names": ("features", "state"), "output_names": ("logits", "values", "new_state")}
+    torch.onnx.export(program, (), path, dynamo=True, **names)
+    session = onnxruntime.InferenceSession(path)
 
 room = gymnasium.make("hierroom/EscapeRoom-c-v0", meta=agent.meta_controller(), max_steps=100)
 env = hierroom.add_features(room, agent)

@@ -19,7 +19,6 @@ from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.goals import graph_specs
 from hierroom.learners.networks.actor_critic import OneTurn
-from hierroom.learners.networks.export import export
 from hierroom.learners.networks.initial_weights import plain_torch
 from hierroom.learners.policy import Policy
 from hierroom.meta import MetaController, make_meta
@@ -32,7 +31,6 @@ from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.user_code import require_trust
 from hierroom.runs.folder.weights import SHIPPED, SUFFIX, SavedAgent, weights_file
 from hierroom.support.errors import InputError, require_number, shown, user_code
-from hierroom.support.files import usable_path
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import MOST_ENVS, EnvConfig
@@ -56,7 +54,6 @@ class TrainedAgent:
         [False, False]
         >>> agent.require_world(hierroom.EnvConfig("b"))
         >>> agent.save("mine.safetensors")
-        >>> agent.export("mine.pt2")
         >>> hierroom.load("mine.safetensors").config.env.names
         ('a',)
     """
@@ -89,15 +86,6 @@ class TrainedAgent:
         """
         with user_code("the network", "cannot be copied"), plain_torch():
             return OneTurn(deepcopy(self.controller.learner.network)).eval()
-
-    def export(self, path: str | Path) -> None:
-        """Write the `network` for other programs; the suffix is ``.pt2`` (`torch.export`) or ``.onnx`` (ONNX).
-
-        Inputs ``features`` and ``state`` and outputs ``logits``, ``values`` and ``new_state`` are those of `OneTurn`,
-        for any number of environments. Call ``torch.export.load(path).module()`` like the network. ONNX needs the
-        package onnxscript.
-        """
-        export(self.network, self.controller.learner.space, usable_path(path))
 
     def act(
         self,

@@ -1,4 +1,4 @@
-"""Runs of tasks whose actions are arrays: trained, resumed, played, exported and shown."""
+"""Runs of tasks whose actions are arrays: trained, resumed, played and shown."""
 
 import signal
 
@@ -77,13 +77,11 @@ def test_loaded_agent_acts_in_every_api(run, greedy):
             agent.require_world(hierroom.EnvConfig(task=f"dial_tasks:{other}"))
 
 
-def test_exported_network_gives_the_policy(run, tmp_path):
+def test_network_gives_the_policy(run):
     agent = hierroom.load(run, trust=True)
-    agent.export(tmp_path / "agent.pt2")
-    exported = torch.export.load(tmp_path / "agent.pt2").module()
     turns, pair = agent.turns(3, seed=1), agent.pair(3)
     features = agent.controller.features.encode(turns.observe("controller_0", np.arange(3)))
-    logits, _, _ = exported(torch.from_numpy(features), agent.network.initial_state(3))
+    logits, _, _ = agent.network(torch.from_numpy(features), agent.network.initial_state(3))
     pair.step(turns)
     decision = pair.agents["controller_0"].decision
     np.testing.assert_allclose(logits.numpy(force=True), decision.logits, atol=2e-5)

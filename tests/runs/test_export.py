@@ -1,6 +1,5 @@
-"""The network of a trained agent as a torch module, and in files for other programs."""
+"""The network of a trained agent as a torch module, and exported for other programs."""
 
-import sys
 from pathlib import Path
 
 import gymnasium
@@ -12,7 +11,6 @@ import hierroom
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.runs.trainer import Trainer
-from hierroom.support.errors import InputError
 from hierroom.turns.records import META
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -65,43 +63,10 @@ def test_agent_network_matches_act(agent):
 
 
 @pytest.mark.slow
-def test_exported_pt2_program_matches_act(agent, tmp_path):
-    agent.export(tmp_path / "agent.pt2")
-    module = torch.export.load(tmp_path / "agent.pt2").module()
-    for n in (1, 3):
-        agrees_step_by_step(agent, n, module_step(module))
-
-
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore")
-def test_exported_onnx_model_matches_act(agent, tmp_path):
-    pytest.importorskip("onnxscript")
-    onnxruntime = pytest.importorskip("onnxruntime")
-    if agent.config.env.task:
-        with pytest.raises(InputError, match=r"^the network cannot be exported to .onnx: "):
-            agent.export(tmp_path / "agent.onnx")
-        assert not list(tmp_path.iterdir())
-        return
-    agent.export(tmp_path / "agent.onnx")
-    session = onnxruntime.InferenceSession(tmp_path / "agent.onnx")
-    for n in (1, 3):
-        agrees_step_by_step(agent, n, lambda features, state: session.run(None, {"features": features, "state": state}))
-
-
-def test_failed_export_is_one_line_without_what_torch_prints(tmp_path, capfd):
-    agent = hierroom.load("c")
-    agent.network.network.step = lambda features, state: (features if features.sum() > 3 else 1, state, state)
-    with pytest.raises(InputError, match=r"^the network cannot be exported to .pt2: Guard[^\n]*depends on the values"):
-        agent.export(tmp_path / "agent.pt2")
-    assert capfd.readouterr() == ("", "")
-    assert not list(tmp_path.iterdir())
-
-
-def test_invalid_export_raises_input_error(tmp_path, monkeypatch):
-    agent = hierroom.load("c")
-    with pytest.raises(InputError, match=r"^a network is exported to .pt2 or .onnx, not to agent.pt$"):
-        agent.export(tmp_path / "agent.pt")
-    monkeypatch.setitem(sys.modules, "onnxscript", None)
-    with pytest.raises(InputError, match=r"^to export to .onnx install onnxscript"):
-        agent.export(tmp_path / "agent.onnx")
-    assert not list(tmp_path.iterdir())
+def test_exported_network_matches_act(agent):
+    n, n_features = torch.export.Dim("n", min=1), len(agent.controller.features.cardinalities)
+    inputs = torch.zeros(2, n_features, dtype=torch.uint8), agent.network.initial_state(2)
+    with torch.no_grad():
+        program = torch.export.export(agent.network, inputs, dynamic_shapes=({0: n}, {0: n}))
+    for n_envs in (1, 3):
+        agrees_step_by_step(agent, n_envs, module_step(program.module()))

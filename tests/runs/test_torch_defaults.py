@@ -103,23 +103,3 @@ def test_training_does_not_depend_on_gradient_mode_that_an_environment_leaves(tm
     with torch.enable_grad():
         found, _ = results(tmp_path / "other.safetensors", task="test_torch_defaults:impolite")
     assert equal(found, expected)
-
-
-@pytest.mark.parametrize("suffix", [".pt2", ".onnx"])
-@pytest.mark.filterwarnings("ignore")
-def test_export_does_not_depend_on_torch_defaults(suffix, tmp_path):
-    if suffix == ".onnx":
-        pytest.importorskip("onnxscript")
-    path, agent = tmp_path / f"agent{suffix}", hierroom.load("a")
-    with other_defaults():
-        hierroom.load("a").export(path)
-    inputs = torch.ones(3, agent.controller.learner.space.n_features, dtype=torch.uint8), agent.network.initial_state(3)
-    expected = [output.detach() for output in agent.network(*inputs)]
-    if suffix == ".pt2":
-        found = [output.detach() for output in torch.export.load(path).module()(*inputs)]
-        assert equal(found, expected)
-    else:
-        session = pytest.importorskip("onnxruntime").InferenceSession(path)
-        given = dict(zip(("features", "state"), (one.numpy() for one in inputs), strict=True))
-        for output, wanted in zip(session.run(None, given), expected, strict=True):
-            torch.testing.assert_close(torch.from_numpy(output), wanted, atol=2e-5, rtol=0)

@@ -190,16 +190,4 @@ def _codes(features: Tensor, start: int, array: ByteArray) -> Tensor:
 
 def _view(features: Tensor, start: int, array: ByteArray) -> Tensor:
     row = features[:, start : start + array.n_bytes].clone(memory_format=torch.contiguous_format)  # aligns the numbers
-    if array.dtype == np.uint8:
-        return row
-    return _decoded(row, array) if torch.compiler.is_exporting() else row.view(_TORCH_TYPES[array.dtype.name])
-
-
-def _decoded(row: Tensor, array: ByteArray) -> Tensor:
-    """Return the numbers of bytes by arithmetic, because ONNX cannot read bytes as another type."""
-    first, second, third, last = row.reshape(-1, array.n_numbers, 4).long().unbind(-1)
-    low = first + 256 * second
-    if array.dtype == np.int32:  # ids, at least 0
-        return low + 65536 * third + 2**24 * last
-    exponent, fraction = last % 128 * 2 + third // 128, low + 65536 * (third % 128) + 2**23
-    return torch.where(exponent > 0, (1 - last // 128 * 2) * fraction * torch.exp2(exponent.float() - 150), 0.0)
+    return row.view(_TORCH_TYPES[array.dtype.name])
