@@ -86,7 +86,7 @@ class PPOAgent:
         agent = self.features.agent
         envs, rewards, elapsed, terminated, truncated = step.ended_turns(agent)
         if self.curiosity is not None:
-            rewards = rewards + self.curiosity.rewards(turns.final_observation(agent, step, envs))
+            rewards = rewards + self.curiosity.weighted(turns.final_observation(agent, step, envs))
         ours = np.flatnonzero(self.learner.has_begun[envs])  # turns begun in the warm-up are not the learner's
         envs, truncated = envs[ours], truncated[ours]
         last = self.features.encode(turns.final_observation(agent, step, envs[truncated])) if truncated.any() else None

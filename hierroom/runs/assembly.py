@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 import torch
@@ -96,7 +95,7 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
     learner = make_learner(features, ppo, config.seed, network)
     curiosity = None
     if pair.is_curious:
-        settings: dict[str, Any] = {"gamma": ppo.gamma, "seed": config.seed, "device": device}
+        settings = {"gamma": ppo.gamma, "seed": config.seed, "device": device}
         curiosity = Curiosity(features, num_envs, agents.curiosity_weight, **settings)
     is_without = ppo.memory == "none" and agents.network == DEFAULT_NETWORK
     name = "without memory" if is_without else agents.network
