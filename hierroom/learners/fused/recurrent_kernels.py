@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.learners.fused.product_kernels import add_product, add_transposed_product, pack
+from hierroom.learners.fused.tile_kernels import add_product, add_transposed_product, pack
 from hierroom.support.kernel import njit
 
 _DEPTH = 64  # samples of one sum of weight gradients

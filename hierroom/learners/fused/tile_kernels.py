@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
+from numba.core import cgutils, config
 from numba.core.codegen import get_host_cpu_features
 from numba.extending import intrinsic
 from numpy.typing import NDArray
@@ -153,3 +153,15 @@ def add_transposed_product(a, b, c):
         else:
             pack_into(block, panels)
         _add_tiles(c.reshape(c.size), c.shape[1], a.reshape(a.size), start * n_rows, 1, n_rows, panels, n_rows)
+
+
+def _add_dot(a, b, c):
+    c += a @ b
+
+
+def _add_transposed_dot(a, b, c):
+    c += a.T @ b
+
+
+if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - LLVM cannot run as plain Python
+    pack, add_product, add_transposed_product = np.copy, _add_dot, _add_transposed_dot
