@@ -35,7 +35,7 @@ from hierroom.support.cli import shell_words
 from hierroom.support.clocks import TimeSpent
 from hierroom.support.errors import DivergenceError, InputError, RunError
 from hierroom.support.files import to_json
-from hierroom.support.interrupt import Interrupt, awaited
+from hierroom.support.interrupt import Interrupt
 from hierroom.support.output import is_quiet, lasting_output, warn
 from hierroom.turns.records import META
 
@@ -195,7 +195,7 @@ def train(
         if episodes == 0:
             return evaluated
         report("evaluating,")
-        with spent.on("evaluating"), awaited("this evaluation"):
+        with spent.on("evaluating"):
             evaluation = trainer.evaluation = trainer.evaluate(episodes)
         folder.evaluations.append(evaluation_rows(trainer.steps, trainer.seconds, evaluation))
         logs.add(evaluation_scalars(evaluation), trainer.steps)
@@ -212,7 +212,7 @@ def train(
         while not is_last:
             before = trainer.steps
             try:
-                with spent.on("training"), awaited("this update"):
+                with spent.on("training"):
                     trainer.advance()
             except DivergenceError as error:
                 raise DivergenceError(f"{error}. {_restart_advice(folder)}") from error
