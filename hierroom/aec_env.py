@@ -58,7 +58,7 @@ class raw_env(TwoAgentEnv, AECEnv):
 
         Args:
             seed: 0 to 2**63 - 1.
-            options: ``{"complexity": True}`` puts the complexity report into the infos; other keys give a warning.
+            options: none; each key gives a warning.
         """
         self.infos = self.single.reset(seed, options)
         self.agents = list(AGENTS)

@@ -67,7 +67,7 @@ class EscapeRoom(RegisteredEnv, OnSingleEnv, gymnasium.Env):
 
         Args:
             seed: 0 to 2**63 - 1.
-            options: ``{"complexity": True}`` puts the complexity report into the info; other keys give a warning.
+            options: none; each key gives a warning.
         """
         infos = self.single.reset(seed, options)
         super().reset(seed=None if seed is None else int(seed))  # Gymnasium accepts no NumPy numbers

@@ -50,7 +50,7 @@ class parallel_env(TwoAgentEnv, ParallelEnv):
 
         Args:
             seed: 0 to 2**63 - 1.
-            options: ``{"complexity": True}`` puts the complexity report into the infos; other keys give a warning.
+            options: none; each key gives a warning.
         """
         infos = self.single.reset(seed, options)
         self.agents = list(AGENTS)

@@ -11,7 +11,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from hierroom.envs.base import RegisteredEnv
-from hierroom.envs.single_env import checked_options, plain_report
+from hierroom.envs.single_env import checked_options
 from hierroom.envs.vector_arrays import VectorArrays
 from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaSpec, NoGoals, make_meta, show_step, take_turn
@@ -121,10 +121,10 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         Args:
             seed: 0 to 2**63 - 1: one for all environments (their indices make episodes differ), or a list with a seed
                 or None for each.
-            options: ``{"reset_mask": mask}``, [N] bool, begins an episode in those environments only;
-                ``{"complexity": True}`` puts the complexity report into the infos; other keys give a warning.
+            options: ``{"reset_mask": mask}``, [N] bool, begins an episode in those environments only; other
+                keys give a warning.
         """
-        options, seeds = checked_options(options, self.turns.world, "complexity", "reset_mask"), self._seeds(seed)
+        options, seeds = checked_options(options, "reset_mask"), self._seeds(seed)
         where = self._reset_mask(options)
         if where.all():
             self.turns.reset(seeds)
@@ -140,10 +140,6 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         take_turn(self.meta, self.turns)
         observations, infos = self._arrays.at_reset(where)
         self._show_last_goals(observations)
-        if options.get("complexity"):
-            report = plain_report(self.complexity)
-            for env in np.flatnonzero(where).tolist():
-                infos = self._add_info(infos, {"complexity": report}, env)
         return observations, infos
 
     def step(self, actions: NDArray[np.integer]):

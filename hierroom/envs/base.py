@@ -34,7 +34,7 @@ class OnSingleEnv:
     @property
     def complexity(self) -> Any:
         """Return the report on the goal graph or rules, or on the hardest of several goal graphs; None if unknown."""
-        return self.single.complexity
+        return self.single.turns.world.complexity
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """Return the level as text or as a picture [H, W, 3], or show it in a window, with the current subgoal."""

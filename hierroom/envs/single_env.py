@@ -18,7 +18,7 @@ from hierroom.support.schema import Whole
 from hierroom.turns.records import AGENTS, CONTROLLER, META, N_OUTCOMES, STEP
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig, fresh_seed
-from hierroom.worlds.world import World, whole_numbers
+from hierroom.worlds.world import whole_numbers
 
 _ONLY, _TRUE = np.zeros(1, np.int64), np.ones(1, bool)
 _OUTCOMES = tuple(np.int64(outcome) for outcome in range(N_OUTCOMES))
@@ -52,21 +52,12 @@ class SingleEnv:
         """Begin an episode, the first one of a seed or without a seed the next one, and return its first infos."""
         if seed is not None:
             Whole(0, 2**63 - 1).check(seed, "a seed")  # a batch of one would also accept a list of one seed
-        asks_complexity = checked_options(options, self.turns.world, "complexity").get("complexity")
+        checked_options(options)
         self.turns.reset(fresh_seed() if seed is None and not self.has_begun else seed)
         self.has_begun = True
         self._last = *_AT_RESET[:4], self.turns.ledger.shortest.item(), *_AT_RESET[5:]
         self._show()
-        infos = self.infos()
-        if asks_complexity:
-            for info in infos.values():
-                info["complexity"] = plain_report(self.complexity)
-        return infos
-
-    @property
-    def complexity(self) -> Any:
-        """Return the report on the goal graph or rules, or on the hardest of several goal graphs; None if unknown."""
-        return self.turns.world.complexity
+        return self.infos()
 
     @property
     def is_meta_turn(self) -> bool:
@@ -178,25 +169,17 @@ class SingleEnv:
         self._screen.show(0, self.turns.ledger.goals.item())
 
 
-def checked_options(options: Any, world: World, *known: str) -> dict[str, Any]:
-    """Return the options of a reset of a world as a dict, empty for None; warn once about unknown ones."""
+def checked_options(options: Any, *known: str) -> dict[str, Any]:
+    """Return the options of a reset as a dict, empty for None; warn once about unknown ones."""
     if options is None:
         return {}
     if not isinstance(options, Mapping):
         raise InputError(f"options of a reset are a dict or None, not {shown(options)}")
     if ignored := [shown(name) for name in options if name not in known]:
         made = "pass graph and the like when making the environment"
-        warn_once(f"a reset takes the options {' and '.join(known)}; it ignores {', '.join(ignored)} ({made})")
-    if options.get("complexity") and world.complexity is None:
-        raise InputError("a task without rules has no complexity; reset it without the option complexity")
+        taken = f"the options {' and '.join(known)}" if known else "no options"
+        warn_once(f"a reset takes {taken}; it ignores {', '.join(ignored)} ({made})")
     return dict(options)
-
-
-def plain_report(complexity: Any) -> dict[str, Any]:
-    """Return a report on complexity, or one for each goal, as plain types."""
-    if isinstance(complexity, dict):
-        return {goal: one.to_dict() for goal, one in complexity.items()}
-    return complexity.to_dict()
 
 
 def as_action(action: Any) -> int:

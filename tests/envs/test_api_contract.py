@@ -140,7 +140,7 @@ def advance(env, rng):
 def test_returned_arrays_belong_to_the_caller(api):
     env, twin = APIS[api](), APIS[api]()
     rng, twin_rng = np.random.default_rng(0), np.random.default_rng(0)
-    spoil(env.reset(seed=7, options={"complexity": True}))
+    spoil(env.reset(seed=7))
     twin.reset(seed=7)
     kept = []
     for _ in range(120):
@@ -169,25 +169,11 @@ def test_kept_array_is_not_overwritten_by_later_steps(copies):
 @pytest.mark.parametrize("make_one", [hierroom.env, hierroom.parallel_env, EscapeRoom, lambda: EscapeRooms(2)])
 def test_reset_warns_once_of_ignored_options(make_one):
     ignored = {f"graph {id(make_one)}": "b"}  # a name without a warning so far in this process
-    with pytest.warns(UserWarning, match=r"^a reset takes the options complexity.*; it ignores 'graph "):
+    with pytest.warns(UserWarning, match=r"^a reset takes .*; it ignores 'graph "):
         make_one().reset(seed=1, options=ignored)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         make_one().reset(seed=1, options=ignored)
-
-
-def test_reset_returns_complexity_only_if_asked():
-    env = make(0)
-    env.reset(seed=1, options={"colour": "mauve"})
-    assert "complexity" not in env.last()[-1]
-    env.reset(seed=1, options={"complexity": True})
-    assert env.last()[-1]["complexity"] == env.unwrapped.complexity.to_dict()
-    assert env.unwrapped.complexity.exit_depth == 2
-    env.step(13)
-    assert "complexity" not in env.last()[-1]
-    for made in (hierroom.parallel_env(), EscapeRoom()):
-        _, info = made.reset(seed=1, options={"complexity": True, "colour": "mauve"})
-        assert made.complexity.to_dict() in (info.get("complexity"), info.get("meta_0", {}).get("complexity"))
 
 
 def test_unseeded_environments_and_their_episodes_differ():

@@ -4,10 +4,9 @@ import gymnasium
 import numpy as np
 import pytest
 from api_scripts import same
-from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.vector import AutoresetMode
 from gymnasium.wrappers import vector as wrappers
 
-from hierroom.gym_env import EscapeRoom
 from hierroom.support.errors import InputError
 from hierroom.vector_env import EscapeRooms
 from hierroom.worlds.escape_room.oracle import shortest_actions
@@ -136,15 +135,6 @@ def test_refused_reset_changes_nothing():
         observed.append(env.reset(options={"reset_mask": np.array([True, False])}))
     same(observed[0][0], observed[1][0])
     assert observed[0][0]["goal"][1].any()
-
-
-def test_complexity_info_has_gymnasiums_layout():
-    ours = EscapeRooms(2, graph="b", size=11)
-    theirs = SyncVectorEnv([lambda: EscapeRoom("b", size=11)] * 2)
-    (_, observed), (_, expected) = (envs.reset(seed=[1, 2], options={"complexity": True}) for envs in (ours, theirs))
-    assert observed["_complexity"].tolist() == [True, True]
-    assert observed.keys() == expected.keys()
-    assert repr(observed["complexity"]) == repr(expected["complexity"])
 
 
 def test_next_step_mode_ignores_the_action_at_reset():

@@ -159,11 +159,3 @@ def test_library_views_take_or_refuse_a_task():
     assert featured.reset(seed=0)[0]["features"].shape == (4,)
     with pytest.raises(InputError, match="minigrid_view shows levels of EscapeRooms; chest_task:chest has none"):
         hierroom.minigrid_view(EscapeRoom(chest_task.chest))
-
-
-def test_complexity_of_task_without_rules_raises_input_error():
-    for make in (hierroom.env, hierroom.parallel_env, EscapeRoom, lambda task: EscapeRooms(2, graph=task)):
-        env = make(chest_task.free)
-        with pytest.raises(InputError, match="a task without rules has no complexity"):
-            env.reset(seed=0, options={"complexity": True})
-        env.reset(seed=0)

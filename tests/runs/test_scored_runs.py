@@ -100,8 +100,6 @@ def test_episodes_end_with_the_environment_and_are_no_success():
     assert episode.success is None
     env = hierroom.env(chest_task.camp).unwrapped
     assert {goal: one.fewest for goal, one in env.complexity.items()} == {"coin": 1, "key": 1, "chest": 2}
-    env.reset(seed=0, options={"complexity": True})
-    assert env.infos["controller_0"]["complexity"]["chest"]["fewest"] == 2
 
 
 def test_fixed_dfs_pursues_the_deepest_goal_that_is_legal_and_missing():
