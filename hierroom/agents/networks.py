@@ -56,31 +56,21 @@ def make_network(
 
 
 def try_network(name: str, network: nn.Module, space: AgentSpace) -> None:
-    """Take three turns in two environments and in one, and refuse a network that the learner could not train.
+    """Take three turns with a copy in two environments and in one; refuse a network that the learner could not train.
 
-    Afterwards the network's weights, buffers and modes, and torch's random state, are restored; gradients are None.
-    Only one network is tried at a time, because layers such as dropout draw from torch's global generator.
+    Only one network is tried at a time, because layers such as dropout draw from torch's global generator. Its state is
+    restored afterwards.
     """
     if not any(parameter.requires_grad for parameter in network.parameters()):
         raise InputError(f"{name} has no weights to learn: no parameter requires a gradient")
-    policy = cast(PolicyNetwork, network)
-    modes = {module: module.training for module in network.modules()}
     with user_code(f"{name}, in its first turns,"), _one_tries, torch.random.fork_rng([]):
-        before = deepcopy(network.state_dict())
-        if other := [entry for entry, value in before.items() if not isinstance(value, Tensor)]:
+        if other := [entry for entry, value in network.state_dict().items() if not isinstance(value, Tensor)]:
             raise InputError(f"{name} has a state_dict whose {other[0]} is no tensor; runs save only tensors")
-        buffers = {path: (buffer, buffer.clone()) for path, buffer in network.named_buffers()}  # state dicts lack some
+        tried = deepcopy(network)
         for n_envs in (2, 1):
-            _take_turns(name, policy, space, n_envs)
-        network.zero_grad()
-        network.eval()  # turns off random layers such as dropout
-        _compare(name, policy, space)
-        for module, mode in modes.items():
-            module.training = mode
-        for path, (buffer, values) in buffers.items():
-            module, _, attribute = path.rpartition(".")
-            setattr(network.get_submodule(module), attribute, buffer.copy_(values))
-        network.load_state_dict(before)
+            _take_turns(name, cast(PolicyNetwork, tried), space, n_envs)
+        tried.eval()  # turns off random layers such as dropout
+        _compare(name, cast(PolicyNetwork, tried), space)
 
 
 def _turns(space: AgentSpace, n_envs: int) -> Tensor:

@@ -134,26 +134,7 @@ MINE = """
             logits, values, state = super().step(features, state)
             return logits / 0, values, state
 
-    class Remembering(Mine):
-        # It has extra state, and a buffer that is not persistent.
-
-        def __init__(self, space, hidden_size):
-            super().__init__(space, hidden_size)
-            self.extra = torch.ones(1)
-            self.register_buffer("n_turns", torch.zeros(()), persistent=False)
-            self.held = [self.n_turns]
-
-        def get_extra_state(self):
-            return self.extra
-
-        def set_extra_state(self, state):
-            self.extra = state
-
-        def step(self, features, state):
-            self.n_turns += 1
-            return super().step(features, state)
-
-    class Naming(Remembering):
+    class Naming(Mine):
         def get_extra_state(self):
             return {"a": 1}
 
@@ -234,12 +215,6 @@ def test_network_trial_has_no_side_effects(outside):
     assert all(torch.equal(one, other) for one, other in zip(tried.parameters(), fresh.parameters(), strict=True))
     assert all(parameter.grad is None for parameter in tried.parameters())
     assert all(module.training for module in tried.modules())
-
-
-def test_network_trial_restores_non_persistent_buffers(outside):
-    tried = make_network(f"{outside}:Remembering", SPACE, 8, None)
-    assert (tried.n_turns, tried.extra) == (0, 1)
-    assert tried.held[0] is tried.n_turns
 
 
 def test_a_network_may_overwrite_its_inputs(outside):
