@@ -9,16 +9,13 @@ from __future__ import annotations
 import importlib
 import re
 import sys
-import time
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-_started = time.perf_counter()  # the wall clock of a command begins before the imports that take long
-
-import gymnasium  # noqa: E402
-import pettingzoo  # noqa: E402
+import gymnasium
+import pettingzoo
 
 if TYPE_CHECKING:
     from hierroom import complexity

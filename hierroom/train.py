@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import tyro
 
-import hierroom
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.presets import start_config
 from hierroom.runs.folder.config_file import read_config
@@ -121,9 +120,6 @@ def train(
         >>> agent.is_finished, hierroom.load("run").steps
         (True, 256)
     """
-    from hierroom.support.clocks import TimeSpent
-
-    spent = TimeSpent()
     from hierroom.learners.networks.initial_weights import plain_torch  # slow to load, as is the session
     from hierroom.runs.logs.logs import logger_names
     from hierroom.runs.session import begin, run_session
@@ -148,7 +144,7 @@ def train(
         stack.enter_context(plain_torch())
         trainer, folder = begin(config, None if out is None else Path(out))
         _warn_of_what_does_nothing(config)
-        if run_session(trainer, folder, loggers, spent, callback):
+        if run_session(trainer, folder, loggers, callback):
             raise KeyboardInterrupt
     return load(folder.path, trust=True)  # this call has named all code that it loads
 
@@ -158,19 +154,17 @@ def main(argv: Sequence[str]) -> int:
     arguments = parse(argv)
     from hierroom.runs.logs.logs import logger_names
     from hierroom.runs.session import begin, resume, run_session  # slow to load, and --help does not need it
-    from hierroom.support.clocks import TimeSpent
 
-    spent = TimeSpent(started=hierroom._started)
     loggers = logger_names(arguments.log)
     if arguments.resume:
-        return run_session(*resume(arguments.config, arguments.resume), loggers, spent)
+        return run_session(*resume(arguments.config, arguments.resume), loggers)
     if arguments.config_file is not None and arguments.config_file.name == "config.json":
         from hierroom.runs.folder.provenance import warn_of_changed_modules
 
         warn_of_changed_modules(arguments.config_file.parent, arguments.config)
     trainer, folder = begin(arguments.config, arguments.out)
     _warn_of_what_does_nothing(arguments.config)
-    return run_session(trainer, folder, loggers, spent)
+    return run_session(trainer, folder, loggers)
 
 
 def _warn_of_what_does_nothing(config: TrainConfig) -> None:

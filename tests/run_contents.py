@@ -99,9 +99,6 @@ def check_summary(summary: dict[str, Any], rows: Rows, curve: LearningCurve) -> 
     assert summary["training_episode_length"] == (last["episode_length"] if last["episodes"] else None)
     assert summary["steps_per_second"] == pytest.approx(summary["steps"] / summary["seconds"])
     assert summary["rollout_bytes"] > 0
-    seconds = dict(summary["session_seconds"])
-    assert seconds.pop("total") == pytest.approx(sum(seconds.values()))
-    assert min(seconds.values()) >= 0
     assert summary["evaluated_success_rate"] == curve.success[-1]
     crossed = [milestone for milestone in MILESTONES if summary[f"steps_to_{milestone}"] is not None]
     assert crossed == [milestone for milestone in MILESTONES if (curve.success >= milestone / 100).any()]

@@ -11,7 +11,7 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 
 from hierroom.runs.folder.run_folder import RunFolder
 
-CLOCKS = ("seconds", "compile_seconds", "steps_per_second", "session_seconds")
+CLOCKS = ("seconds", "compile_seconds", "steps_per_second")
 OF_COMMANDS = ("provenance.json", ".lock")
 """Files about how a run was made, which differ if it was killed."""
 

@@ -23,7 +23,6 @@ from hierroom.runs.rollout import rollout
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.runs.trainer import Trainer
 from hierroom.support.cli import shell_words
-from hierroom.support.clocks import TimeSpent
 from hierroom.support.errors import InputError, one_line
 from hierroom.support.files import delete, write_atomically
 from hierroom.support.output import warn
@@ -37,7 +36,7 @@ N_PICTURED = 20
 """Number of episodes from which the one for the picture is chosen."""
 
 
-def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: TimeSpent) -> None:
+def write_results(trainer: Trainer, folder: RunFolder, console: Console) -> None:
     """Write the summary and pictures, and print the results."""
     curve, summary = LearningCurve.of_rows(folder.evaluations.read()), trainer.summary()
     for milestone in MILESTONES:
@@ -49,8 +48,7 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: 
         summary |= {f"evaluated_{name}": float(values[-1]) for name, values in ends.items()}
     folder.save_summary(summary)
     picture, run = folder.path / "learning_curve.png", (folder.path, *trust_option(trainer.config))
-    with spent.on("pictures"):
-        plot_learning_curve(folder, curve, picture)
+    plot_learning_curve(folder, curve, picture)
     console.print(folder.path.name, soft_wrap=True, markup=False)
     print_table(_table(curve, summary), console)
     if (predicted := prediction_of(folder.path)) and curve is not None and curve.outcome_name == "success_rate":
@@ -58,11 +56,8 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console, spent: 
         console.print(predicted.judged(took, curve.steps[-1]), soft_wrap=True, markup=False)
     if (share := trainer.metrics().get("meta_illegal_goals", 0.0)) > MANY_ILLEGAL:
         warn(f"{share:.0%} of the goals given in the episodes under way were not legal, and counted as no goal")
-    with spent.on("pictures"):
-        kind, film, options = _film(trainer, folder)
-    folder.save_summary(summary | {"session_seconds": spent.seconds()})
+    kind, film, options = _film(trainer, folder)
     for what, text in {
-        "time": str(spent),
         "learning curve": picture,
         f"one {kind}": film,
         "watch it": shell_words("python", "-m", "hierroom", "watch", *run, *options),

@@ -32,7 +32,6 @@ from hierroom.runs.logs.scalars import evaluation_scalars, metric_scalars
 from hierroom.runs.results import write_results
 from hierroom.runs.trainer import Trainer
 from hierroom.support.cli import shell_words
-from hierroom.support.clocks import TimeSpent
 from hierroom.support.errors import DivergenceError, InputError, RunError
 from hierroom.support.files import to_json
 from hierroom.support.interrupt import Interrupt
@@ -114,15 +113,12 @@ def run_session(
     trainer: Trainer,
     folder: RunFolder,
     log: Sequence[str] = DEFAULT,
-    spent: TimeSpent | None = None,
     callback: Callback | None = None,
 ) -> int:
     """Train until the end, an interrupt or the callback's stop, and print results even into a closed stream.
 
-    Return the exit code: 130 after an interrupt, else 0. ``spent`` counts the seconds since the command began.
+    Return the exit code: 130 after an interrupt, else 0.
     """
-    spent = TimeSpent() if spent is None else spent
-    spent.end_of_imports()
     # More threads do not help small networks.
     threads = trainer.config.threads if reads_pictures(trainer.controller.learner.network) else 1
     with torch_threads(threads), folder.lock, lasting_output(), closing(trainer.turns.world):
@@ -155,9 +151,9 @@ def run_session(
 
         try:
             with Interrupt(say=say) as interrupt, _progress_bar(trainer, console) as report:
-                is_stopped = train(trainer, folder, interrupt, report, spent, log, callback)
+                is_stopped = train(trainer, folder, interrupt, report, log, callback)
             if trainer.is_done:
-                write_results(trainer, folder, console, spent)
+                write_results(trainer, folder, console)
         except (KeyboardInterrupt, InputError, RunError):
             say_how_to_go_on(f"stopped; the checkpoint after {folder.saved_steps:,} steps is kept")
             raise
@@ -172,7 +168,6 @@ def train(
     folder: RunFolder,
     interrupt: Interrupt,
     report: Callable[[str], object],
-    spent: TimeSpent,
     log: Sequence[str] = DEFAULT,
     callback: Callback | None = None,
 ) -> bool:
@@ -195,8 +190,7 @@ def train(
         if episodes == 0:
             return evaluated
         report("evaluating,")
-        with spent.on("evaluating"):
-            evaluation = trainer.evaluation = trainer.evaluate(episodes)
+        evaluation = trainer.evaluation = trainer.evaluate(episodes)
         folder.evaluations.append(evaluation_rows(trainer.steps, trainer.seconds, evaluation))
         logs.add(evaluation_scalars(evaluation), trainer.steps)
         words = outcome_in_words(evaluation.success_rate, evaluation.mean_return, evaluation.score)
@@ -212,8 +206,7 @@ def train(
         while not is_last:
             before = trainer.steps
             try:
-                with spent.on("training"):
-                    trainer.advance()
+                trainer.advance()
             except DivergenceError as error:
                 raise DivergenceError(f"{error}. {_restart_advice(folder)}") from error
             is_last = trainer.is_done or interrupt.is_requested

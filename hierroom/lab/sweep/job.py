@@ -24,7 +24,6 @@ from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
 from hierroom.runs.results import write_results
 from hierroom.runs.session import begin, resume, train
 from hierroom.runs.trainer import Trainer
-from hierroom.support.clocks import TimeSpent
 from hierroom.support.errors import CheckpointError, InputError
 from hierroom.support.interrupt import Interrupt
 from hierroom.support.output import lasting_output
@@ -76,12 +75,11 @@ class Job:
                 if has_begun or (self.folder.is_dir() and RunLock(self.folder).is_held):
                     raise RunLockedError(str(error)) from error
                 raise
-        spent = TimeSpent()
         with folder.lock, lasting_output(), closing(trainer.turns.world), Interrupt(hears_ctrl_c=False) as interrupt:
-            train(trainer, folder, interrupt, lambda words: report(trainer.steps, words), spent=spent)
+            train(trainer, folder, interrupt, lambda words: report(trainer.steps, words))
             if not trainer.is_done:
                 return None
-            write_results(trainer, folder, Console(file=io.StringIO()), spent)
+            write_results(trainer, folder, Console(file=io.StringIO()))
             return self._numbers(trainer, folder) | {"own_code": user_code}
 
     def check_folder(self) -> None:
