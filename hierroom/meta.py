@@ -15,7 +15,7 @@ from hierroom.goals import NO_GOAL
 from hierroom.support.arrays import read_only
 from hierroom.support.errors import InputError, shown, text_of, user_code
 from hierroom.support.plugins import load_plugin
-from hierroom.turns.records import META, Step
+from hierroom.turns.records import META
 from hierroom.turns.situation import Situation
 from hierroom.turns.turns import Turns
 
@@ -31,8 +31,13 @@ class MetaController(Protocol):
 
     ``reset(envs)`` is called before the first choice of an episode, with the indices [M] of the environments.
     ``observe(step, turns)`` is called after every primitive step of all N environments. New episodes may have begun by
-    then; ``turns.final_observation`` gives the last observation of the old ones. ``state_dict`` and
-    ``load_state_dict`` save and restore its memory in checkpoints, as for a `LearningMeta`.
+    then; ``turns.final_observation`` gives the last observation of the old ones. ``state_dict()`` and
+    ``load_state_dict(state)`` save and restore its memory in checkpoints, as tensors and plain types.
+
+    One that learns has them and ``learn(step)``, called in training after each primitive step; ``step.option_ended``
+    says which options the step ended. Numbers in its dict ``statistics`` go into the metrics. The class method
+    ``for_training(num_envs)`` returns a new one for training, ``for_play(num_envs, *, seed)`` a copy that no longer
+    learns, for other environments.
 
     Examples:
         >>> class First:
@@ -40,6 +45,13 @@ class MetaController(Protocol):
         >>> env = gymnasium.make("hierroom/EscapeRoom-a-v0", meta=First())
         >>> env.reset(seed=0)[0]["goal"][:3].tolist()  # a key, not a door or the exit
         [1.0, 0.0, 0.0]
+        >>> class Counter(hierroom.meta.FixedDFS):
+        ...     n_options = 0
+        ...     def learn(self, step): self.n_options += int(step.option_ended.sum())
+        ...     def state_dict(self): return {"n_options": self.n_options}
+        ...     def load_state_dict(self, state): self.n_options = state["n_options"]
+        >>> hierroom.meta.make_meta(Counter(), num_envs=8).state_dict()
+        {'n_options': 0}
     """
 
     def choose(
@@ -56,43 +68,6 @@ class MetaController(Protocol):
         Returns:
             Goal ids [M] int, 0 to 12. -1, 13 and illegal goals mean 'no goal' (see `ledger.Ledger`).
         """
-        ...
-
-
-class LearningMeta(MetaController, Protocol):
-    """A user's meta-controller that learns together with the controller.
-
-    It needs `learn`, `state_dict` and `load_state_dict`. Numbers in its dict ``statistics`` go into the metrics.
-
-    Examples:
-        >>> class Counter(hierroom.meta.FixedDFS):
-        ...     n_options = 0
-        ...     def learn(self, step): self.n_options += int(step.option_ended.sum())
-        ...     def state_dict(self): return {"n_options": self.n_options}
-        ...     def load_state_dict(self, state): self.n_options = state["n_options"]
-        >>> hierroom.meta.make_meta(Counter(), num_envs=8).state_dict()
-        {'n_options': 0}
-    """
-
-    @classmethod
-    def for_training(cls, num_envs: int) -> LearningMeta:
-        """Return a new one for training; needs `for_play`. By default the class is called without arguments."""
-        ...
-
-    def learn(self, step: Step) -> None:
-        """Learn from the options that a primitive step ended (``step.option_ended``); called after each step."""
-        ...
-
-    def for_play(self, num_envs: int, *, seed: int) -> MetaController:
-        """Return a copy that no longer learns, for ``num_envs`` other environments."""
-        ...
-
-    def state_dict(self) -> dict:
-        """Return its whole state as tensors and plain types, for checkpoints."""
-        ...
-
-    def load_state_dict(self, state: dict) -> None:
-        """Restore a state that `state_dict` returned."""
         ...
 
 

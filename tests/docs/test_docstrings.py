@@ -23,7 +23,7 @@ def public_names() -> dict[str, object]:
     """Return the public names: those exported, those on the API page, and those that user code meets."""
     found = [getattr(module, name) for module in MODULES for name in module.__all__]
     found += [pkgutil.resolve_name(name) for name in re.findall(r"^::: (\S+)", PAGES["api.md"], re.MULTILINE)]
-    found += [hierroom.meta.MetaController, hierroom.meta.LearningMeta, hierroom.meta.make_meta, Observation]
+    found += [hierroom.meta.MetaController, hierroom.meta.make_meta, Observation]
     return {f"{one.__module__}.{one.__qualname__}": one for one in found if not inspect.ismodule(one)}
 
 
