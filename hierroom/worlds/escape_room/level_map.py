@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -26,16 +25,6 @@ LEGEND = (
 MIN_ROWS = 3
 _MOST_BYTES = 2**20
 _ALLOWED = frozenset(f"{WALL_CHARACTER} {EXIT_CHARACTER}{KEY_CHARACTERS}{DOOR_CHARACTERS}{START_CHARACTERS}")
-_ANSI = re.compile(r"\x1b\[[0-9;]*m")
-_PAIRS: Mapping[str, str] = {
-    "██": WALL_CHARACTER,
-    "  ": " ",
-    "EX": EXIT_CHARACTER,
-    **{2 * one: one for one in START_CHARACTERS[:4]},
-    **{f"k{one}": one for one in KEY_CHARACTERS},
-    **{f"D{one}": one.upper() for one in KEY_CHARACTERS},
-}
-"""Cells of a map by the characters of `render.text`."""
 
 MapSpec = str | Path | Mapping[str, Any]
 """The text of a map, the path of its file, or a dict from `LevelMap.to_dict`."""
@@ -197,25 +186,17 @@ def as_maps(specs: Any) -> tuple[LevelMap, ...]:
 
 
 def _rows_of(text: str) -> tuple[tuple[str, ...], Cell]:
-    """Return the rows of a map, or of the output of `render.text`, and the place of the first cell in the text.
+    """Return the rows of a map, and the place of the first cell in the text.
 
     Common indentation, empty lines before and after, and spaces at the ends of lines are not part of a map.
     """
-    plain = _ANSI.sub("", text)
-    is_printed = "█" in plain
-    lines = [line.rstrip() for line in plain.splitlines()]
-    filled = [number for number, line in enumerate(lines) if (line.startswith("██") if is_printed else line)]
+    lines = [line.rstrip() for line in text.splitlines()]
+    filled = [number for number, line in enumerate(lines) if line]
     if not filled:
         return (), (0, 0)
     rows = lines[filled[0] : filled[-1] + 1]
-    if is_printed:
-        return tuple(_cells_of(row) for row in rows), (filled[0], 0)
     indent = min(len(row) - len(row.lstrip(" ")) for row in rows if row)
     return tuple(row[indent:].replace(".", " ") for row in rows), (filled[0], indent)
-
-
-def _cells_of(row: str) -> str:
-    return "".join(_PAIRS.get(row[at : at + 2], row[at]) for at in range(0, len(row), 2))
 
 
 def _border(n_rows: int, n_cols: int) -> list[Cell]:

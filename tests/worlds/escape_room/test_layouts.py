@@ -22,7 +22,6 @@ from hierroom.worlds.escape_room.features import nearest_frontiers
 from hierroom.worlds.escape_room.layout import State, map_arrays
 from hierroom.worlds.escape_room.level_map import LevelMap
 from hierroom.worlds.escape_room.oracle import shortest_lengths
-from hierroom.worlds.escape_room.render import text
 
 IN_A_ROW = """
 ############
@@ -184,16 +183,6 @@ def test_map_frontiers_are_split_by_the_agents_room():
             there = [cell for cell in frontier if (maps.rooms[0][*cell] == maps.rooms[0][*at]) == is_here]
             expected = min(((abs(cell - at).sum(), *cell) for cell in there), default=(0, 0, 0))
             assert nearest.tolist() == [*expected[1:]]
-
-
-def test_text_of_a_level_is_read_back_as_map():
-    for drawn in (Engine([NAMED_GRAPHS[letter]], size=13, seed=4) for letter in "cf"):
-        again = world_of(text(drawn.state))
-        assert (again.state.grids == drawn.state.grids).all()
-        for name in ("row", "col", "direction", "exit_at"):
-            assert (again.state.levels[name] == drawn.state.levels[name]).all()
-        assert text(world_of(text(again.state)).state) == text(again.state)
-        assert shortest_lengths(again.state) == shortest_lengths(drawn.state)
 
 
 def test_map_of_an_episode_depends_only_on_its_seed():
