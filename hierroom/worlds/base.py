@@ -22,7 +22,7 @@ from hierroom.worlds.observation_writer import ObservationWriter
 from hierroom.worlds.outcome_kernel import begin_episodes, write_outcomes
 from hierroom.worlds.seeds import chosen_envs, write_seeds
 from hierroom.worlds.window import StateScreen
-from hierroom.worlds.world import OUTCOME_FIELDS, Feature, Screen, Seeds
+from hierroom.worlds.world import OUTCOME_FIELDS, Feature, Seeds
 
 OUTCOME = record_type(*OUTCOME_FIELDS)
 GOAL_MASKS = ("reachable", "existing", "none")
@@ -222,7 +222,7 @@ class BaseWorld(ABC):
         """Return the writer of the observations of all environments."""
         return ObservationWriter(self, flat=flat)
 
-    def screen(self, render_mode: str | None) -> Screen:
+    def screen(self, render_mode: str | None) -> StateScreen:
         """Return a screen for environments in a render mode."""
         return StateScreen(self.get_state, self.replayer, render_mode)
 

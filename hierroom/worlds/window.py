@@ -114,7 +114,7 @@ class Window:
 
 
 class StateScreen:
-    """Shows states in one of `RENDER_MODES`; None shows nothing: see `Screen`.
+    """Shows states in one of `RENDER_MODES`; None shows nothing.
 
     Args:
         state_of: function from the index of an environment to its state.

@@ -120,19 +120,6 @@ class Replayer(Protocol):
         """Draw a state for a terminal."""
 
 
-class Screen(Protocol):
-    """Shows one environment in a render mode."""
-
-    def show(self, env: int, goal: int) -> None:
-        """Update the window, if there is one."""
-
-    def render(self, env: int, goal: int) -> str | NDArray[np.uint8] | None:
-        """Return text, a picture [H, W, 3] uint8 or None, depending on the mode."""
-
-    def close(self) -> None:
-        """Close the window, if one is open."""
-
-
 class World(Protocol):
     """N environments that are stepped together. A world may lack the methods under 'Optional' below.
 
@@ -213,8 +200,8 @@ class World(Protocol):
     def batch_observations(self, *, flat: bool) -> ObservationWriter:
         """Return a writer of the observations of all environments, as one row of numbers each if ``flat``."""
 
-    def screen(self, render_mode: str | None) -> Screen:
-        """Return a screen for environments in one of `RENDER_MODES`; None shows nothing."""
+    def screen(self, render_mode: str | None) -> Any:
+        """Return a `StateScreen` for environments in one of `RENDER_MODES`; None shows nothing."""
 
     def close(self) -> None:
         """Close what the world holds, such as the environments of a task."""

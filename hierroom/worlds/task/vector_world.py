@@ -19,7 +19,7 @@ from hierroom.worlds.task.parts import TaskParts
 from hierroom.worlds.task.replayer import seeds_of
 from hierroom.worlds.task.vector_envs import Seen, VectorEnvs
 from hierroom.worlds.task.world import TaskWorld
-from hierroom.worlds.world import Screen
+from hierroom.worlds.window import StateScreen
 
 
 class VectorWorld(TaskWorld):
@@ -44,7 +44,7 @@ class VectorWorld(TaskWorld):
         self._vector = VectorEnvs(self.task, num_envs)
         return self._vector
 
-    def screen(self, render_mode: str | None) -> Screen:
+    def screen(self, render_mode: str | None) -> StateScreen:
         """Refuse pictures."""
         if render_mode in ("rgb_array", "human"):
             self.task.new_env()  # raises an error

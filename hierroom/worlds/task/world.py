@@ -22,7 +22,7 @@ from hierroom.worlds.task.process_envs import ProcessEnvs
 from hierroom.worlds.task.replayer import Moment, TaskReplayer, seeds_of
 from hierroom.worlds.task.spaces import read_entry
 from hierroom.worlds.window import StateScreen
-from hierroom.worlds.world import Feature, Screen
+from hierroom.worlds.world import Feature
 
 _NONE = -1
 
@@ -72,7 +72,7 @@ class TaskWorld(BaseWorld):
             return ProcessEnvs(self.task, num_envs, render_mode)
         return LocalEnvs(self.task, num_envs, render_mode, self._trial.mask)
 
-    def screen(self, render_mode: str | None) -> Screen:
+    def screen(self, render_mode: str | None) -> StateScreen:
         """Return a screen; for pictures, first make the environments anew with render mode ``rgb_array``."""
         if render_mode not in ("rgb_array", "human"):
             return super().screen(render_mode)
