@@ -86,10 +86,6 @@ class Twin:
         self.shelf = Counter(dict(self.rules.start) | dict.fromkeys(self.sources.values(), 1))
         self.bench = Counter()
         self.achieved, self.steps = set(), 0
-        self.known = {self.laid()}
-
-    def laid(self):
-        return frozenset((+self.bench).items())
 
     def after(self, way):
         """Count the things of each kind after a way is applied."""
@@ -129,14 +125,10 @@ class Twin:
             self.shelf, self.bench = self.shelf + self.bench, Counter()
         first = done - self.achieved
         self.achieved |= done
-        if first:
-            self.known = set()
-        is_novel = self.laid() not in self.known
-        self.known.add(self.laid())
         self.steps += 1
         terminated, truncated = self.shelf[self.rules.target] > 0, self.steps >= self.max_steps
         goals = sum(1 << self.rules.names.index(goal) for goal in done)
-        outcome = goals, len(first), is_novel, False, float(terminated), terminated, truncated, self.steps
+        outcome = goals, len(first), False, False, float(terminated), terminated, truncated, self.steps
         if terminated or truncated:
             self.begin()
         return outcome

@@ -138,7 +138,7 @@ def play_with_learners() -> None:
     for task in (pole, taxi):  # numbers, and categories with more values than a byte
         _train(task=task, preset="task", meta="random", max_steps=30)
     analyze("a").goal_sensitivity()
-    _train(**SHOP, method="ppo-novelty")
+    _train(**SHOP, method="ppo")
     _train(**SHOP, preset="learned", meta="learned", features=(*workshop_of("2").features,))
     _step(EscapeRoom(**SHOP, meta="fixed-dfs"), None)
     _step(EscapeRooms(4, **SHOP, meta="oracle", flat=True), 4)

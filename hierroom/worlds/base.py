@@ -127,7 +127,7 @@ class BaseWorld(ABC):
         return {goal: analyze(one) for goal, one in rules_by_goal(self.rules).items()}
 
     def remember(self, memories: Iterable[str]) -> None:
-        """Refuse all memories; only features and rewards of EscapeRooms and workshops ask for any."""
+        """Refuse all memories; only features and rewards of EscapeRooms ask for any."""
         if names := ", ".join(memories):
             names += "; ppo-rnd rewards novelty without it" * (names == "visited")
             raise InputError(f"{self.variants[0]} does not remember what a feature or a reward asks for: {names}")

@@ -16,12 +16,12 @@ MIN_SPLIT_PLACES = 5
 
 
 @njit(cache=True)
-def begin(shop, things, visited, recipes):
+def begin(shop, things, recipes):
     """Begin the next episode: everything on the shelf, in a random order that the shop's split allows."""
     shop.episode += 1
     shop.key = stream_key(shop.seed, shop.index, shop.episode)
     shop.n_drawn = np.uint64(0)
-    shop.steps, shop.achieved, shop.n_first, shop.has_ended = 0, 0, 0, False
+    shop.steps, shop.achieved, shop.has_ended = 0, 0, False
     things[:] = 0
     for thing in range(recipes.start.shape[0]):
         things[SHELF, thing] = recipes.start[thing]
@@ -32,8 +32,6 @@ def begin(shop, things, visited, recipes):
     shuffle(shop, order)
     while shop.split and n_places >= MIN_SPLIT_PLACES and is_held_out(order) != (shop.split == 2):
         shuffle(shop, order)
-    visited[:] = 0
-    visit(shop, things[BENCH], visited)
 
 
 @njit(cache=True)
@@ -43,31 +41,6 @@ def is_held_out(order):
     for thing in order:
         digest = mix(digest + np.uint64(thing) + GOLDEN)
     return digest >> np.uint64(61) == 0
-
-
-@njit(cache=True)
-def visit(shop, bench, visited):
-    """Remember the contents of the bench; return whether they are new since the last first achievement of a goal.
-
-    ``visited`` is a hash table with open addressing and 64-bit keys. If it has no slots or is full, nothing is new.
-    """
-    n_slots = np.uint64(visited.shape[0])
-    if n_slots == 0:
-        return False
-    key = mix(np.uint64(shop.n_first) + GOLDEN)
-    for thing in range(bench.shape[0]):
-        if bench[thing]:
-            key += mix((np.uint64(thing) << np.uint64(8)) + np.uint64(bench[thing])) * GOLDEN
-    key = mix(key) | np.uint64(1)  # 0 is a free slot
-    slot = key % n_slots
-    for _ in range(visited.shape[0]):
-        if visited[slot] == key:
-            return False
-        if visited[slot] == 0:
-            visited[slot] = key
-            return True
-        slot = (slot + np.uint64(1)) % n_slots
-    return False
 
 
 @njit(cache=True)
@@ -143,18 +116,17 @@ def note_goal(shop, things, recipes, goal, outcome):
         outcome.n_first += 1
         new &= new - 1
     shop.achieved |= outcome.achieved
-    shop.n_first += outcome.n_first
 
 
 @njit(cache=True, nogil=True)
-def begin_shops(shops, things, visited, recipes):
+def begin_shops(shops, things, recipes):
     """Begin the next episode in every environment."""
     for n in range(shops.shape[0]):
-        begin(shops[n], things[n], visited[n], recipes)
+        begin(shops[n], things[n], recipes)
 
 
 @njit(cache=True, nogil=True)
-def step_shops(shops, things, visited, recipes, actions, outcomes, last_shops, last_things, autoreset):
+def step_shops(shops, things, recipes, actions, outcomes, last_shops, last_things, autoreset):
     """Act once in every environment; an action that does not apply only costs the step.
 
     Where an episode ends, ``autoreset`` stores its last state and begins the next one. Without it, ended environments
@@ -165,7 +137,6 @@ def step_shops(shops, things, visited, recipes, actions, outcomes, last_shops, l
     for n in range(shops.shape[0]):
         shop, outcome, action = shops[n], outcomes[n], actions[n]
         outcome.achieved, outcome.n_first, outcome.reward = 0, 0, 0.0
-        outcome.is_novel, outcome.is_discovery = False, False
         if shop.has_ended:
             continue
         outcome.terminated = False
@@ -177,7 +148,6 @@ def step_shops(shops, things, visited, recipes, actions, outcomes, last_shops, l
                 note_goal(shop, things[n], recipes, goal, outcome)
         elif action == n_places + 1:
             clear(things[n])
-        outcome.is_novel = visit(shop, things[n, BENCH], visited[n])
         shop.steps += 1
         outcome.truncated = shop.steps >= shop.max_steps
         outcome.length = shop.steps
@@ -185,7 +155,7 @@ def step_shops(shops, things, visited, recipes, actions, outcomes, last_shops, l
         if shop.has_ended and autoreset:
             last_shops[n] = shop
             copy_matrix(things[n], last_things[n])
-            begin(shop, things[n], visited[n], recipes)
+            begin(shop, things[n], recipes)
 
 
 @njit(cache=True, nogil=True)

@@ -20,21 +20,16 @@ SHOP = record_type(
     ("split", "i4"),  # number in `SPLITS` of the set of shelf orders to draw from
     ("steps", "i4"),
     ("achieved", "i8"),  # bit g: goal g was achieved in this episode
-    ("n_first", "i4"),  # number of these bits
     ("has_ended", "?"),
 )
 
 
 @dataclass(frozen=True)
 class WorkshopState:
-    """The exact state of N workshops: records [N] of `SHOP`, things [N, 3, T] and past contents of the bench [N, V].
-
-    ``visited`` is a table of keys (see `kernels.visit`); V is 0 if nothing needs it.
-    """
+    """The exact state of N workshops: records [N] of `SHOP` and things [N, 3, T]."""
 
     shops: np.ndarray
     things: NDArray[np.uint8]
-    visited: NDArray[np.uint64]
 
     def __len__(self) -> int:
         return len(self.shops)
@@ -42,13 +37,13 @@ class WorkshopState:
     def __getitem__(self, indices) -> WorkshopState:
         """Copy the state of some environments; an integer index gives a batch of one."""
         chosen = np.atleast_1d(np.arange(len(self))[indices])
-        return WorkshopState(self.shops[chosen], self.things[chosen], self.visited[chosen])
+        return WorkshopState(self.shops[chosen], self.things[chosen])
 
 
 _INT32, _INT64 = 2**31 - 1, 2**63 - 1
 
 
-def check_state(state: WorkshopState, recipes: Recipes, n: int, n_visited: int) -> None:
+def check_state(state: WorkshopState, recipes: Recipes, n: int) -> None:
     """Check that all values of a state of n workshops are in range and consistent."""
     shops, things = state.shops, state.things
     n_things, n_places = len(recipes.limits), len(recipes.standing)
@@ -62,15 +57,12 @@ def check_state(state: WorkshopState, recipes: Recipes, n: int, n_visited: int) 
         "split": (0, len(SPLITS) - 1),
         "steps": (0, _INT32),
         "achieved": (0, 2**recipes.n_goals - 1),
-        "n_first": (0, recipes.n_goals),
     }
     of_records(SHOP, n, bounds).check({name: shops[name] for name in SHOP.names or ()}, "workshops")
     Array(np.uint8, (n, 3, n_things)).check(things, "things")
-    Array(np.uint64, (n, n_visited)).check(state.visited, "visited")
     counts = things[:, SHELF].astype(np.int64) + things[:, BENCH]
     has_place = np.isin(np.arange(n_things), recipes.standing)
     is_done = counts[:, recipes.target] > 0
-    goals = np.arange(recipes.n_goals)
     require(
         {
             "each thing that a recipe asks for has one place": (
@@ -80,8 +72,6 @@ def check_state(state: WorkshopState, recipes: Recipes, n: int, n_visited: int) 
             "of no thing are there more than its limit": (counts <= recipes.limits).all(axis=1),
             "the bench holds only what has a place": ~things[:, BENCH][:, ~has_place].any(axis=1),
             "the bench holds no more than it has room for": things[:, BENCH].sum(axis=1, dtype=int) <= recipes.room,
-            "n_first is the number of goals achieved": shops["n_first"]
-            == (shops["achieved"][:, None] >> goals & 1).sum(axis=1),
             "an episode has ended with the target or after its last step, and nowhere else": shops["has_ended"]
             == (is_done | (shops["steps"] >= shops["max_steps"])),
         },

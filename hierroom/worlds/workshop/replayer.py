@@ -55,8 +55,7 @@ class WorkshopReplayer:
     ) -> Iterator[WorkshopState]:
         """Yield the state, then the state after each action."""
         config = EnvConfig(task=self._task, max_steps=self.max_steps(state))
-        memories = ("visited",) if state.visited.shape[1] else ()
-        world = self._task.make_world(config, 1, autoreset=False, memories=memories)
+        world = self._task.make_world(config, 1, autoreset=False)
         world.set_state(state)
         yield world.get_state()
         for action in actions:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -25,8 +24,6 @@ from hierroom.worlds.workshop.tech_tree import tech_tree
 from hierroom.worlds.workshop.view import WorkshopView
 from hierroom.worlds.world import Feature, Seeds
 
-MOST_VISITED = 2**16
-"""Most slots of the table of past benches, which has two for each step; in longer episodes it fills up."""
 _KEYS = (*(f"K_{digit}" for digit in "1234567890"), *(f"K_{letter}" for letter in "qwertyuiopasdfghjklzxcvbnm"))
 
 
@@ -59,8 +56,7 @@ class WorkshopWorld(BaseWorld):
         the bench.
 
     Reward
-        1 for the target, else 0; `hierroom.turns.rewards` has those of the controller. For the reward novelty, contents
-        of the bench are new if they did not occur since a goal was last achieved for the first time.
+        1 for the target, else 0; `hierroom.turns.rewards` has those of the controller.
 
     End
         Terminated when the target is made. Truncated after ``max_steps``.
@@ -91,7 +87,7 @@ class WorkshopWorld(BaseWorld):
         Whole(1, 2**31 - 1).check(self.max_steps, "max_steps")
         shops["max_steps"], shops["split"] = self.max_steps, SPLITS[self.config.levels]
         things = np.zeros((num_envs, 3, len(self.book.things)), np.uint8)
-        self._state = WorkshopState(shops, things, np.zeros((num_envs, 0), np.uint64))
+        self._state = WorkshopState(shops, things)
         self._last_shops, self._last_things = shops.copy(), things.copy()
 
     @property
@@ -104,18 +100,10 @@ class WorkshopWorld(BaseWorld):
         """Features that networks can read, by name."""
         return self.task.features
 
-    def remember(self, memories: Iterable[str]) -> None:
-        """Remember the contents of the bench, ``visited``, from the next `reset` on."""
-        for name in memories:
-            if name != "visited":
-                raise InputError(f"a workshop can remember visited, not {name!r}")
-            visited = np.zeros((len(self), min(2 * self.max_steps, MOST_VISITED)), np.uint64)
-            self._state = replace(self._state, visited=visited)
-
     def begin(self, envs: NDArray[np.integer]) -> None:
         """Begin episodes in environments [M]; their records in ``shops`` determine them."""
         part = self._state[envs]
-        kernels.begin_shops(part.shops, part.things, part.visited, self.book.recipes)
+        kernels.begin_shops(part.shops, part.things, self.book.recipes)
         self._write(part, envs)
 
     def reset(self, seed: Seeds = None, envs: Indices = slice(None)) -> None:
@@ -129,7 +117,7 @@ class WorkshopWorld(BaseWorld):
     def step(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Take actions [N] and return the outcomes; an action that does not exist only costs the step."""
         state, last = self._state, (self._last_shops, self._last_things)
-        recipes, arrays, step = self.book.recipes, (state.shops, state.things, state.visited), _STEP.run
+        recipes, arrays, step = self.book.recipes, (state.shops, state.things), _STEP.run
         if self._shares.is_one:
             step(*arrays, recipes, actions, self._outcomes, *last, self.autoreset)
         else:
@@ -197,9 +185,9 @@ class WorkshopWorld(BaseWorld):
         if self.autoreset and len(ended):
             last, taken = before[ended], np.asarray(actions, np.int64)[ended]
             within = np.zeros(len(ended), OUTCOME)
-            arrays = last.shops, last.things, last.visited, self.book.recipes, taken, within
+            arrays = last.shops, last.things, self.book.recipes, taken, within
             kernels.step_shops(*arrays, last.shops, last.things, False)
-            state.shops[ended], state.things[ended], state.visited[ended] = last.shops, last.things, last.visited
+            state.shops[ended], state.things[ended] = last.shops, last.things
         return state
 
     def get_arrays(self, envs: NDArray[np.integer]) -> dict[str, np.ndarray]:
@@ -212,7 +200,7 @@ class WorkshopWorld(BaseWorld):
 
     def set_state(self, state: WorkshopState) -> None:
         """Set all environments to a state of as many, which is checked; seeds and indices are part of it."""
-        check_state(state, self.book.recipes, len(self), self._state.visited.shape[1])
+        check_state(state, self.book.recipes, len(self))
         self._write(state, self.everywhere)
         shops, outcomes = state.shops, np.zeros(len(self), OUTCOME)
         outcomes["length"] = shops["steps"]
@@ -223,9 +211,9 @@ class WorkshopWorld(BaseWorld):
 
     def _write(self, state: WorkshopState, envs: NDArray[np.integer]) -> None:
         ours = self._state
-        ours.shops[envs], ours.things[envs], ours.visited[envs] = state.shops, state.things, state.visited
+        ours.shops[envs], ours.things[envs] = state.shops, state.things
 
 
-_ARRAYS = np.zeros(1, SHOP), np.zeros((1, 3, 1), np.uint8), np.zeros((1, 1), np.uint64)
+_ARRAYS = np.zeros(1, SHOP), np.zeros((1, 3, 1), np.uint8)
 _GIVEN = book_of(tech_tree(2)).recipes, np.zeros(1, np.int64), np.zeros(1, OUTCOME)
-_STEP = Compiled(kernels.step_shops, *_ARRAYS, *_GIVEN, *_ARRAYS[:2], True)
+_STEP = Compiled(kernels.step_shops, *_ARRAYS, *_GIVEN, *_ARRAYS, True)

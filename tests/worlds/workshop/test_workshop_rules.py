@@ -13,9 +13,9 @@ FIELDS = ("achieved", "n_first", "is_novel", "is_discovery", "reward", "terminat
 TREES = {"craft": CRAFT, "melt": MELT, "tree": tech_tree(5), "wide": tech_tree(6, 3, "wide")}
 
 
-def make(rules, n=1, seed=0, memories=("visited",), **entries):
+def make(rules, n=1, seed=0, **entries):
     task = hierroom.workshop(rules)
-    return task.make_world(EnvConfig(task=task, **entries), n, seed=seed, memories=memories)
+    return task.make_world(EnvConfig(task=task, **entries), n, seed=seed)
 
 
 def act(world, *things):

@@ -30,8 +30,8 @@ TASK = hierroom.workshop(CRAFT)
 ACTIONS = np.random.default_rng(0).integers(0, TASK.n_actions, (150, 6))
 
 
-def make(n=6, seed=0, memories=("visited",), **entries):
-    return TASK.make_world(EnvConfig(task=TASK, max_steps=40, **entries), n, seed=seed, memories=memories)
+def make(n=6, seed=0, **entries):
+    return TASK.make_world(EnvConfig(task=TASK, max_steps=40, **entries), n, seed=seed)
 
 
 def test_environment_is_the_same_alone_and_in_a_batch():
@@ -50,7 +50,7 @@ def test_two_threads_equal_one_thread(monkeypatch):
 
     monkeypatch.setattr(module._STEP, "run", noted_step)
     config = EnvConfig(task=TASK, max_steps=40)
-    one, two = (TASK.make_world(config, n, seed=3, memories=("visited",), threads=threads) for threads in (1, 2))
+    one, two = (TASK.make_world(config, n, seed=3, threads=threads) for threads in (1, 2))
     for actions in np.random.default_rng(1).integers(0, TASK.n_actions, (60, n)):
         assert (one.step(actions) == two.step(actions)).all()
     for name, array in vars(one.get_state()).items():
@@ -105,7 +105,6 @@ def test_state_after_is_from_before_the_reset():
         ("things", (0, BENCH, TASK.book.things.index("dust")), 1, "the bench holds only what has a place"),
         ("things", (2, PLACES, -1), 1, "there are no other places"),
         ("shops", ("steps", 0), 40, "an episode has ended with the target or after its last step"),
-        ("shops", ("n_first", 3), 1, "n_first is the number of goals achieved, but not in environment 3"),
         ("shops", ("achieved", 3), 2**40, r"workshops\.achieved must be at most 127"),
         ("shops", ("max_steps", 3), 0, r"workshops\.max_steps must be at least 1"),
     ],
@@ -217,7 +216,7 @@ def test_workshops_pass_the_api_checkers():
     check_env(gymnasium.make("hierroom/Workshop-v0").unwrapped, skip_render_check=True)
 
 
-@pytest.mark.parametrize("method", [*METHODS, "learned", "random"])
+@pytest.mark.parametrize("method", [*sorted({*METHODS} - {"ppo-novelty"}), "learned", "random"])
 def test_every_method_trains_and_resumes_from_its_state(method, one_thread):
     agents = {"meta": method} if method not in METHODS else {"method": method}
     meta_ppo = PPOConfig(sequence_length=2, minibatches=2, sequences_per_update=4)
