@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import math
 import os
-from typing import Any, cast
+from typing import Any
 
-from hierroom.agents.playback import MOST_IN_GIF
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.presets import find_preset
 from hierroom.runs.results import N_PICTURED
 from hierroom.runs.trainer import MOST_EPISODES
-from hierroom.support.errors import InputError
 from hierroom.support.output import duration, warn
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS
 from hierroom.worlds.make import find_task
-from hierroom.worlds.task.parts import TaskParts
 from hierroom.worlds.task.task import Task
-from hierroom.worlds.task.trial import picture_seconds
 
 MOST_SECONDS, MOST_SHARE = 10.0, 0.1
 """A film may take so many seconds, or such a share of the time that the environments take, whichever is longer."""
@@ -51,15 +47,11 @@ def decide(config: TrainConfig) -> TrainConfig:
 
 def _may_film(config: TrainConfig, task: Task, limit: int) -> bool:
     step = task.trial.step_seconds
-    try:
-        seconds = (N_PICTURED + 1) * limit * step + min(limit, MOST_IN_GIF) * picture_seconds(cast(TaskParts, task))
-    except InputError as error:
-        task.replayer.no_picture = str(error)
-        warn(f"there is no film of an episode: {error}")
-        return False
-    if seconds <= max(MOST_SECONDS, MOST_SHARE * config.steps * step):
+    seconds = (N_PICTURED + 1) * limit * step
+    if task.make_vec is None and seconds <= max(MOST_SECONDS, MOST_SHARE * config.steps * step):
         return True
-    warn(f"there is no film of an episode, which may take {seconds:,.0f} seconds; --film True writes one")
+    why = f"it may take {seconds:,.0f} seconds; --film True writes one"
+    warn(f"there is no film of an episode: {why if task.make_vec is None else 'a vector replays none'}")
     return False
 
 

@@ -20,7 +20,7 @@ from hierroom.worlds.task.parts import TaskParts, Trial
 from hierroom.worlds.task.spaces import MAX_CATEGORIES, are_symbols, flat_entries, is_byte_image, n_symbols, read_entry
 from hierroom.worlds.task.vector_envs import VectorEnvs
 
-N_STEPS, N_PICTURES, N_VECTOR = 20, 3, 2
+N_STEPS, N_VECTOR = 20, 2
 
 
 def try_out(task: TaskParts) -> Trial:
@@ -131,15 +131,3 @@ def _trial(
 def _limit_of(env: Any) -> int | None:
     limit = getattr(getattr(env, "spec", None), "max_episode_steps", None)
     return limit if isinstance(limit, int) and limit > 0 else None
-
-
-def picture_seconds(task: TaskParts) -> float:
-    """Return the shortest time in which a new environment of a task draws a picture; it may be unable to."""
-    envs, seconds = LocalEnvs(task, 1, "rgb_array"), []
-    envs.reset([0], [0])
-    for _ in range(N_PICTURES):  # the first one may import and compile
-        started = time.perf_counter()
-        envs.render(0)
-        seconds.append(time.perf_counter() - started)
-    envs.close()
-    return min(seconds)
