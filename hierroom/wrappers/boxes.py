@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, overload
 
 import numpy as np
@@ -12,24 +12,13 @@ from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import BaseParallelWrapper
 from pettingzoo.utils.wrappers import BaseWrapper
 
-from hierroom.goals import GOAL_VECTORS, N_COLOURS, N_GOALS
+from hierroom.agents.features import CHOICE, ENTRY
 from hierroom.support.errors import InputError
-from hierroom.turns.records import CONTROLLER, META, N_OUTCOMES
-from hierroom.worlds.escape_room.constants import VIEW
+from hierroom.turns.records import CONTROLLER, META
 from hierroom.worlds.observation_writer import require_flat
 
-N_META_ACTIONS = N_GOALS + 1
-SIZES = {
-    "observation": VIEW * VIEW * 3,
-    "goal": GOAL_VECTORS.shape[1],
-    "direction": 4,
-    "keys_held": N_COLOURS,
-    "doors_open": N_COLOURS,
-    "outcome": N_OUTCOMES,
-    "action_mask": N_META_ACTIONS,
-    "is_meta": 1,
-}
-"""The number of values of each part of a box, in order; features and choices come after them."""
+_ORDER = ("observation", "goal", "direction", "keys_held", "doors_open", "outcome")
+"""The entries of EscapeRooms in the order of a box."""
 
 
 @overload
@@ -52,7 +41,8 @@ def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
     | ``features``, one-hot | as many as they have values | all zero for an agent without; see `add_features` |
     | ``choice``, one-hot, where a trained agent chooses goals | 14 | all zero for ``controller_0`` |
 
-    For a task, the parts are its own entries, flattened. Both agents have as many actions as the agent with more.
+    For a task, the parts are its own entries, flattened, and then the last four of the table. Both agents have as many
+    actions as the agent with more.
 
     Both agents of an EscapeRoom have 14 actions. An action that ``controller_0`` does not have only costs the step. In
     an AEC environment, wrappers inside this view do not see such actions, so put wrappers outside of it.
@@ -78,26 +68,25 @@ def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
     raise InputError(f"box_view takes a hierroom.env or a hierroom.parallel_env, not {env!r}")
 
 
-class TaskBoxes:
-    """Turns the observations of both agents into boxes of one size: all entries but some, flat and concatenated.
+class Boxes:
+    """Turns the observations of both agents into boxes of one size, in EscapeRooms with numbers from 0 to 1."""
 
-    Args:
-        given: the observation space of each agent.
-        n_actions: the number of actions of the agent with more.
-        without: the entries left out.
-    """
-
-    def __init__(self, given: Mapping[str, Any], n_actions: int, without: Container[str] = ("action_mask",)) -> None:
-        self.n_actions = n_actions
-        self._spaces = {
-            agent: {name: one for name, one in space.spaces.items() if name not in without}
-            for agent, space in given.items()
-        }
-        self._sizes: dict[str, int] = {}  # an entry of both agents, such as ``features``, may have two spaces
+    def __init__(self, env: Any, agents: Sequence[str]) -> None:
+        if any(not isinstance(env.action_space(agent), spaces.Discrete) for agent in agents):
+            raise InputError(f"box_view takes Discrete actions, not {env.action_space(CONTROLLER)}")
+        self.n_actions: int = max(env.action_space(agent).n for agent in agents)
+        self._spaces = {agent: {**env.observation_space(agent).spaces} for agent in agents}
+        sizes: dict[str, int] = {}  # an entry of both agents, such as ``features``, may have two spaces
         for name, one in (item for entries in self._spaces.values() for item in entries.items()):
-            self._sizes[name] = max(self._sizes.get(name, 0), spaces.flatdim(one))
+            sizes[name] = max(sizes.get(name, 0), spaces.flatdim(one))
+        added = {name: sizes.pop(name) for name in (ENTRY, CHOICE) if name in sizes}
+        last = {"action_mask": sizes.pop("action_mask"), "is_meta": 1}
+        self._is_task = env.unwrapped.single.turns.config.task is not None
+        own = sizes if self._is_task else {name: sizes[name] for name in _ORDER}
+        self._sizes = {**own, **last, **added}
         require_flat(sum(self._sizes.values()))
-        self.space = spaces.Box(-np.inf, np.inf, (sum(self._sizes.values()) + n_actions + 1,), np.float32)
+        low, high = (-np.inf, np.inf) if self._is_task else (0, 1)
+        self.space = spaces.Box(low, high, (sum(self._sizes.values()),), np.float32)
 
     def mask(self, observation: Mapping[str, Any]) -> NDArray[np.int8]:
         """Return the legal actions, [A] int8."""
@@ -105,51 +94,18 @@ class TaskBoxes:
         mask[: len(observation["action_mask"])] = observation["action_mask"]
         return mask
 
-    def entries(self, agent: str, observation: Mapping[str, Any]) -> NDArray[np.float32]:
-        """Return the entries as numbers, with zeros for those that the agent does not have."""
-        numbers, start = np.zeros(sum(self._sizes.values()), np.float32), 0
+    def vector(self, agent: str, observation: Mapping[str, Any]) -> NDArray[np.float32]:
+        """Return one observation as numbers, with zeros for entries that the agent does not have."""
+        numbers, start, own = np.zeros(self.space.shape, np.float32), 0, self._spaces[agent]
         for name, size in self._sizes.items():
-            if name in observation:
-                part: Any = spaces.flatten(self._spaces[agent][name], observation[name])
-                numbers[start : start + len(part)] = part
+            if name == "is_meta":
+                numbers[start] = agent == META
+            elif name in observation:
+                part: Any = spaces.flatten(own[name], observation[name])
+                scale = 10 if name == "observation" and not self._is_task else 1
+                numbers[start : start + len(part)] = part / np.float32(scale)
             start += size
         return numbers
-
-    def vector(self, agent: str, observation: Mapping[str, Any]) -> NDArray[np.float32]:
-        """Return one observation as numbers."""
-        return np.concatenate(
-            [self.entries(agent, observation), self.mask(observation), [agent == META]], dtype=np.float32
-        )
-
-
-class Boxes(TaskBoxes):
-    """Turns the observations of both agents of an EscapeRoom into boxes of one size, with numbers from 0 to 1."""
-
-    def __init__(self, given: Mapping[str, Any]) -> None:
-        super().__init__(given, N_META_ACTIONS, SIZES)
-        self.space = spaces.Box(0, 1, (sum(SIZES.values()) + sum(self._sizes.values()),), np.float32)
-
-    def vector(self, agent: str, observation: Mapping[str, Any]) -> NDArray[np.float32]:
-        """Return one observation as numbers."""
-        parts: dict[str, Sequence[Any] | NDArray] = {
-            **observation,
-            "observation": observation["observation"] / np.float32(10),
-            "direction": np.eye(SIZES["direction"])[observation["direction"]],
-            "outcome": np.eye(N_OUTCOMES)[observation["outcome"]] if agent == META else np.zeros(N_OUTCOMES),
-            "action_mask": self.mask(observation),
-            "is_meta": (agent == META,),
-        }
-        fixed = [np.ravel(parts[name]) for name in SIZES]
-        return np.concatenate([*fixed, self.entries(agent, observation)], dtype=np.float32)
-
-
-def _boxes(env: Any, agents: Sequence[str]) -> TaskBoxes:
-    given = {agent: env.observation_space(agent) for agent in agents}
-    if env.unwrapped.single.turns.config.task is None:
-        return Boxes(given)
-    if any(not isinstance(env.action_space(agent), spaces.Discrete) for agent in agents):
-        raise InputError(f"box_view takes Discrete actions, not {env.action_space(CONTROLLER)}")
-    return TaskBoxes(given, max(env.action_space(agent).n for agent in agents))
 
 
 class _OwnSpaces:
@@ -169,7 +125,7 @@ class ParallelBoxes(_OwnSpaces, BaseParallelWrapper):
     def __init__(self, env: ParallelEnv) -> None:
         super().__init__(env)
         self.possible_agents = env.possible_agents
-        self._boxes = _boxes(env, env.possible_agents)
+        self._boxes = Boxes(env, env.possible_agents)
         self.action_spaces = {agent: spaces.Discrete(self._boxes.n_actions) for agent in env.possible_agents}
         self.observation_spaces = dict.fromkeys(env.possible_agents, self._boxes.space)
 
@@ -197,7 +153,7 @@ class AECBoxes(_OwnSpaces, BaseWrapper):
     def __init__(self, env: AECEnv) -> None:
         super().__init__(env)
         agents = env.unwrapped.possible_agents
-        self._boxes = _boxes(env, agents)
+        self._boxes = Boxes(env, agents)
         self.action_spaces = {agent: spaces.Discrete(self._boxes.n_actions) for agent in agents}
         mask = spaces.Box(0, 1, (self._boxes.n_actions,), np.int8)
         self.observation_spaces = {

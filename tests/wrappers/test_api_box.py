@@ -83,7 +83,7 @@ def make_aec(**settings):
 
 
 # Its checkers warn of a dict with a mask, which PettingZoo proposes, and reset with an option that no environment has.
-@pytest.mark.filterwarnings("error", "ignore:Observation:UserWarning", "ignore:a reset takes the options:UserWarning")
+@pytest.mark.filterwarnings("error", "ignore:Observation:UserWarning", "ignore:a reset takes:UserWarning")
 @pytest.mark.parametrize("drop_key", [False, True])
 def test_box_views_pass_pettingzoo_checkers(drop_key, capsys):
     parallel_api_test(make(drop_key=drop_key), num_cycles=200)
