@@ -177,6 +177,13 @@ def new_predictions(known: dict[str, Known]) -> Iterator[dict[str, Any]]:
         yield cells
 
 
+def write_and_print(rows: list[dict[str, Any]], file: str) -> None:
+    """Write a table of the results, and print it."""
+    write_atomically(FOLDER / file, csv_text(rows))
+    for row in rows:
+        print("  ".join(f"{value!s:<12}" for value in row.values()))
+
+
 def main() -> int:
     """Run the command."""
     options = tyro.cli(Options, description=__doc__)
@@ -187,10 +194,7 @@ def main() -> int:
         print(f"predictions of {len(rows)} tasks are in {FOLDER / 'new.csv'}")
         return 0
     write_model(known, uses)
-    rows = [*table(known, uses), *other_levels(known, uses)]
-    write_atomically(FOLDER / "table.csv", csv_text(rows))
-    for row in rows:
-        print("  ".join(f"{value!s:<12}" for value in row.values()))
+    write_and_print([*table(known, uses), *other_levels(known, uses)], "table.csv")
     return 0
 
 

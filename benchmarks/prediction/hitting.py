@@ -15,13 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import rankdata
 
-from benchmarks.prediction.__main__ import FOLDER, WANTED, WORLDS
+from benchmarks.prediction.__main__ import WANTED, WORLDS, write_and_print
 from benchmarks.prediction.play import RESULTS, SWEEPS, read_rows
 from benchmarks.prediction.rows import known_tasks, read_runs, task_medians
 from hierroom.lab.advise.measures import w_fewest
 from hierroom.support.cli import run
-from hierroom.support.files import write_atomically
-from hierroom.support.tables import csv_text
 
 RESAMPLES = 2000
 
@@ -59,10 +57,7 @@ def rows() -> Iterator[dict[str, str | int]]:
 
 def main() -> int:
     """Run the command."""
-    found = [*rows()]
-    write_atomically(FOLDER / "hitting_time.csv", csv_text(found))
-    for row in found:
-        print("  ".join(f"{value!s:<12}" for value in row.values()))
+    write_and_print([*rows()], "hitting_time.csv")
     return 0
 
 

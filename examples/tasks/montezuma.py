@@ -9,6 +9,8 @@ A run of 13,312 steps with two goals more came to the ladder in 2 of 2 evaluated
 The bytes: 3 is the room, 42 and 43 are x and y of the player, 65 has a bit for a key in hand.
 """
 
+from itertools import pairwise
+
 import ale_py
 import gymnasium
 
@@ -49,16 +51,12 @@ def is_outside(env, info):
     return memory(env)[ROOM] != 1
 
 
+GOALS = {**{place: is_at(place) for place in PLACES}, "key": has_key, "outside": is_outside}  # one after the other
+
 montezuma = hierroom.Task(
     make=lambda render_mode=None: gymnasium.make("ALE/MontezumaRevenge-v5", obs_type="ram", render_mode=render_mode),
-    goals={**{place: is_at(place) for place in PLACES}, "key": has_key, "outside": is_outside},
-    rules={
-        "ladder": {},
-        "rope": {"needs": "ladder"},
-        "right": {"needs": "rope"},
-        "key": {"needs": "right"},
-        "outside": {"needs": "key"},
-    },
+    goals=GOALS,
+    rules={"ladder": {}, **{goal: {"needs": before} for before, goal in pairwise(GOALS)}},
     target="outside",
     max_steps=1000,
     label="Montezuma's Revenge",

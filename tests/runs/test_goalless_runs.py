@@ -2,13 +2,11 @@
 
 import json
 import math
-import signal
 
 import chest_task
 import pandas as pd
 import pytest
-from same_run import differences
-from stopped_run import stop_at_update
+from untargeted_runs import SMALL, trained
 
 import hierroom
 from hierroom.commands import compare, evaluate, report, watch
@@ -18,15 +16,10 @@ from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
 
-SMALL = ["--num-envs", "4", "--sequence-length", "16", "--minibatches", "2", "--epochs", "1", "--hidden-size", "8"]
-SMALL += ["--steps", "512", "--evaluations", "2", "--evaluation-episodes", "4", "--threads", "1", "--log", "none"]
-
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    out = tmp_path_factory.mktemp("runs") / "balance"
-    assert train(["--task", "chest_task:balance", *SMALL, "--out", str(out)]) == 0
-    return out
+    return trained("balance", tmp_path_factory.mktemp("runs"))
 
 
 def test_run_without_a_method_trains_ppo_and_reports_returns(run):
@@ -38,14 +31,6 @@ def test_run_without_a_method_trains_ppo_and_reports_returns(run):
     assert (summary["steps_to_50"], summary["evaluated_success_rate"]) == (None, None)
     assert summary["evaluated_return"] == float(rows[-1]["return"])
     assert (run / "episode.gif").exists()
-
-
-def test_stopped_run_resumes_exactly(run, tmp_path, monkeypatch):
-    stop_at_update(monkeypatch, signal.SIGINT, 3)
-    out = tmp_path / "balance"
-    assert train(["--task", "chest_task:balance", *SMALL, "--out", str(out)]) == 130
-    assert train(["--resume", str(out), "--trust-run", "--log", "none"]) == 0
-    assert differences(run, out) == []
 
 
 def test_commands_show_the_return(run, tmp_path, capsys, monkeypatch):

@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 from same_run import differences
 from stopped_run import stop_at_update
+from untargeted_runs import AGENTS, SMALL, trained
 
 import hierroom
 from hierroom.agents.evaluation import geometric_mean
@@ -22,15 +23,10 @@ from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
 
-SMALL = ["--num-envs", "4", "--sequence-length", "16", "--minibatches", "2", "--epochs", "1", "--hidden-size", "8"]
-SMALL += ["--steps", "512", "--evaluations", "2", "--evaluation-episodes", "8", "--threads", "1", "--log", "none"]
-
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    out = tmp_path_factory.mktemp("runs") / "camp"
-    assert train(["--task", "chest_task:camp", *SMALL, "--meta", "learned", "--out", str(out)]) == 0
-    return out
+    return trained("camp", tmp_path_factory.mktemp("runs"))
 
 
 def test_score_is_crafters_geometric_mean():
@@ -58,12 +54,13 @@ def test_warm_up_of_a_learned_meta_ends_with_options_that_reach_their_goals():
     assert warm_up.has_ended
 
 
-def test_stopped_run_resumes_exactly(run, tmp_path, monkeypatch):
+@pytest.mark.parametrize("task", AGENTS)
+def test_stopped_run_resumes_exactly(task, tmp_path, monkeypatch):
+    whole = trained(task, tmp_path)
     stop_at_update(monkeypatch, signal.SIGINT, 3)
-    out = tmp_path / "camp"
-    assert train(["--task", "chest_task:camp", *SMALL, "--meta", "learned", "--out", str(out)]) == 130
-    assert train(["--resume", str(out), "--trust-run", "--log", "none"]) == 0
-    assert differences(run, out) == []
+    stopped = trained(task, tmp_path / "stopped", code=130)
+    assert train(["--resume", str(stopped), "--trust-run", "--log", "none"]) == 0
+    assert differences(whole, stopped) == []
 
 
 def test_commands_show_the_score_and_each_goal(run, tmp_path, capsys, monkeypatch):
