@@ -20,9 +20,8 @@ class Symbols(Env):
     """Crafter with kinds and counts in place of its picture, which shows 9 x 7 cells."""
 
     def _obs(self):
-        around = np.pad(self._sem_view(), 4)  # [area + 8]; 0 is outside
         col, row = self._player.pos
-        view = around[col : col + 9, row + 1 : row + 8, None].astype(np.uint8)
+        view = np.pad(self._sem_view(), 4)[col : col + 9, row + 1 : row + 8, None].astype(np.uint8)  # 0 is outside
         state = [*self._player.inventory.values(), *self._player.facing, self._player.sleeping, self._world.daylight]
         return {"view": view, "state": np.array(state, np.float32)}
 

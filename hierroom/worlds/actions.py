@@ -76,7 +76,7 @@ class DiscreteActions:
 
     def name(self, action: Any) -> str:
         """Return the name of an action."""
-        return f"action {self.first + action}" if self.are_legal(action) else "illegal action"
+        return f"action {self.first + int(action)}" if self.are_legal(action) else "illegal action"
 
 
 class ArrayActions:

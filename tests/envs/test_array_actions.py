@@ -12,7 +12,7 @@ from hierroom.gym_env import EscapeRoom
 from hierroom.support.errors import InputError
 from hierroom.turns.turns import Turns
 from hierroom.vector_env import EscapeRooms
-from hierroom.worlds.actions import actions_of
+from hierroom.worlds.actions import DiscreteActions, actions_of
 
 EVERY = pytest.mark.parametrize("space", SPACES.values(), ids=SPACES)
 
@@ -132,6 +132,7 @@ def test_numbers_outside_stay_illegal_in_every_type(space):
     assert kind.are_legal(kind.read([space.start, last], 2)).all()
     outside = [space.start - np.int64(1), last + 1, last + 256, space.start - np.int64(256)]
     assert not kind.are_legal(kind.read(outside, 4)).any()
+    assert DiscreteActions(3, 2**40).name(np.int32(1)) == f"action {2**40 + 1}"
 
 
 @pytest.mark.parametrize("dtype", [np.int8, np.uint8, np.int16, np.float16, np.float64])
