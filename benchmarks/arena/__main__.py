@@ -37,20 +37,19 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("command", choices=("predict", "run", "judge"))
     parser.add_argument("--families", nargs="*", metavar="FAMILY", help="which ones; without a name, list them")
-    parser.add_argument("--folder", type=Path, default=FOLDER, help="of predictions.csv and runs.csv")
+    parser.add_argument("--folder", type=Path, default=FOLDER, help="of play.csv, predictions.csv and runs.csv")
     given = parser.parse_args()
     if given.families == []:
         list_families()
         return 0
     families = find_families(given.families or [])
     given.folder.mkdir(parents=True, exist_ok=True)
-    predictions, runs = given.folder / "predictions.csv", given.folder / "runs.csv"
     if given.command == "predict":
-        predict_rows(families, predictions)
+        predict_rows(families, given.folder)
     elif given.command == "run":
-        run_rows(plan(families), runs, predictions)
+        run_rows(plan(families), given.folder)
     else:
-        print(judge(predictions, runs, [one.name for one in families] if given.families else [*FAMILIES]))
+        print(judge(given.folder, given.families or [*FAMILIES]))
     return 0
 
 

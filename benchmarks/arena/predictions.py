@@ -1,69 +1,95 @@
-"""Predictions of the arena's tasks, written before any of their runs."""
+"""Random play in the arena's tasks, and predictions from it, written before any of their runs."""
 
 from __future__ import annotations
 
 import traceback
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import closing
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from benchmarks.arena.families import Family
 from benchmarks.prediction.play import read_rows
 from hierroom.complexity.report import analyze
-from hierroom.lab.advise.advise import Advice, advise
+from hierroom.goals import Rules
+from hierroom.lab.advise.costs import measure_costs
 from hierroom.lab.advise.measures import Known
+from hierroom.lab.advise.model import read_model
+from hierroom.lab.advise.outside import world_of
+from hierroom.lab.advise.prediction import predict
+from hierroom.lab.advise.rule_check import check_rules
 from hierroom.support.files import write_atomically
 from hierroom.support.tables import csv_text
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.make import make_world
 
+METHODS = ("hippo", "ppo-bonus", "ppo")
 MILESTONES = ("steps_to_50", "steps_to_95")
 
 
-def predict_rows(families: Iterable[Family], out: Path) -> None:
-    """Play in each task that has no row, and write it; a task that fails has a row that says so."""
-    rows: list[Mapping[str, Any]] = [*read_rows(out)]
-    done = {(row["family"], row["task"]) for row in rows}
-    for family in families:
-        for task, entries in family.tasks().items():
-            if (family.name, task) in done:
-                continue
-            identity = {"family": family.name, "task": task}
-            try:
-                rows.append(identity | predicted(entries, family.play_steps))
-            except Exception as error:  # of somebody else's environment
-                rows.append(identity | {"error": traceback.format_exception_only(error)[-1].strip()})
-            write_atomically(out, csv_text(rows, [*dict.fromkeys(name for row in rows for name in row)]))
-            print(*list(rows[-1].values())[:6], flush=True)
+def add_rows(out: Path, identities: Iterable[Mapping[str, str]], row_of: Callable[..., Mapping[str, Any]]) -> None:
+    """Write what ``row_of`` returns for each identity that has no row; what it raises is a row's ``error``."""
+    for identity in identities:
+        rows: list[Mapping[str, Any]] = [*read_rows(out)]
+        if any(identity.items() <= row.items() for row in rows):
+            continue
+        try:
+            rows.append({**identity, **row_of(**identity), "error": ""})
+        except Exception as error:  # of somebody else's environment
+            rows.append({**identity, "error": traceback.format_exception_only(error)[-1].strip()})
+        write_atomically(out, csv_text(rows, [*dict.fromkeys(name for row in rows for name in row)]))
+        print(*[*rows[-1].values()][:6], flush=True)
 
 
-def predicted(entries: Mapping[str, Any], play_steps: int) -> dict[str, Any]:
-    """Return what `hierroom.advise` says of a task, and what is known of it."""
-    advice = advise(**entries, play_steps=play_steps)
-    config = EnvConfig.of_arguments(entries)
-    world = make_world(config, 1)
-    try:
-        rules, actions = world.rules, world.n_actions
-    finally:
-        world.close()
-    assert advice.costs is not None
+def predict_rows(families: Iterable[Family], folder: Path) -> None:
+    """Play in each task, and predict it with the model that is there."""
+    by_name = {family.name: family for family in families}
+    tasks = [{"family": one.name, "task": task} for one in by_name.values() for task in one.tasks()]
+    add_rows(folder / "play.csv", tasks, lambda family, task: played(by_name[family], task))
+    play = {(row["family"], row["task"]): row for row in read_rows(folder / "play.csv")}
+    add_rows(
+        folder / "predictions.csv", tasks, lambda family, task: predicted(by_name[family], task, play[family, task])
+    )
+
+
+def played(family: Family, task: str) -> dict[str, Any]:
+    """Play in a task; return what is known of it before training, and how play agrees with its rules."""
+    config = EnvConfig.of_arguments(family.tasks()[task])
+    costs = measure_costs(config, play_steps=family.play_steps)
+    with closing(make_world(config, 1)) as world:
+        rules, goals, again = world.rules, world.goals, getattr(world, "is_repeatable", False)
     assert rules is not None
-    measures = asdict(Known.of(advice.costs, rules)) | {"hitting_time": analyze(rules).hitting_time}
-    found = {
-        **{"model": advice.model, "outside": advice.reason if advice.outside else "", **cells(advice)},
-        **{name: f"{value:.4g}" for name, value in measures.items()},
-        **{"actions": actions, "played": advice.costs.steps, "steps_per_second": round(advice.costs.steps_per_second)},
-        "rules": " / ".join(str(advice.rules).splitlines()) if advice.rules else "",
+    check = ""
+    if isinstance(rules, Rules):
+        once = np.array(goals.names)[~np.broadcast_to(again, len(goals))].tolist()
+        check = str(check_rules(rules, costs.sequences, goals.names, goals.names[goals.target], once))
+    measures = {**asdict(Known.of(costs, rules)), "hitting_time": analyze(rules).hitting_time}
+    return {
+        **{name: f"{value:.6g}" for name, value in measures.items()},
+        **{"actions": world.n_actions, "episodes": costs.episodes, "play_steps": costs.steps},
+        "hardest": costs.hardest,
+        "rules": " / ".join(check.splitlines()),
     }
-    return found | {"error": ""}
 
 
-def cells(advice: Advice) -> dict[str, str]:
+def known_of(row: Mapping[str, str]) -> Known:
+    """Return what a row of play.csv says of a task."""
+    kinds: dict[str, Any] = Known.__annotations__
+    return Known(**{name: (int if kind == "int" else float)(float(row[name])) for name, kind in kinds.items()})
+
+
+def predicted(family: Family, task: str, row: Mapping[str, str]) -> dict[str, str]:
     """Return the predicted steps of each method and milestone with their interval; empty where nothing is predicted."""
-    found: dict[str, str] = {}
-    for method in ("hippo", "ppo-bonus", "ppo"):
-        one = advice.predictions.get(method)
+    if row["error"]:
+        return {"model": "", "outside": row["error"]}
+    model, where = read_model(), world_of(EnvConfig.of_arguments(family.tasks()[task]))
+    predictions, reason = predict(known_of(row), where, model)
+    found = {"model": model.name, "outside": reason or ""}
+    for method in METHODS:
+        one = predictions.get(method)
         for milestone in MILESTONES:
             steps = one and getattr(one, milestone)
             for end, value in (("", steps), ("_low", steps and steps.low), ("_high", steps and steps.high)):

@@ -5,18 +5,16 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from benchmarks.arena.families import FAMILIES, Family
+from benchmarks.arena.predictions import METHODS, add_rows
 from benchmarks.prediction.play import read_rows
 from hierroom.support.errors import InputError
-from hierroom.support.files import write_atomically
-from hierroom.support.tables import csv_text
 
-METHODS = ("hippo", "ppo-bonus", "ppo")
 SEEDS, EVERY = 2, 4
 """Seeds of each task; each ``EVERY``-th task has one more, which shows the noise."""
 EVALUATIONS = 20
@@ -53,25 +51,25 @@ def plan(families: Iterable[Family]) -> list[Run]:
     ]
 
 
-def run_rows(runs: Iterable[Run], out: Path, predictions: Path) -> None:
-    """Train what has no row; a run that fails has a row that says so. Refuse a task that was not predicted."""
-    predicted = {(row["family"], row["task"]) for row in read_rows(predictions)}
-    for run in runs:
+def run_rows(runs: Iterable[Run], folder: Path) -> None:
+    """Train what has no row in runs.csv; refuse a task that was not predicted."""
+    predicted = {(row["family"], row["task"]) for row in read_rows(folder / "predictions.csv")}
+    planned = [*runs]
+    for run in planned:
         if (run.family, run.task) not in predicted:
             raise InputError(f"{run.family} {run.task} has no prediction; predict and commit it before its first run")
-        identity = {name: str(value) for name, value in vars(run).items()}
-        rows: list[Mapping[str, Any]] = [*read_rows(out)]
-        if any(identity.items() <= row.items() for row in rows):
-            continue
-        command = [sys.executable, "-m", "benchmarks.arena.runs", *identity.values()]
-        done = subprocess.run(command, capture_output=True, text=True)
-        if done.returncode in (-2, 130):  # Ctrl-C
-            raise KeyboardInterrupt
-        lines = done.stderr.strip().splitlines()
-        numbers = json.loads(done.stdout.splitlines()[-1]) if not done.returncode else {"error": (lines or ["?"])[-1]}
-        rows.append(identity | numbers)
-        write_atomically(out, csv_text(rows, [*dict.fromkeys(name for row in rows for name in row)]))
-        print(*rows[-1].values(), flush=True)
+    add_rows(folder / "runs.csv", [{name: str(one) for name, one in vars(run).items()} for run in planned], _in_process)
+
+
+def _in_process(**identity: str) -> dict[str, Any]:
+    done = subprocess.run(
+        [sys.executable, "-m", "benchmarks.arena.runs", *identity.values()], capture_output=True, text=True
+    )
+    if done.returncode < 0 or done.returncode == 130:  # cut off, by a signal or Ctrl-C: no row, so that it goes on
+        raise KeyboardInterrupt
+    if done.returncode:
+        raise RuntimeError((done.stderr.strip().splitlines() or ["no reason given"])[-1])
+    return json.loads(done.stdout.splitlines()[-1])
 
 
 def train_one(run: Run) -> dict[str, Any]:
@@ -87,7 +85,7 @@ def train_one(run: Run) -> dict[str, Any]:
     family, folder = FAMILIES[run.family], KEPT / run.name
     entries = dict(family.tasks()[run.task])
     if run.method == "ppo" and "task" in entries and not str(entries["task"]).startswith("workshop"):
-        entries["reward"] = f"{__spec__.name}:target_reward"  # others' rewards are of many kinds
+        entries["reward"] = "benchmarks.arena.runs:target_reward"  # others' rewards are of many kinds
     if (folder / "config.json").exists():
         main(["--resume", str(folder), "--trust-run", "--log", "none"])
     else:
@@ -97,12 +95,18 @@ def train_one(run: Run) -> dict[str, Any]:
     opened = RunFolder.open(folder)
     curve = LearningCurve.of_rows(opened.evaluations.read())
     assert curve is not None
-    row: dict[str, Any] = {"steps": int(curve.steps[-1]), "seconds": round(float(curve.seconds[-1]))}
+    row: dict[str, Any] = {"steps": int(curve.steps[-1]), "first": int(curve.steps[curve.steps > 0][0])}
     for milestone in (50, 95):
         one = curve.crossing(milestone)
-        ends = ("", "", "") if one is None else (round(one.steps), round(one.low), one.high)
-        row |= zip((f"steps_to_{milestone}{end}" for end in ("", "_low", "_high")), map(str, ends), strict=True)
-    return row | {"success": float(curve.success[-1]), "area": round(curve.area, 4), "error": ""}
+        ends = ["", "", ""] if one is None else [f"{steps:.0f}" for steps in (one.steps, one.low, one.high)]
+        if one is not None and one.steps == curve.steps[0]:  # at the first look, which may be late
+            ends[0] = "0"
+        row |= zip((f"steps_to_{milestone}{end}" for end in ("", "_low", "_high")), ends, strict=True)
+    return row | {
+        "success": float(curve.success[-1]),
+        "area": round(curve.area, 4),
+        "seconds": round(curve.seconds[-1]),
+    }
 
 
 def target_reward(step: Any) -> Any:

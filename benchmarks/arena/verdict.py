@@ -8,13 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.arena.predictions import MILESTONES
-from benchmarks.arena.runs import METHODS
+from benchmarks.arena.predictions import METHODS, MILESTONES, known_of
 from benchmarks.prediction.fit import concordance, score
 from benchmarks.prediction.play import read_rows
 from benchmarks.prediction.rows import Runs, times
-from hierroom.lab.advise.measures import MEASURES, Known
-from hierroom.runs.logs.learning_curve import FIRST_POINT
+from hierroom.lab.advise.measures import MEASURES
 from hierroom.support.tables import markdown_table
 
 ALL = "all"
@@ -22,21 +20,22 @@ Row = Mapping[str, str]
 _COLUMNS = ("tasks", "runs", "reached", "rank", "C", "factor", "within 2", "inside", "outside", "undecided", "coverage")
 
 
-def judge(predictions: Path, runs: Path, families: Sequence[str]) -> str:
+def judge(folder: Path, families: Sequence[str]) -> str:
     """Return the tables of what was predicted, of what measures tell, and of what failed."""
-    predicted = {_key(row): row for row in read_rows(predictions) if row["family"] in families}
-    rows = [row for row in read_rows(runs) if row["family"] in families]
-    good = [row for row in rows if not row.get("error") and _key(row) in predicted]
+
+    def read(name: str) -> list[dict[str, str]]:
+        return [row for row in read_rows(folder / name) if row["family"] in families]
+
+    predicted = {_key(row): row for row in read("predictions.csv")}
+    play = {_key(row): row for row in read("play.csv") if not row["error"]}
+    rows = read("runs.csv")
+    good = [row for row in rows if not row["error"] and _key(row) in predicted]
     parts = [
         markdown_table(["family", "method", "milestone", *_COLUMNS], [*_predicted(predicted, good, families)]),
-        markdown_table(
-            ["family", "method", "milestone", "runs", *_measures()], [*_measured(predicted, good, families)]
-        ),
+        markdown_table(["family", "method", "milestone", "runs", *_measures()], [*_measured(play, good, families)]),
         markdown_table(["family", "tasks", "not predicted", "why"], [*_outside(predicted, families)]),
     ]
-    failed = [f"failed: {_key(row)} {row.get('method', '')} {row.get('seed', '')}: {row['error']}" for row in rows]
-    failed = [line for line, row in zip(failed, rows, strict=True) if row.get("error")]
-    failed += [f"not measured: {name}: {row['error']}" for name, row in predicted.items() if row.get("error")]
+    failed = [f"failed: {_key(row)} {row['method']} {row['seed']}: {row['error']}" for row in rows if row["error"]]
     return "\n\n".join([*parts, *failed])
 
 
@@ -47,7 +46,7 @@ def _key(row: Row) -> str:
 def runs_of(rows: Sequence[Row], method: str, milestone: str) -> Runs:
     """Return the runs of a method to a milestone."""
     some = [row for row in rows if row["method"] == method]
-    ends = [times(row[milestone], float(row["steps"]), FIRST_POINT * float(row["steps"])) for row in some]
+    ends = [times(row[milestone], float(row["steps"]), float(row["first"])) for row in some]
     low, high = np.array(ends).reshape(-1, 2).T
     return Runs(np.array([_key(row) for row in some]), np.array([row["family"] for row in some]), low, high)
 
@@ -105,20 +104,13 @@ def _predicted(predicted: Mapping[str, Row], rows: Sequence[Row], families: Sequ
 
 
 def _measures() -> dict[str, Callable[[Row], float]]:
-    def of_known(measure: Callable[[Known], float]) -> Callable[[Row], float]:
-        return lambda row: measure(Known(**{name: float(row[name]) for name in Known.__annotations__}))  # pyright: ignore
-
-    named = {name: of_known(measure) for name, measure in MEASURES.items()}
+    named = {name: lambda row, measure=measure: measure(known_of(row)) for name, measure in MEASURES.items()}
     return named | {name: lambda row, name=name: float(row[name]) for name in ("hitting_time", "goals")}
 
 
-def _measured(predicted: Mapping[str, Row], rows: Sequence[Row], families: Sequence[str]) -> Iterator[list[str]]:
+def _measured(play: Mapping[str, Row], rows: Sequence[Row], families: Sequence[str]) -> Iterator[list[str]]:
     """Yield Harrell's C of each measure, in the tasks in which all of them are known."""
-    values = {
-        task: {name: measure(row) for name, measure in _measures().items()}
-        for task, row in predicted.items()
-        if not row.get("error")
-    }
+    values = {task: {name: measure(row) for name, measure in _measures().items()} for task, row in play.items()}
     known = {task for task, every in values.items() if np.isfinite([*every.values()]).all()}
     for names, runs in _groups(rows, families, lambda task, *_: task in known):
         cells = [concordance(runs, np.array([values[task][name] for task in runs.tasks])) for name in _measures()]
@@ -128,7 +120,7 @@ def _measured(predicted: Mapping[str, Row], rows: Sequence[Row], families: Seque
 def _outside(predicted: Mapping[str, Row], families: Sequence[str]) -> Iterator[list[str]]:
     for family in families:
         own = [row for row in predicted.values() if row["family"] == family]
-        reasons = [row["outside"] or row["error"] for row in own if row.get("outside") or row.get("error")]
+        reasons = [row["outside"] for row in own if row["outside"]]
         if own:
             why = "; ".join(f"{reasons.count(one)} x {one}" for one in dict.fromkeys(reasons))
             yield [family, str(len(own)), str(len(reasons)), why]

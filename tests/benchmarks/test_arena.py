@@ -1,6 +1,7 @@
 """The arena: its families, rows that can go on, and the rules of its verdict."""
 
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from benchmarks.arena.families import FAMILIES
 from benchmarks.arena.verdict import judge, verdicts
 from benchmarks.prediction.play import RESULTS, read_rows
 from benchmarks.prediction.rows import Runs
+from hierroom.lab.advise.measures import Known
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
 from hierroom.support.tables import csv_text
@@ -73,24 +75,46 @@ def test_a_taxi_brings_the_next_passenger_home():
 
 def test_predictions_go_on_row_by_row_and_a_failure_is_a_row(tmp_path, monkeypatch):
     family, seen = FAMILIES["workshop"], []
+    known = dict.fromkeys(Known.__annotations__, 10)
 
-    def predicted(entries, play_steps):
-        seen.append(entries["task"])
+    def played(_, task):
+        seen.append(task)
         if len(seen) == 2:
             raise RuntimeError("broken")
-        return {"error": ""}
+        return known | {"expected_steps": 4000.0, "limit": 400}
 
-    monkeypatch.setattr(predictions, "predicted", predicted)
+    monkeypatch.setattr(predictions, "played", played)
     for _ in range(2):  # the second time nothing is lacking
-        predictions.predict_rows([family], tmp_path / "predictions.csv")
+        predictions.predict_rows([family], tmp_path)
     rows = read_rows(tmp_path / "predictions.csv")
     assert seen == [row["task"] for row in rows] == [*family.tasks()]
-    assert [row["error"] for row in rows][:3] == ["", "RuntimeError: broken", ""]
+    assert [row["outside"] for row in rows][:3] == ["", "RuntimeError: broken", ""]
+    assert [bool(row["hippo steps_to_50"]) for row in rows][:3] == [True, False, True]
 
 
 def test_no_run_without_a_prediction(tmp_path):
     with pytest.raises(InputError, match="commit it before"):
-        runs.run_rows(runs.plan([FAMILIES["workshop"]]), tmp_path / "runs.csv", tmp_path / "predictions.csv")
+        runs.run_rows(runs.plan([FAMILIES["workshop"]]), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("code", "error"),
+    [("exit('no display')", "RuntimeError: no display"), ("import os; os.kill(os.getpid(), 9)", "")],
+)
+def test_a_run_that_fails_is_a_row_and_one_that_was_cut_off_is_none(code, error, tmp_path, monkeypatch):
+    program = tmp_path / "python"
+    program.write_text(f"#!{sys.executable}\n{code}\n", encoding="utf-8")
+    program.chmod(0o755)
+    monkeypatch.setattr(runs.sys, "executable", str(program))
+    task = next(iter(FAMILIES["workshop"].tasks()))
+    write_atomically(tmp_path / "predictions.csv", csv_text([{"family": "workshop", "task": task}]))
+    some = [runs.Run("workshop", task, "ppo", 0)]
+    if error:
+        runs.run_rows(some, tmp_path)
+    else:
+        with pytest.raises(KeyboardInterrupt):
+            runs.run_rows(some, tmp_path)
+    assert [row["error"] for row in read_rows(tmp_path / "runs.csv")] == [error] * bool(error)
 
 
 def test_plan_has_a_third_seed_of_a_quarter_of_the_tasks():
@@ -112,17 +136,17 @@ def test_runs_are_inside_outside_or_undecided():
 
 
 def test_judge_says_something_of_two_rows(tmp_path):
-    known = dict.fromkeys(("expected_steps", "cost", "fewest", "markings", "limit", "random_success"), "10")
-    first = {"family": "toy_text", "task": "taxi_1", "outside": "", **known, "kinds": "2", "goals": "2"}
-    first |= {"hitting_time": "3", "error": "", "hippo steps_to_50": "1000"}
-    first |= {"hippo steps_to_50_low": "500", "hippo steps_to_50_high": "inf"}
-    second = {**first, "task": "taxi_2", "outside": "too long", **{name: "" for name in first if "hippo" in name}}
-    run = {"family": "toy_text", "task": "taxi_1", "method": "hippo", "seed": "0", "steps": "5000"}
+    task = {"family": "toy_text", "task": "taxi_1"}
+    play = task | dict.fromkeys((*Known.__annotations__, "hitting_time"), "10") | {"error": ""}
+    first = task | {"outside": "", "hippo steps_to_50": "1000", "hippo steps_to_50_low": "500"}
+    first |= {"hippo steps_to_50_high": "inf"}
+    second = {**first, "task": "taxi_2", "outside": "too long", "hippo steps_to_50": ""}
+    run = task | {"method": "hippo", "seed": "0", "steps": "5000", "first": "50"}
     run |= {"steps_to_50": "1900", "steps_to_95": "", "error": ""}
-    broken = run | {"seed": "1", "error": "no display"}
-    write_atomically(tmp_path / "predictions.csv", csv_text([first, second]))
-    write_atomically(tmp_path / "runs.csv", csv_text([run, broken]))
-    text = judge(tmp_path / "predictions.csv", tmp_path / "runs.csv", ["toy_text"])
+    tables = {"play": [play], "predictions": [first, second], "runs": [run, run | {"seed": "1", "error": "no display"}]}
+    for name, rows in tables.items():
+        write_atomically(tmp_path / f"{name}.csv", csv_text(rows))
+    text = judge(tmp_path, ["toy_text"])
     assert "| toy_text | hippo | steps_to_50 | 1 | 1 | 1 | - | - | 1.90 | 1.00 | 1 | 0 | 0 | 1.00 |" in text
     assert "| toy_text | 2 | 1 | 1 x too long |" in text
     assert "failed: toy_text/taxi_1 hippo 1: no display" in text
