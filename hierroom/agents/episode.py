@@ -63,7 +63,7 @@ class Episode:
     `InputError`, and all else works.
 
     Args:
-        start: the environment's state before the first step, from `World.get_state`.
+        start: the environment's state before the first step, from `BaseWorld.get_state`.
         replayer: replays the episode.
         graph: the goal graph of the level; for a task its rules, or None.
         variant: the name of the goal graph or of the task.

@@ -15,7 +15,7 @@ from hierroom.agents.player import Play, Player
 from hierroom.goals.goal_set import column_name
 from hierroom.support.intervals import wilson_interval
 from hierroom.turns.turns import Turns
-from hierroom.worlds.world import World
+from hierroom.worlds.base import BaseWorld
 
 
 class SuccessInterval(NamedTuple):
@@ -150,7 +150,7 @@ def _first_of_each(played: EndedEpisodes, rounds: int) -> EndedEpisodes:
     return played.where(is_first)
 
 
-def _score(episodes: EndedEpisodes, world: World) -> Score:
+def _score(episodes: EndedEpisodes, world: BaseWorld) -> Score:
     success, length = episodes.successes, episodes.lengths
     success_rate, *interval = wilson_interval(float(success.mean()), len(success), level=0.95)
     if not world.goals.has_target:
@@ -171,7 +171,7 @@ def _score(episodes: EndedEpisodes, world: World) -> Score:
     )
 
 
-def _steps_to_goals(episodes: EndedEpisodes, world: World) -> dict[str, GoalSteps]:
+def _steps_to_goals(episodes: EndedEpisodes, world: BaseWorld) -> dict[str, GoalSteps]:
     firsts = np.zeros((len(episodes), len(world.goals.milestones)), np.int64)
     for row, achieved in zip(firsts, episodes.milestones, strict=True):
         for at, milestone in reversed(achieved):

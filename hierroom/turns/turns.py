@@ -41,7 +41,7 @@ class Turns:
         memories: what the world remembers of each episode, in addition to what the reward needs.
 
     Attributes:
-        world: the `World`.
+        world: the `BaseWorld`.
         ledger: the state of the turns, a `Ledger`.
         reward: the controller's `ControllerReward`.
         action_kind: the kind of the controller's actions.
@@ -89,7 +89,7 @@ class Turns:
             autoreset,
             world.goals.target,
         )
-        self._keeps_states = self.reward.needs_states and hasattr(world, "state_after")
+        self._keeps_states = self.reward.needs_states and world.state_after is not None
         self._autoreset, self._measure_shortest = autoreset, measure_shortest
         self._everywhere: NDArray[np.integer] = world.everywhere
         self._all_legal = np.ones((num_envs, world.n_actions), bool)

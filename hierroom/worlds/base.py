@@ -1,8 +1,7 @@
-"""Default implementations of the `World` protocol, for simple worlds."""
+"""A world: N environments that are stepped together, and their goals. Other code uses only this."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -30,7 +29,7 @@ _ARRAYS = ("seeds", "indices", "numbers", "counts", "markings", "lengths", "has_
 _MOST = 2**62
 
 
-class BaseWorld(ABC):
+class BaseWorld:
     """N environments; a subclass steps them together or one after the other.
 
     A subclass defines ``goals``, ``n_actions``, ``features`` and ``observation_spaces``, and the methods `begin`,
@@ -44,19 +43,20 @@ class BaseWorld(ABC):
     """
 
     goals: GoalSet
-    n_actions: int
-    features: Mapping[str, Feature]
-    observation_spaces: dict[str, spaces.Space]
-    rules: Any = None
-    action_masks: NDArray[np.bool_] | None = None
-    replayer: Any = None
+    n_actions: int  # of the controller; 0 if its actions are arrays, and then it has ``actions``, their kind
+    features: Mapping[str, Feature]  # that networks can read, by name
+    observation_spaces: dict[str, spaces.Space]  # of the entries of `View.as_dict`, for one environment
+    rules: Any = None  # the dependencies between goals; if there are several goal graphs, the hardest one
+    action_masks: NDArray[np.bool_] | None = None  # [N, A] the controller's legal actions now; None: all are
+    replayer: Any = None  # replays episodes and draws them: a `Replayer`
     is_repeatable: Any = True
     """True if an achieved goal may be chosen again where no rules are known: flags [G], or one for all goals."""
-    keys_to_action: Mapping[str, int] = {}
-    stage_titles: Sequence[str] = ()
-    notes: Sequence[str] = ()
-    stage = 0
-    can_split = False
+    keys_to_action: Mapping[str, int] = {}  # by pygame's names of keys, such as ``K_UP``
+    stage_titles: Sequence[str] = ()  # a line for each stage of a curriculum
+    notes: Sequence[str] = ()  # lines to show the user before a run is resumed
+    stage = 0  # of the curriculum
+    can_split = False  # whether an environment copied into a smaller world goes on exactly as in this one
+    state_after: Any = None  # optional: a function of a state and actions, for rewards that ask for states
     default_max_steps, label = DEFAULT_MAX_STEPS, None  # the name in titles and tables, if the user gave one
     outcomes, seeds, indices, numbers = Shown(), Shown(), Shown(), Shown()
     _seeds, _indices, _numbers = (property(lambda self, n=n: self._episodes[:, n]) for n in range(3))
@@ -99,17 +99,17 @@ class BaseWorld(ABC):
         self._ended: tuple[NDArray[np.integer], Any] = self.everywhere[:0], None
         """Environments of the last step that ended episodes, and their view at the end."""
 
-    @abstractmethod
     def begin(self, envs: NDArray[np.integer]) -> None:
         """Begin episodes in environments [M]; ``seeds``, ``indices`` and ``numbers`` determine them."""
+        raise NotImplementedError
 
-    @abstractmethod
     def shown(self, envs: NDArray[np.integer]) -> dict[str, NDArray]:
         """Return the current observation entries of environments [M] by name, as new arrays [M, ...]."""
+        raise NotImplementedError
 
-    @abstractmethod
-    def step(self, actions: NDArray[np.int64]) -> np.ndarray:
+    def step(self, actions: NDArray) -> np.ndarray:
         """Act once in every environment, `record` the results, and return the outcomes."""
+        raise NotImplementedError
 
     def get_state(self, envs: Any = slice(None)) -> Any:
         """Return one environment's state, for its replayer; not available by default."""
@@ -226,7 +226,7 @@ class BaseWorld(ABC):
         """Return a screen for environments in a render mode."""
         return StateScreen(self.get_state, self.replayer, render_mode)
 
-    def close(self) -> None:  # noqa: B027 - most worlds hold nothing that must be closed
+    def close(self) -> None:
         """Do nothing, by default."""
 
     def clocks(self) -> NDArray[np.integer]:

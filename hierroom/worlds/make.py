@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import ModuleType
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from hierroom.goals.goal_set import GoalSet
 from hierroom.support.errors import InputError, shown, warn_once
@@ -15,7 +15,10 @@ from hierroom.support.plugins import load_plugin
 from hierroom.support.schema import Whole
 from hierroom.worlds.actions import Actions, DiscreteActions, actions_in
 from hierroom.worlds.env_config import MOST_ENVS, SHIPPED, EnvConfig, is_task, ships
-from hierroom.worlds.world import Feature, World
+from hierroom.worlds.world import Feature
+
+if TYPE_CHECKING:  # loads the compiler
+    from hierroom.worlds.base import BaseWorld
 
 ENTRY_POINT_GROUP = "hierroom.tasks"
 
@@ -41,7 +44,7 @@ class WorldMaker(Protocol):
     meta_features: tuple[str, ...]
     max_steps: int
 
-    def make_world(self, config: EnvConfig, num_envs: int, **settings: Any) -> World:
+    def make_world(self, config: EnvConfig, num_envs: int, **settings: Any) -> BaseWorld:
         """Return a world of N environments; ``settings`` are all the settings of the function `make_world`."""
         ...  # pyright: ignore[reportReturnType]
 
@@ -86,7 +89,7 @@ def name_in_module(task: WorldMaker) -> str:
 
 @dataclass(frozen=True, eq=False)
 class WorldSpec:
-    """The attributes of a `World` that are known before it is made, and that agents need.
+    """The attributes of a world that are known before it is made, and that agents need.
 
     The features at the end are those that agents read where their config names none. In EscapeRooms it always does.
     """
@@ -122,11 +125,11 @@ def make_world(
     autoreset: bool = True,
     threads: int = 1,
     memories: Iterable[str] = (),
-) -> World:
-    """Return the `World` of a config.
+) -> BaseWorld:
+    """Return the world of a config.
 
     Args:
-        seed: seed of the first episodes. None: call `World.reset` with a seed before the first step.
+        seed: seed of the first episodes. None: call `BaseWorld.reset` with a seed before the first step.
         autoreset: whether the next episode begins in the step that ends the last one.
         memories: names of what the world must remember of each episode.
     """

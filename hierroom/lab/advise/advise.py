@@ -19,9 +19,9 @@ from hierroom.lab.advise.rule_check import RuleCheck, check_rules
 from hierroom.runs.config.presets import implied_preset
 from hierroom.support.cli import progress_bar, shell_words
 from hierroom.support.errors import InputError
+from hierroom.worlds.base import BaseWorld
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.make import make_world
-from hierroom.worlds.world import World
 
 RULES_ONLY = "rules alone have nothing to play; give a task or a goal graph, and steps are predicted"
 PROVISIONAL = "no run was made in this world: its intervals are provisional, from two other worlds"
@@ -73,7 +73,7 @@ def advise(
         world.close()
 
 
-def _of_play(config: EnvConfig, world: World, costs: PlayCosts) -> Advice:
+def _of_play(config: EnvConfig, world: BaseWorld, costs: PlayCosts) -> Advice:
     check = _check(world, costs)
     rules = world.rules
     if rules is None and check is not None:
@@ -97,7 +97,7 @@ def _words(config: EnvConfig, preset: str) -> str:
     return shell_words(*words, *(f"--{name.replace('_', '-')}={value}" for name, value in unusual.items()))
 
 
-def _check(world: World, costs: PlayCosts) -> RuleCheck | None:
+def _check(world: BaseWorld, costs: PlayCosts) -> RuleCheck | None:
     """Compare a world's rules with play; None for goal graphs, which the levels are built from."""
     if isinstance(world.rules, GoalGraph):
         return None

@@ -23,6 +23,7 @@ from hierroom.goals import (
 from hierroom.goals.goal_set import GoalSet
 from hierroom.support.arrays import freeze
 from hierroom.support.errors import InputError
+from hierroom.worlds.base import BaseWorld
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.features import FEATURES
@@ -33,7 +34,6 @@ from hierroom.worlds.escape_room.observations import LevelWriter, write_one
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
 from hierroom.worlds.escape_room.render import LevelReplayer, global_state, state_space
 from hierroom.worlds.seeds import chosen_envs
-from hierroom.worlds.window import StateScreen
 from hierroom.worlds.world import Replayer, Seeds
 
 GOALS = GoalSet(
@@ -47,15 +47,14 @@ GOALS = GoalSet(
 )
 
 
-class EscapeRoomWorld(Engine):
-    """N EscapeRooms with goal graphs that a curriculum may choose; see `World`, and `Engine` for the settings."""
+class EscapeRoomWorld(Engine, BaseWorld):
+    """N EscapeRooms with goal graphs that a curriculum may choose; see `Engine` for the settings."""
 
     goals = GOALS
     features = FEATURES
     replayer: Replayer = LevelReplayer()
     observation_spaces = OBSERVATION_SPACES
-    action_masks: NDArray[np.bool_] | None = None
-    notes: Sequence[str] = ()
+    is_repeatable = False
 
     def __init__(self, config: EnvConfig, num_envs: int, *, autoreset: bool = True, **settings: Any) -> None:
         graphs = config.graph, config.exclude, config.drop_key, num_envs, config.curriculum_stages
@@ -179,13 +178,6 @@ class EscapeRoomWorld(Engine):
     def global_state_space(self) -> spaces.Box:
         """The space of `global_state`."""
         return state_space(self.state.size)
-
-    def screen(self, render_mode: str | None) -> StateScreen:
-        """Return a screen for environments in a render mode."""
-        return StateScreen(self.get_state, self.replayer, render_mode)
-
-    def close(self) -> None:
-        """Do nothing: there is nothing to close."""
 
     def get_arrays(self, envs: NDArray[np.integer]) -> dict[str, np.ndarray]:
         """Return everything that changes in environments [M], as fresh arrays."""
