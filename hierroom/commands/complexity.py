@@ -26,7 +26,7 @@ from hierroom.worlds.escape_room.level_map import as_maps
 from hierroom.worlds.make import find_task
 
 MAX_LISTED_ROOMS = 8  # with 612 goal graphs; the 1,747 of 9 rooms would take most of a minute
-FORMATS = ("json", "csv", "latex", "markdown")
+FORMATS = ("json", "csv", "markdown")
 _ONE_FORMAT = tyro.conf.create_mutex_group(required=False, title="formats, one at a time")
 _ONE_SOURCE = tyro.conf.create_mutex_group(required=False, title="goal graphs, given in one way; by default all")
 
@@ -37,12 +37,11 @@ class ListArguments:
 
     Args:
         json: print everything that the reports contain as JSON.
-        draw: draw the goals, with their augmented graph or marking chain if it is not too large, into this .png, .pdf
-            or .svg file.
+        draw: draw the goals, of a goal graph also its augmented graph if it is not too large, into this .png, .pdf or
+            .svg file.
         walk: probabilities of one step of the assumed walk: to stay, to move, to start again.
         sort: sort the list by this column in ascending order.
         csv: print the list as CSV.
-        latex: print the list as a LaTeX table, for the package booktabs.
         markdown: print the list as a Markdown table.
     """
 
@@ -51,7 +50,6 @@ class ListArguments:
     walk: Annotated[tuple[float, float, float], tyro.conf.arg(metavar="STAY MOVE RESTART")] = astuple(PAPER_WALK)
     sort: ColumnName | None = None
     csv: Annotated[Flag, _ONE_FORMAT] = False
-    latex: Annotated[Flag, _ONE_FORMAT] = False
     markdown: Annotated[Flag, _ONE_FORMAT] = False
 
     def print_reports(self, reports: Sequence[WalkReport], is_list: bool, title: str) -> None:

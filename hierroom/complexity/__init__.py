@@ -40,12 +40,10 @@ from hierroom.complexity.graph_set import Curriculum, GraphSet
 from hierroom.complexity.markings import MarkingGraph
 from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.complexity.rules_report import RulesReport
-from hierroom.complexity.walk_report import ChainReport
 
 __all__ = [
     "AugmentedGraph",
     "Chain",
-    "ChainReport",
     "ComplexityReport",
     "Curriculum",
     "GraphSet",

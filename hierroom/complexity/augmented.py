@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -14,9 +14,6 @@ from numpy.typing import NDArray
 from hierroom.complexity.chains.walk import PAPER_WALK, Walk
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
-
-if TYPE_CHECKING:
-    import networkx as nx
 
 MAX_NODES = 100_000
 """Largest number of nodes of an augmented graph; each room can double the number."""
@@ -118,11 +115,6 @@ class AugmentedGraph:
         pairs = [(i, self.index[after]) for i, node in enumerate(self.nodes) for after in self._moves(node)]
         return np.array(pairs, np.int64)
 
-    @property
-    def moves(self) -> set[tuple[Node, Node]]:
-        """The edges as pairs of nodes."""
-        return {(self.nodes[i], self.nodes[j]) for i, j in self.edges.tolist()}
-
     @cached_property
     def weights(self) -> sp.csr_array:
         """W [n, n] CSR: 0.19 divided evenly among a node's edges, and 0.01 for the restart (paper, appendix A)."""
@@ -148,18 +140,6 @@ class AugmentedGraph:
             for room, key_room in enumerate(self.graph.key_rooms, start=1)
             if room not in accessible and key_room in accessible
         ]
-
-    def to_networkx(self) -> nx.DiGraph:
-        """Return the moves, without restarts, in networkx: labels with ``kind``, ``room``, ``doors``, and weights."""
-        import networkx as nx  # loads slowly, and few programs need it
-
-        unrolled = nx.DiGraph(drop_key=self.drop_key)
-        for node in self.nodes:
-            unrolled.add_node(node.label, **node._asdict())
-        out_degree = np.bincount(self.edges[:, 0], minlength=len(self.nodes))
-        for i, j in self.edges.tolist():
-            unrolled.add_edge(self.labels[i], self.labels[j], weight=self.walk.move / int(out_degree[i]))
-        return unrolled
 
     def _moves(self, node: Node) -> Iterator[Node]:
         """Yield the nodes after one.

@@ -1,7 +1,4 @@
-"""Drawings of goal graphs, rules and chains: first the goals, and next to them the chain, if it can be read.
-
-Also the goals of rules in one state.
-"""
+"""Drawings of goal graphs, next to their augmented graphs if these can be read, and of the goals of rules."""
 
 from __future__ import annotations
 
@@ -10,27 +7,20 @@ from functools import lru_cache
 
 import networkx as nx
 import numpy as np
-import scipy.sparse as sp
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import dijkstra
 
 from hierroom.complexity.augmented import AugmentedGraph
-from hierroom.complexity.chains.chain import EXIT, Chain
-from hierroom.complexity.chains.weights import as_moves
 from hierroom.complexity.draw_augmented import draw_augmented, notes_of_augmented
-from hierroom.complexity.markings import MarkingGraph
 from hierroom.complexity.requirements import goal_depths, links
 from hierroom.goals import Rules
 from hierroom.goals.drawing import draw_goals
-from hierroom.support.errors import InputError
-from hierroom.support.layers import Edge
 from hierroom.support.pictures import drawing
-from hierroom.support.sheet import EXIT_COLOUR, FAINT, INK, PALE, USED_COLOUR, Sheet, colour_of
+from hierroom.support.sheet import EXIT_COLOUR, FAINT, INK, PALE, USED_COLOUR, Sheet
 
 MOST_NODES, MOST_POINTS = 250, 1250.0
-"""The most nodes of a chain, and the largest size of one that is drawn next to its goals."""
+"""The most nodes, and the largest size, of an augmented graph that is drawn."""
 
 
 def figure_of_graph(augmented: AugmentedGraph) -> Figure:
@@ -42,24 +32,10 @@ def figure_of_graph(augmented: AugmentedGraph) -> Figure:
     return sheet.finish(notes_of_augmented(augmented) if is_drawn else [f"not drawn: the augmented graph, {n:,} nodes"])
 
 
-def figure_of_rules(unrolled: MarkingGraph, chain: Chain, restart: float) -> Figure:
-    """Return the figure of the goals of rules, next to their marking chain if that can be read."""
-    sheet, n, dead = Sheet(), len(chain.labels), {*unrolled.dead_ends}
-    notes = [] if unrolled.relevant is None else draw_rules(sheet, unrolled.relevant)
-    if n > MOST_NODES or not _draw_chain(sheet, "marking chain", chain, unrolled.edges, dead, MOST_POINTS):
-        return sheet.finish([*notes, f"not drawn: the marking chain, {n:,} nodes"])
-    notes += ["red boxes: dead ends"] * bool(dead)
-    return sheet.finish([*notes, "not drawn: staying, and the restarts" if restart else "not drawn: staying"])
-
-
-def figure_of_chain(chain: Chain, restart: float) -> Figure:
-    """Return the figure of a chain, without moves to the start that are no more probable than a restart."""
-    sheet, n = Sheet(), len(chain.labels)
-    if n > MOST_NODES:
-        raise InputError(f"a drawing can show at most {MOST_NODES} nodes; this chain has {n:,}")
-    least = np.where(np.arange(n) == chain.source, restart, 0.0)
-    _draw_chain(sheet, "chain", chain, np.argwhere(as_moves(chain.weights).toarray() > least), set(), np.inf)
-    return sheet.finish(["not drawn: staying, and the restarts" if restart else "not drawn: staying"])
+def figure_of_rules(rules: Rules) -> Figure:
+    """Return the figure of the goals of rules."""
+    sheet = Sheet()
+    return sheet.finish(draw_rules(sheet, rules))
 
 
 def draw_rules(
@@ -81,19 +57,6 @@ def draw_rules(
     sheet.boxes(title, names or rules.names, [*goal_depths(rules).values()], colours, drawn, rims)
     notes = ["red arrows: what is used up"] * (USED_COLOUR in drawn.values())
     return [*notes, *["not drawn: needs that follow from others"] * (len(drawn) < len(found))]
-
-
-def _draw_chain(sheet: Sheet, kind: str, chain: Chain, edges: NDArray[np.int64], dead: set[int], most: float) -> bool:
-    n = len(chain.labels)
-    moves = sp.coo_array((np.ones(len(edges)), edges.T), shape=(n, n)).tocsr()
-    layers = dijkstra(moves, indices=chain.source, unweighted=True).tolist()
-    colours = [USED_COLOUR if node in dead else PALE for node in range(n)]
-    colours[chain.source] = colour_of(0)
-    for node in chain.goals[EXIT]:
-        colours[node] = EXIT_COLOUR
-    names = [label.replace(" ", "\xa0").replace(",\xa0", ", ") for label in chain.labels]  # no line ends within a fact
-    between: dict[Edge, str] = {(i, j): FAINT for i, j in edges.tolist() if i != j}
-    return sheet.boxes(f"{kind}\n{n} nodes, {len(edges)} edges", names, layers, colours, between, most=most)
 
 
 DONE, PAPER, PURSUED = "#bfe5c8", "#ffffff", "#f28e2b"

@@ -1,4 +1,4 @@
-"""Reports on how hard a goal graph, rules or any chain is to explore, computed before training."""
+"""Reports on how hard a goal graph or rules are to explore, computed before training."""
 
 from __future__ import annotations
 
@@ -16,12 +16,11 @@ from hierroom.complexity.chains.chain import Chain
 from hierroom.complexity.chains.reach import expected_states
 from hierroom.complexity.chains.walk import PAPER_WALK, Walk
 from hierroom.complexity.rules_report import RulesReport
-from hierroom.complexity.walk_report import ChainReport, WalkReport
+from hierroom.complexity.walk_report import WalkReport
 from hierroom.goals import GoalGraph, Rules, as_goal_graph
 from hierroom.support.errors import InputError, shown
 
 if TYPE_CHECKING:
-    import networkx as nx
     from matplotlib.figure import Figure
 
 
@@ -36,28 +35,15 @@ def analyze(subject: GoalGraph | str | Path, drop_key: bool = ..., walk: Walk = 
 @overload
 def analyze(subject: Rules, *, walk: Walk = ...) -> RulesReport: ...
 @overload
-def analyze(subject: Chain) -> ChainReport: ...
-@overload
-def analyze(subject: nx.Graph, *, walk: Walk = ..., source: Any = ..., target: Any = ...) -> ChainReport: ...
-@overload
 def analyze(subject: HasRules, *, walk: Walk = ...) -> ComplexityReport | RulesReport: ...
-def analyze(
-    subject: Any,
-    drop_key: bool = False,
-    walk: Walk = PAPER_WALK,
-    *,
-    source: Any = "start",
-    target: Any = "exit",
-) -> ComplexityReport | RulesReport | ChainReport:
+def analyze(subject: Any, drop_key: bool = False, walk: Walk = PAPER_WALK) -> ComplexityReport | RulesReport:
     """Return a report on how hard something is to explore by random walk; quantities are computed on first access.
 
     Args:
         subject: a goal graph (a letter `"a"` to `"g"`, a name such as `"keys-0-1-exit-2"`, a `GoalGraph`, or a path to
-            a TOML file), `Rules`, an object with ``rules`` such as a task, a networkx graph, or a `Chain`.
+            a TOML file), `Rules`, or an object with ``rules`` such as a task. A `Chain` has its numbers itself.
         drop_key: whether keys of a goal graph can be dropped.
         walk: the probabilities of one step.
-        source: the node of a networkx graph at which the walk starts.
-        target: the node of a networkx graph to reach.
 
     Examples:
         >>> [round(hierroom.complexity.analyze(graph).expected_steps) for graph in "abcg"]
@@ -68,22 +54,12 @@ def analyze(
         subject = rules
     if not isinstance(walk, Walk):
         raise InputError(f"a walk must be a Walk of three probabilities, not {shown(walk)}")
-    if (source, target) != ("start", "exit") and not hasattr(subject, "adj"):
-        raise InputError("source and target are nodes of a networkx graph, not of goal graphs, rules and chains")
-    if isinstance(subject, (Rules, Chain)) or hasattr(subject, "adj"):
+    if isinstance(subject, Rules):
         if drop_key:
-            raise InputError("drop_key is of goal graphs, not of rules, chains or networkx graphs")
-        if isinstance(subject, Rules):
-            return RulesReport(subject, walk)
-        if isinstance(subject, Chain):
-            if walk != PAPER_WALK:
-                raise InputError(
-                    "a chain has its own probabilities; walk is for goal graphs, rules and networkx graphs"
-                )
-            return ChainReport(subject)
-        return ChainReport(Chain.from_networkx(subject, source, target, walk=walk), walk)
+            raise InputError("drop_key is of goal graphs, not of rules")
+        return RulesReport(subject, walk)
     if not isinstance(subject, (GoalGraph, str, Path, Mapping)):
-        raise InputError(f"analyze takes a goal graph, rules, a task, a graph or a chain, not {shown(subject)}")
+        raise InputError(f"analyze takes a goal graph, rules or a task, not {shown(subject)}")
     return ComplexityReport(as_goal_graph(subject), bool(drop_key), walk)
 
 

@@ -178,7 +178,7 @@ class RulesReport(WalkReport):
     def _figure(self) -> Figure:
         from hierroom.complexity.draw import figure_of_rules
 
-        return figure_of_rules(self.unrolled, self.chain, self.walk.restart)
+        return figure_of_rules(self.unrolled.relevant or self.rules)
 
 
 def _counts(counts: dict[str, int]) -> str:

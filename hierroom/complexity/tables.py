@@ -1,4 +1,4 @@
-"""Lists of reports for papers and spreadsheets: CSV, LaTeX and Markdown."""
+"""Lists of reports for papers and spreadsheets: CSV and Markdown."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from hierroom.complexity.report import ComplexityReport
 from hierroom.complexity.walk_report import WalkReport, short
-from hierroom.support.tables import csv_text, latex_table, markdown_table
+from hierroom.support.tables import csv_text, markdown_table
 
 ColumnName = Literal["graph", "exit_depth", "width", "nodes", "edges", "hitting_time", "expected_steps", "std"]
 
@@ -53,9 +53,8 @@ def rows_of(reports: Iterable[WalkReport]) -> list[dict[str, Any]]:
 
 
 def list_text(reports: Iterable[WalkReport], form: str) -> str:
-    """Return the reports as ``csv`` in full precision, or as a rounded ``latex`` or ``markdown`` table."""
+    """Return the reports as ``csv`` in full precision, or as a rounded ``markdown`` table."""
     if form == "csv":
         return csv_text(rows_of(reports), FIELDS)
-    table = latex_table if form == "latex" else markdown_table
     headings = [heading.replace("\n", " ") for heading, _ in COLUMNS.values()]
-    return table(headings, map(report_cells, reports)) + "\n"
+    return markdown_table(headings, map(report_cells, reports)) + "\n"

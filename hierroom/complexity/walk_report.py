@@ -1,22 +1,19 @@
-"""The part of a report that describes its walk, whatever its nodes are, and the report on a chain."""
+"""The part of a report that describes its walk, whatever its nodes are."""
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
-from functools import cached_property
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse.csgraph import dijkstra
 
 from hierroom.complexity.chains.chain import EXIT, Chain, EdgeSensitivity
 from hierroom.complexity.chains.walk import Walk
-from hierroom.complexity.chains.weights import as_moves
 from hierroom.support.output import said_in_turn
 from hierroom.support.tables import html_table
 
@@ -36,10 +33,8 @@ def by_time(curve: Callable[[ArrayLike], NDArray[np.float64]], times: Sequence[i
     return dict(zip(map(str, times), curve(times).tolist(), strict=True))
 
 
-def short(number: float | None, digits: int = 1) -> str:
-    """Return a number with some decimals, or with four significant digits from 10^7 on; ``-`` for None."""
-    if number is None:
-        return "-"
+def short(number: float, digits: int = 1) -> str:
+    """Return a number with some decimals, or with four significant digits from 10^7 on."""
     return f"{number:.4g}" if math.isfinite(number) and abs(number) >= 1e7 else f"{number:.{digits}f}"
 
 
@@ -51,10 +46,10 @@ class WalkReport(ABC):
     steps of the same walk, which does not saturate.
     """
 
-    walk: Walk | None
+    walk: Walk
     chain: Chain
-    exit_depth: float | None
-    width: int | None
+    exit_depth: float
+    width: int
 
     @property
     @abstractmethod
@@ -98,11 +93,6 @@ class WalkReport(ABC):
         return self.chain.expected_steps
 
     @property
-    def variance(self) -> float:
-        """Variance of the number of steps until the exit is first reached."""
-        return self.chain.variance
-
-    @property
     def std(self) -> float:
         """Standard deviation of the number of steps until the exit is first reached."""
         return self.chain.std
@@ -135,7 +125,7 @@ class WalkReport(ABC):
         """Return the whole report as plain numbers, strings, lists and dicts."""
         return {
             **self.described(),
-            "walk": asdict(self.walk) if self.walk else None,
+            "walk": asdict(self.walk),
             **{name: getattr(self, name) for name in NUMBERS},
             "reach_probability": by_time(self.reach_probability, REPORT_TIMES),
             "expected_states": by_time(self.expected_states, REPORT_TIMES) if self._are_states_counted else None,
@@ -147,7 +137,7 @@ class WalkReport(ABC):
         }
 
     def _lines(self) -> list[tuple[str, str]]:
-        restart = self.walk.restart if self.walk else 0.0
+        restart = self.walk.restart
         source = f"the paper's Table 2: least squares{f', saturates near {1 / restart:.4g}' if restart else ''}"
         if math.isnan(self.hitting_time):
             source = "it needs a walk that returns to the start from wherever it goes"
@@ -183,61 +173,3 @@ class WalkReport(ABC):
 
     def _repr_html_(self) -> str:
         return html_table(self._head, (), self._lines())
-
-
-@dataclass(frozen=True, eq=False)
-class ChainReport(WalkReport):
-    """Passage times of a chain; created by `analyze`.
-
-    Args:
-        chain: the walk.
-        walk: the probabilities of one step if the chain is the paper's walk on a graph; else None.
-
-    Examples:
-        >>> import networkx as nx
-        >>> report = hierroom.complexity.analyze(nx.path_graph(4), source=0, target=3)
-        >>> report.name, round(report.expected_steps, 1)
-        ('0 to 3', 50.8)
-    """
-
-    chain: Chain
-    walk: Walk | None = None
-
-    @property
-    def name(self) -> str:
-        """The labels of the chain's start and exit."""
-        first, last = (self.chain.labels[node] for node in (self.chain.source, self.chain.goals[EXIT][0]))
-        return f"{first} to {last}"
-
-    @cached_property
-    def exit_depth(self) -> float:
-        """Number of nodes between the start and the exit on the shortest path; ``inf`` if there is none."""
-        moves = as_moves(self.chain.weights)
-        steps = dijkstra(moves, indices=self.chain.source, unweighted=True)
-        return float(steps[self.chain.goals[EXIT][0]]) - 1
-
-    @property
-    def width(self) -> None:
-        """None: only goals that depend on each other have a width."""
-
-    @property
-    def edges(self) -> int:
-        """Number of moves between two different nodes, restarts included."""
-        return as_moves(self.chain.weights).nnz
-
-    def described(self) -> dict[str, Any]:
-        """Return a description of the chain, as plain types."""
-        return {"chain": self.name}
-
-    @property
-    def _head(self) -> str:
-        return f"chain from {self.name}"
-
-    def _first_lines(self) -> list[tuple[str, str]]:
-        depth = "inf" if np.isinf(self.exit_depth) else f"{self.exit_depth:.0f}"
-        return [("exit depth", depth), ("chain", f"{self.nodes} nodes, {self.edges} edges with restarts")]
-
-    def _figure(self) -> Figure:
-        from hierroom.complexity.draw import figure_of_chain
-
-        return figure_of_chain(self.chain, self.walk.restart if self.walk else 0.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -54,9 +53,9 @@ class Sheet:
 
     def boxes(
         self, title: str, names: Sequence[str], layers: Sequence[float], colours: Sequence[str],
-        edges: Mapping[Edge, str], rims: Sequence[str] = (), most: float = math.inf,
-    ) -> bool:  # fmt: skip
-        """Draw a graph of names in boxes, in layers, unless it is wider or higher than ``most``; return whether it is.
+        edges: Mapping[Edge, str], rims: Sequence[str] = (),
+    ) -> None:  # fmt: skip
+        """Draw a graph of names in boxes, in layers.
 
         ``edges`` have colours. Two arrows of one colour, there and back, are drawn as one.
         """
@@ -66,8 +65,6 @@ class Sheet:
         if widest < 1.5 * narrowest:
             sizes = [(widest, height) for _, height in sizes]  # in line with each other
         places, routes, size = place_layers(sizes, layers, [one for i, j in edges for one in ((i, j), (j, i))])
-        if max(size) > most:
-            return False
         self.begin(title, size)
         for (i, j), colour in edges.items():
             is_both = edges.get((j, i)) == colour
@@ -76,7 +73,6 @@ class Sheet:
                 self.arrow(route, colour, "<|-|>" if is_both else "-|>")
         for n, (place, text) in enumerate(zip(places, texts, strict=True)):
             self.box(place, sizes[n], text, colours[n], rims[n] if rims else INK)
-        return True
 
     def box(self, centre: Point, size: Point, text: str, colour: str, rim: str = INK, **style: Any) -> None:
         """Draw a box with a text in its middle; matplotlib's ``style`` may change its shape and order."""

@@ -1,4 +1,4 @@
-"""Tables: on terminals of any width, and as CSV, Markdown, LaTeX, HTML and plain text."""
+"""Tables: on terminals of any width, and as CSV, Markdown and HTML."""
 
 from __future__ import annotations
 
@@ -14,8 +14,6 @@ if TYPE_CHECKING:  # slow to load, and few programs print tables
     from rich.table import Table
 
 _WIDEST = 10_000  # characters, wider than any table
-# Characters that pandas does not escape.
-_TEX = {"∞": r"$\infty$", " +- ": r" $\pm$ ", "<": r"\textless{}", ">": r"\textgreater{}", "|": r"\textbar{}"}
 
 
 def print_table(table: Table, console: Console | None = None) -> None:
@@ -78,17 +76,6 @@ def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> st
     rule = "".join("|---" if is_of_words else "|---:" for is_of_words in of_words) + "|"
     head, *body = (f"| {' | '.join(cells)} |" for cells in lines)
     return "\n".join([head, rule, *body])
-
-
-def latex_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a LaTeX tabular for the package booktabs, without a newline at the end."""
-    import pandas as pd
-
-    frame = pd.DataFrame([*rows], columns=[*headings]).replace("inf", "∞")
-    text = frame.to_latex(index=False, escape=True, column_format="l" + "r" * (len(headings) - 1))
-    for plain, tex in _TEX.items():
-        text = text.replace(plain, tex)
-    return text.rstrip()
 
 
 def html_table(caption: str, header: Sequence[str], rows: Iterable[Sequence[str]], notes: Iterable[str] = ()) -> str:

@@ -1,6 +1,5 @@
-"""Drawings of goal graphs, rules and chains: their content, formats and errors."""
+"""Drawings of goal graphs and rules: their content, formats and errors."""
 
-import networkx as nx
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,7 +7,7 @@ from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from matplotlib.patches import ArrowStyle, FancyArrowPatch
+from matplotlib.patches import FancyArrowPatch
 from pictures import has_colour, pixels
 
 from hierroom.complexity import analyze
@@ -59,19 +58,13 @@ def test_notes_say_how_the_augmented_graph_is_read(drop_key, said):
     assert said in texts_of(analyze("f", drop_key)._figure())[-1]
 
 
-def test_of_a_large_chain_only_the_goals_are_drawn():
+def test_of_rules_and_large_graphs_only_the_goals_are_drawn():
     facts = [f"f{i}" for i in range(13)]
     many = Rules({fact: {"gives": fact} for fact in facts} | {"t": {"needs": facts, "gives": "t"}}, "t")
-    assert texts_of(analyze(many)._figure()) == [
-        "rules\ntarget t",
-        *facts,
-        "t",
-        "not drawn: the marking chain, 8,193 nodes",
-    ]
+    assert texts_of(analyze(many)._figure()) == ["rules\ntarget t", *facts, "t"]
     star = texts_of(analyze(GoalGraph((0,) * 6, 1))._figure())
     assert star[-1] == "not drawn: the augmented graph, 449 nodes"
     assert star.count("door 6") == 1
-    assert "marking chain\n4 nodes, 3 edges" in texts_of(analyze(line_of_rules(3))._figure())
 
 
 @pytest.mark.parametrize(
@@ -106,18 +99,12 @@ def test_failed_drawing_keeps_the_old_file(tmp_path, monkeypatch):
         (NAMED_GRAPHS["a"], "graph.xyz", r"^drawings are written as \.png, \.pdf, \.svg, not as graph\.xyz$"),
         (NAMED_GRAPHS["a"], "missing/graph.png", "there is no folder .*missing$"),
         (NAMED_GRAPHS["a"], ".", "^a drawing is a file, not the folder "),
-        (nx.path_graph(251), "graph.png", "at most 250 nodes; this chain has 251"),
     ],
 )
 def test_invalid_drawings_raise_input_error(tmp_path, graph, name, message):
-    ends = {} if isinstance(graph, GoalGraph) else {"source": 0, "target": 250}
     with pytest.raises(InputError, match=message):
-        analyze(graph, **ends).draw(tmp_path / name)
+        analyze(graph).draw(tmp_path / name)
     assert not [*tmp_path.iterdir()]
-
-
-def line_of(names):
-    return nx.relabel_nodes(nx.path_graph(len(names)), dict(enumerate(names)))
 
 
 def line_of_rules(n):
@@ -137,9 +124,6 @@ LIFE = Rules(
     start={"water": 1},
 )
 DRAWN = {
-    "line": lambda: analyze(line_of([*map(str, range(40))]), source="0", target="39"),
-    "long names": lambda: analyze(line_of(["start", LONG, f"{LONG}2", "line\nbreak", "exit"])),
-    "star": lambda: analyze(nx.star_graph(39), source=0, target=39),
     "no dollar signs as TeX": lambda: analyze(GoalGraph((0,), 1, label=r"$\bad$")),
     "deep rules": lambda: analyze(line_of_rules(30)),
     "long goals": lambda: analyze(Rules({LONG: {"gives": "b"}, f"{LONG}2": {"needs": "b", "gives": LONG}}, LONG)),
@@ -185,19 +169,6 @@ def test_needs_that_follow_from_others_are_not_drawn(last, n_black, n_red):
     colours = [to_hex(arrow.get_edgecolor()) for arrow in arrows_of(figure)]
     assert (colours.count(INK), colours.count(USED_COLOUR)) == (n_black, n_red)
     assert ("needs that follow from others" in texts_of(figure)[-1]) == (n_black + n_red < 3)
-
-
-def test_chain_draws_moves_to_the_start_that_are_no_restarts():
-    """Nodes 1 and 3 of a cycle lead to its start 0 by an edge, too; from 2, the target, only a restart does."""
-
-    def n_heads(figure):
-        return sum(1 + isinstance(one.get_arrowstyle(), ArrowStyle.CurveFilledAB) for one in arrows_of(figure))
-
-    report = analyze(nx.cycle_graph(4), source=0, target=2)
-    figure = report._figure()
-    assert texts_of(figure)[0] == "chain\n4 nodes, 6 edges"
-    assert n_heads(figure) == 6
-    assert n_heads(analyze(report.chain)._figure()) == report.edges == 7
 
 
 edges_of_ten = st.lists(st.tuples(*[st.integers(0, 9)] * 2).filter(lambda edge: edge[0] != edge[1]), max_size=30)

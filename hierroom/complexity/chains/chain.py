@@ -14,7 +14,6 @@ from scipy.sparse.csgraph import connected_components
 
 from hierroom.complexity.chains.hitting import (
     expected_visits,
-    first_passage_std,
     first_passage_variance,
     hitting_probability,
     mean_first_passage_time,
@@ -22,7 +21,7 @@ from hierroom.complexity.chains.hitting import (
 )
 from hierroom.complexity.chains.laplacian import laplacian_hitting_time, laplacian_sensitivity
 from hierroom.complexity.chains.reach import expected_states, reach_probability
-from hierroom.complexity.chains.walk import Walk
+from hierroom.complexity.chains.walk import PAPER_WALK, Walk
 from hierroom.complexity.chains.weights import (
     Weights,
     as_node,
@@ -116,34 +115,18 @@ class Chain:
         return cls(weights, names, start, {EXIT: (end,)})
 
     @classmethod
-    def from_networkx(
-        cls,
-        graph: nx.Graph,
-        source: Hashable,
-        target: Hashable,
-        weight: str | None = "weight",
-        *,
-        rates: bool = False,
-        walk: Walk | None = None,
-    ) -> Chain:
-        """Return a random walk on a networkx graph, directed or not; the names of its nodes become labels.
+    def from_networkx(cls, graph: nx.Graph, source: Hashable, target: Hashable, walk: Walk = PAPER_WALK) -> Chain:
+        """Return the paper's walk on a networkx graph, directed or not; the names of its nodes become labels.
 
-        Args:
-            weight: attribute of the edges with their probability. If no edge has it, or for None, a node's edges are
-                equally likely.
-            rates: divide each node's weights by their sum, for rates or counts.
-            walk: use the paper's walk instead, such as ``Walk()``, for numbers comparable with those of goal graphs. It
-                moves along a node's edges in proportion to their weights, and may return to the source from every other
-                node. From the target it can only return to the source. Edges from a node to itself do not count.
+        It moves along a node's edges in proportion to their ``weight``, or evenly if no edge has one, and returns to
+        the source from every other node. From the target it can only return to the source. Edges from a node to itself
+        do not count. Other walks: `from_matrix` takes ``nx.to_numpy_array(graph)``.
         """
-        weights, nodes = graph_weights(graph, weight, rates or walk is not None), list(graph)
+        weights, nodes = graph_weights(graph).tocoo(), list(graph)
         first, last = node_index(nodes, source), node_index(nodes, target)
-        if walk is not None:
-            moves = weights.tocoo()
-            counts = (moves.row != moves.col) & (moves.row != last)
-            edges, likely = np.stack([moves.row, moves.col], axis=1)[counts], np.asarray(moves.data, np.float64)[counts]
-            weights = walk.weights(edges, len(nodes), first, likely)
-        return cls.from_matrix(weights, first, last, nodes)
+        counts = (weights.row != weights.col) & (weights.row != last)
+        edges, shares = np.stack([weights.row, weights.col], axis=1)[counts], np.asarray(weights.data, float)[counts]
+        return cls.from_matrix(walk.weights(edges, len(nodes), first, shares), first, last, nodes)
 
     @cached_property
     def hitting_time(self) -> float:
@@ -163,7 +146,7 @@ class Chain:
     @cached_property
     def std(self) -> float:
         """Standard deviation of the first-passage time to the exit, in steps."""
-        return float(first_passage_std(self.weights, self.goals[EXIT])[self.source])
+        return self.variance**0.5
 
     def expected_steps_to(self, goal: str) -> float:
         """Return the mean steps to a goal such as `"key 1"` or `"exit"`, or to a node; ``inf`` if it may be missed."""

@@ -6,11 +6,8 @@ Let Q be the transition matrix among the nodes that are not targets, and h the p
 
 because Q^t h is the probability to reach the targets later than t.
 
-- **Small walks**: Q is raised to the requested powers by repeated squaring, about 20 products for t = 10^6.
-- **Large walks**: a vector w_t = Q^t h is stepped until its decay is geometric. If lo <= 1 - w_{t+1} / w_t <= hi at
-every node, then (1 - hi)^k w_t <= w_{t+k} <= (1 - lo)^k w_t for all k. These are the Collatz-Wielandt bounds, as Q has
-no negative entries. Once they differ by less than the tolerance for every k, the rest of the curve is known.
-  If a walk mixes slowly, Q is squared once stepping has cost as much as squaring, if more steps than that are left.
+Q is raised to the requested powers by repeated squaring, about 20 products for t = 10^6. Of large walks, a vector Q^t h
+is stepped, unless squaring costs less.
 """
 
 from __future__ import annotations
@@ -37,14 +34,8 @@ from hierroom.complexity.chains.weights import (
 from hierroom.support.errors import InputError
 from hierroom.support.output import said_when_slow
 
-TOLERANCE = 1e-12
-"""Largest error of a probability due to the geometric tail; rounding may add more for very slow walks."""
 SMALL = 96
 """Up to this number of nodes, squaring a dense matrix is faster than stepping with a sparse one."""
-CHECK_EVERY = 64
-"""Number of steps after which the code checks again whether the decay is geometric."""
-PATIENCE = 16_384
-"""Least number of steps without a geometric decay before squaring replaces stepping."""
 STEP_COST, DENSE_GAIN = 16_000, 32
 """Overhead of a step, in sparse multiplications; number of dense multiplications that cost as much as a sparse one."""
 LONG = 10**9
@@ -135,37 +126,21 @@ def later_by_squaring(
 def later_by_stepping(
     moves: sp.csr_array, source: int, targets: NDArray[np.bool_], hits: NDArray[np.float64], times: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Return the same as `later_by_squaring`, computed step by step until the decay is geometric."""
-    later = np.empty((targets.shape[1], len(times)))
-    order = np.argsort(times, kind="stable")
-    chances, killed = with_staying(moves), np.nonzero(targets)
-    ahead, now, filled = hits.copy(), 0, 0
-    last, (n, n_questions) = int(times.max(initial=0)), targets.shape
-    step_cost = (chances.nnz + n) * n_questions + STEP_COST
-    steps_of_squaring = n_questions * last.bit_length() * n**3 / DENSE_GAIN / step_cost
-    patience = max(PATIENCE, int(steps_of_squaring))
-    with _saying(last * step_cost, lambda: now / last):
-        while filled < len(times):
-            while filled < len(times) and times[order[filled]] == now:
-                later[:, order[filled]] = ahead[source]
-                filled += 1
-            if now == last:
-                break
-            following = chances @ ahead
-            following[killed] = 0.0
-            if now % CHECK_EVERY == 0:
-                rest, second = order[filled:], chances @ following
-                second[killed] = 0.0
-                tail = _geometric_tail([ahead, following, second], source, times[rest] - now)
-                if tail is not None:
-                    later[:, rest] = tail
-                    break
-            if now == patience and last - now > steps_of_squaring and n <= MAX_DENSE_NODES:
-                rest = order[filled:]
-                later[:, rest] = later_by_squaring(moves, source, targets, ahead, times[rest] - now)
-                break
-            ahead, now = following, now + 1
-    return later
+    """Return the same as `later_by_squaring`, computed step by step."""
+    chances, killed, (different, at) = with_staying(moves), np.nonzero(targets), np.unique(times, return_inverse=True)
+    ahead, now, last, later = hits.copy(), 0, int(times.max(initial=0)), np.empty((targets.shape[1], len(different)))
+    with _saying(last * _step_cost(chances, targets), lambda: now / last):
+        for n, wanted in enumerate(different):
+            while now < wanted:
+                ahead = chances @ ahead
+                ahead[killed] = 0.0
+                now += 1
+            later[:, n] = ahead[source]
+    return later[:, at]
+
+
+def _step_cost(chances: sp.csr_array, targets: NDArray[np.bool_]) -> int:
+    return (chances.nnz + len(targets)) * targets.shape[1] + STEP_COST
 
 
 def _saying(multiplications: float, share: Callable[[], float]) -> AbstractContextManager[object]:
@@ -184,42 +159,11 @@ def _reached(
         for target in targets.T:
             hits[:, done] = hitting_probability(moves, np.flatnonzero(target))
             done += 1
-    method = later_by_squaring if n_nodes(moves) <= SMALL else later_by_stepping
+    n, last = n_nodes(moves), int(times.max(initial=0))
+    squaring, stepping = n_questions * last.bit_length() * n**3 / DENSE_GAIN, last * _step_cost(moves, targets)
+    is_dense = n <= SMALL or (n <= MAX_DENSE_NODES and squaring < stepping)
+    method = later_by_squaring if is_dense else later_by_stepping
     later = method(moves, source, targets, np.where(targets, 0.0, hits), times)
     reached = np.clip(hits[source][:, None] - later, 0.0, 1.0)
     reached[targets[source]] = 1.0
     return reached
-
-
-def _geometric_tail(
-    waves: list[NDArray[np.float64]], source: int, times: NDArray[np.int64]
-) -> NDArray[np.float64] | None:
-    """Return w_t at the source [m, k] for ``times`` if the decay over one or two steps determines it; else None.
-
-    ``waves`` are w_0, w_1, w_2. Two steps are for walks that alternate between two halves of the nodes, as on a grid.
-    """
-    for stride in (1, 2):
-        cycles, phases = np.divmod(times, stride)
-        hazard = _geometric_hazard(waves[0], waves[stride], source, int(cycles.max()))
-        if hazard is not None:
-            first = np.stack([wave[source] for wave in waves[:stride]], axis=1)  # [m, stride]
-            return first[:, phases] * np.exp(np.log1p(-hazard)[:, None] * cycles)
-    return None
-
-
-def _geometric_hazard(
-    ahead: NDArray[np.float64], following: NDArray[np.float64], source: int, remaining: int
-) -> NDArray[np.float64] | None:
-    """Return 1 - w_{t+1} / w_t at the source [m] if the bounds over all nodes determine the rest of each curve."""
-    counts = ahead > 0
-    ratio = np.divide(ahead - following, ahead, out=np.zeros_like(ahead), where=counts)
-    low = np.clip(np.where(counts, ratio, np.inf).min(axis=0), 0.0, 1.0)
-    high = np.clip(np.where(counts, ratio, -np.inf).max(axis=0), 0.0, 1.0)
-    # the two bounds differ by at most k (1 - low)^(k - 1) (high - low), which peaks near k = 1 / low
-    longest = np.minimum(remaining, 1 / np.maximum(low, 1 / max(remaining, 1)))
-    gap = ahead[source] * np.maximum(high - low, 0.0)
-    error = np.minimum(ahead[source], longest * gap)
-    is_rounding = gap <= 8 * np.finfo(float).eps  # no further step would tighten the bounds
-    if not (is_rounding | (error <= TOLERANCE)).all():
-        return None
-    return np.clip(ratio[source], 0.0, 1 - np.finfo(float).eps)

@@ -70,7 +70,7 @@ def as_probabilities(weights: Weights) -> sp.csr_array:
         raise InputError(
             f"the probabilities of a node's moves must sum to at most 1, but row {row} of W sums to {totals[row]:g} "
             f"({excess:.2g} too much); divide rates, counts or rounded numbers by their total first, as "
-            "Chain.from_matrix and from_networkx do with rates=True"
+            "Chain.from_matrix does with rates=True"
         )
     if slack > SLACK and excess > 0:
         matrix = sp.csr_array(sp.diags_array(1 / np.maximum(totals, 1.0)) @ matrix)
@@ -163,27 +163,20 @@ def closed_classes(weights: sp.csr_array) -> list[NDArray[np.int64]]:
     return [nodes for nodes, closed in zip(members, is_closed, strict=True) if closed]
 
 
-def graph_weights(graph: nx.Graph, weight: str | None, rates: bool) -> sp.csr_array:
-    """Return W of the walk of `Chain.from_networkx`; an undirected edge leads both ways, and parallel edges add up."""
+def graph_weights(graph: nx.Graph) -> sp.csr_array:
+    """Return the shares of each node's edges; an undirected edge leads both ways, and parallel edges add up."""
     import networkx as nx  # loads slowly, and few programs need it
 
-    if not isinstance(graph, nx.Graph):
-        raise InputError(f"an exploration graph must be a networkx graph, not {shown(graph)}")
-    if graph.number_of_nodes() == 0:
-        raise InputError("an exploration graph needs at least one node")
-    n_weighted = sum(weight in data for _, _, data in graph.edges(data=True)) if weight is not None else 0
-    if 0 < n_weighted < graph.number_of_edges():
-        raise InputError(
-            f"either all edges of an exploration graph have the attribute {weight!r} or none: "
-            f"{n_weighted} of {graph.number_of_edges()} have it"
-        )
+    if not isinstance(graph, nx.Graph) or not len(graph):
+        raise InputError(f"an exploration graph must be a networkx graph with nodes, not {shown(graph)}")
+    n_weighted, n_edges = sum("weight" in data for _, _, data in graph.edges(data=True)), graph.number_of_edges()
+    if 0 < n_weighted < n_edges:
+        raise InputError(f"either all edges of a graph have a weight or none: {n_weighted} of {n_edges} have it")
+    attribute: Any = "weight" if n_weighted else None  # networkx's stubs do not allow None
     try:
-        attribute: Any = weight if n_weighted else None  # networkx's stubs do not allow None
-        given = nx.to_scipy_sparse_array(graph, weight=attribute)  # of the dtype that the numbers have
-        given = given if given.dtype.kind in "biufc" else given.astype(np.float64)
+        return normalized(as_weights(nx.to_scipy_sparse_array(graph, weight=attribute)))
     except (TypeError, ValueError) as error:
-        raise InputError(f"the attribute {weight!r} of the edges must be a number: {error}") from error
-    return normalized(as_weights(given)) if rates or not n_weighted else as_probabilities(given)
+        raise InputError(f"the weight of an edge must be a number: {error}") from error
 
 
 def normalized(weights: sp.csr_array) -> sp.csr_array:

@@ -49,8 +49,7 @@ def test_means_and_variances_of_ill_conditioned_walks(weights):
     means, variances = passage_exactly(weights, target)
     np.testing.assert_allclose(mean_first_passage_time(weights, target), np.array(means, float), rtol=1e-13)
     found = first_passage_variance(weights, target)
-    scale = np.array(means, float)  # a step's chance to stay is one minus a sum, rounded
-    np.testing.assert_allclose(found, np.array(variances, float), rtol=1e-11, atol=1e-14 * scale.max())
+    np.testing.assert_allclose(found, np.array(variances, float), rtol=1e-11, atol=1e-13 * float(max(means)) ** 2)
 
 
 def test_mean_beyond_floats_raises_input_error():
@@ -138,9 +137,7 @@ def test_walk_too_long_for_floats_raises_input_error():
         analyze(GoalGraph(tuple(range(20)), 20), True, Walk(0, 1e-8, 1 - 1e-8)).expected_steps  # noqa: B018
     report = analyze(GoalGraph(tuple(range(15)), 15), True, Walk(0, 1e-6, 1 - 1e-6))
     assert report.expected_steps > 1e180
-    with pytest.raises(InputError, match=r"a walk of \de\+\d+ steps is too long for its variance"):
-        report.variance  # noqa: B018
-    assert report.std == pytest.approx(report.expected_steps), "nearly all walks start again many times"
+    assert report.std == np.inf
 
 
 def test_empty_system_has_an_empty_solution():

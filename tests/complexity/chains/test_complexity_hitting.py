@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from exact_walks import passage_exactly
 
 from hierroom.complexity import (
     AugmentedGraph,
@@ -132,32 +131,11 @@ def test_invalid_node_raises_input_error(node):
         expected_visits(np.eye(2), node, 1)
 
 
-def test_variance_of_a_walk_that_rarely_waits():
-    """The second moment less the squared mean would lose seven digits of it."""
-    up = np.full(50, 1 - 2.0**-20)
-    expected = ((1 - up) / up**2)[::-1].cumsum()[::-1]
-    np.testing.assert_allclose(first_passage_variance(birth_death(up, np.zeros(50)), 50)[:-1], expected, rtol=1e-13)
-
-
 def restarts(n):
     """A walk that goes on or starts anew with equal chance: 2^(n + 1) - 2 steps on average, 2^(n - i) visits of i."""
     w = np.zeros((n + 1, n + 1))
     w[np.arange(n), np.arange(1, n + 1)] = w[1:n, 0] = 0.5
     return w
-
-
-def test_variance_of_a_walk_that_restarts():
-    """The equation over the first step would lose ten digits: the means are large and nearly equal."""
-    n = 40
-    mean = 2 ** (n + 1) - 2
-    means = [mean - 2 ** (i + 1) + 2 for i in range(n)] + [0]
-    # s_i = 2 m_i - 1 + s_{i + 1} / 2 + s_0 / 2, so that s_0 is the sum of (2 m_i - 1) 2^(n - i)
-    first = sum((2 * means[i] - 1) * 2 ** (n - i) for i in range(n))
-    moments = [first]
-    for i in range(n - 1):
-        moments.append(2 * moments[i] - first - 2 * (2 * means[i] - 1))
-    expected = [float(moments[i] - means[i] ** 2) for i in range(n)]
-    np.testing.assert_allclose(first_passage_variance(restarts(n), n)[:-1], expected, rtol=1e-13)
 
 
 def test_sensitivity_with_nearly_equal_large_means():
@@ -187,18 +165,6 @@ def test_sensitivity_is_nan_if_target_may_be_missed(chance_to_miss):
     w = np.zeros((3, 3))
     w[0, 1], w[0, 2] = chance_to_miss, 1 - chance_to_miss
     assert np.isnan(passage_time_sensitivity(w, 0, 2).data).all()
-
-
-@pytest.mark.parametrize("scale", [1e-25, 1e-35])
-def test_variance_of_a_walk_that_rarely_ends(scale):
-    """The means are so large that their differences are rounding: only the second moment is right."""
-    rng, n = np.random.default_rng(0), 5
-    moves = rng.random((n, n)) * ~np.eye(n, dtype=bool)
-    weights = np.zeros((n + 1, n + 1))
-    weights[:n, :n] = moves / (moves.sum(axis=1, keepdims=True) * 1.001)
-    weights[:n, n] = scale * rng.random(n)
-    expected = [float(variance) for variance in passage_exactly(weights, n)[1]]
-    np.testing.assert_allclose(first_passage_variance(weights, n), expected, rtol=1e-13)
 
 
 def test_target_may_be_an_array_without_axes():
