@@ -5,7 +5,7 @@
 CPU time of this process (`time.process_time`) per turn or step, random actions, episodes begun anew where they end.
 Each repeat times each case once, one after another, so that a busy machine slows them all. The engine alone steps
 the same levels and encodes a new view [N, 7, 7, 3] of each. The vector environments are compared with it at the same
-number of environments. They also give six arrays of observations (or one flat one), rewards, ends and infos. If
+number of environments. They also give six arrays of observations, rewards, ends and infos. If
 episodes end after 60 steps, as those of trained agents do, their ends are spread evenly over the steps. `MAX_TIMES` and
 the shares say what is wanted, as ratios to a peer in the same repeat.
 """
@@ -154,8 +154,6 @@ def cases() -> dict[str, tuple[Run, int]]:
         found[f"engine, {n}"] = engine(n), n
         found[f"vector, {n}"] = vector(EscapeRooms(n)), n
         found[f"vector, not copied, {n}"] = vector(EscapeRooms(n, copy=False)), n
-        found[f"vector, flat, {n}"] = vector(EscapeRooms(n, flat=True)), n
-        found[f"vector, flat, not copied, {n}"] = vector(EscapeRooms(n, flat=True, copy=False)), n
     n, short = BATCHES[0], f"{BATCHES[0]}, episodes of {SHORT}"
     found[f"engine, {short}"] = engine(n, SHORT), n
     found[f"vector, {short}"] = vector(EscapeRooms(n, max_steps=SHORT)), n
@@ -205,7 +203,7 @@ def main() -> None:
         print(f"{name}: {spread} times {peer}, wanted {limit} or less: {'met' if times <= limit else 'MISSED'}")
     for name in timed:
         if name.startswith("vector"):
-            engine_name = name.replace("vector", "engine").replace(", flat", "").replace(", not copied", "")
+            engine_name = name.replace("vector", "engine").replace(", not copied", "")
             share, spread = ratio(taken[engine_name], taken[name], ".0%")
             least = MIN_SHORT_SHARE if "episodes" in name else MIN_SHARE
             verdict = "met" if share >= least else "MISSED"

@@ -40,7 +40,6 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         meta: what chooses the goals, as for `EscapeRoom`.
         threads: largest number of threads that take steps.
         autoreset_mode: ``AutoresetMode.NEXT_STEP``, ``SAME_STEP`` or ``DISABLED``, or its value as text.
-        flat: whether observations are rows of numbers, one [N, K] array: see `ObservationWriter`.
         copy: whether observations are new arrays; else each step overwrites those of the last one.
         render_mode: ``"ansi"``, ``"rgb_array"`` or None.
         **entries: other entries of the `EnvConfig`, by name; the reward is ``"extrinsic"`` unless it is given.
@@ -74,12 +73,11 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         meta: MetaSpec = "none",
         threads: int = 1,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        flat: bool = False,
         copy: bool = True,
         render_mode: str | None = None,
         **entries: Any,
     ):
-        others = ("max_episode_steps", "meta", "threads", "autoreset_mode", "flat", "copy", "render_mode")
+        others = ("max_episode_steps", "meta", "threads", "autoreset_mode", "copy", "render_mode")
         self.meta = make_meta(meta)
         arguments, has_goals = {"graph": graph, "reward": "extrinsic", **entries}, not isinstance(self.meta, NoGoals)
         config = EnvConfig.of_arguments(arguments, others, has_goals=has_goals)
@@ -91,17 +89,16 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         mode = getattr(autoreset_mode, "value", autoreset_mode)
         require_name("autoreset_mode must be one of", mode, modes)
         require_name("render_mode of many environments must be one of", render_mode, (*VECTOR_RENDER_MODES, None))
-        for name, value in (("flat", flat), ("copy", copy)):
-            if not isinstance(value, (bool, np.bool_)):
-                raise InputError(f"{name} must be True or False, not {shown(value)}")
+        if not isinstance(copy, (bool, np.bool_)):
+            raise InputError(f"copy must be True or False, not {shown(copy)}")
         self.autoreset_mode = AutoresetMode(mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
         self._is_same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
         self.turns = Turns(config, num_envs, measure_shortest=True, threads=threads, autoreset=self._is_same_step)
         self.config, self.num_envs, self.render_mode = config, num_envs, render_mode
         self.copies = bool(copy)
-        self._arrays = VectorArrays(self.turns, flat=flat, copy=copy)
-        self.single_observation_space = self._arrays.space
+        self._arrays = VectorArrays(self.turns, copy=copy)
+        self.single_observation_space = self.turns.observation_space(CONTROLLER)
         self.single_action_space = self.turns.action_space(CONTROLLER)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
@@ -175,9 +172,10 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         """Close the environments of a task; Gymnasium's ``close`` calls this."""
         self.turns.world.close()
 
-    def _show_last_goals(self, observations: Any) -> None:
+    def _show_last_goals(self, observations: dict[str, NDArray]) -> None:
         if (step := self.turns.last_step) is not None and self._has_ended:
-            self._arrays.observations.write_goals(observations, step.goals, np.flatnonzero(self.have_ended))
+            vectors = self.turns.world.goals.vectors
+            observations["goal"][self.have_ended] = vectors[step.goals[self.have_ended]]
 
     def _seeds(self, seed: Seeds) -> Seeds:
         if not is_list(seed):

@@ -39,7 +39,7 @@ def trace() -> str:
                     env.reset()
     for settings in (
         {},
-        {"flat": True, "autoreset_mode": "NextStep"},
+        {"autoreset_mode": "NextStep"},
         {"meta": "fixed-dfs", "subgoal_horizon": 6, "copy": False},
     ):
         envs, one = EscapeRooms(4, **SETTINGS, reward="bonus", **settings), EscapeRoom(**SHOP, meta="fixed-dfs")

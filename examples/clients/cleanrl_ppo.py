@@ -13,19 +13,25 @@ torch.set_num_threads(1)  # so small a network gains nothing by more
 torch.manual_seed(0)
 N, T, GAMMA, LAMBDA, CLIP = 16, 64, 0.95, 0.95, 0.2
 SETTINGS = {"size": 11, "max_steps": 100, "meta": "fixed-dfs", "reward": "intrinsic", "autoreset_mode": "SameStep"}
-envs = RecordEpisodeStatistics(gymnasium.make_vec("hierroom/EscapeRoom-a-v0", N, flat=True, **SETTINGS))
-n_inputs, n_actions = envs.single_observation_space.shape[0], int(envs.single_action_space.n)
+envs = RecordEpisodeStatistics(gymnasium.make_vec("hierroom/EscapeRoom-a-v0", N, **SETTINGS))
+observation_space, n_actions = envs.single_observation_space, int(envs.single_action_space.n)
+n_inputs = sum(int(np.prod(space.shape)) for space in observation_space.values())
 actor = nn.Sequential(nn.Linear(n_inputs, 64), nn.Tanh(), nn.Linear(64, n_actions))
 critic = nn.Sequential(nn.Linear(n_inputs, 64), nn.Tanh(), nn.Linear(64, 1))
 optimizer = torch.optim.Adam([*actor.parameters(), *critic.parameters()], lr=1e-3)
 
 
-def as_tensor(observations):
-    """Return a tensor [N, K] float32."""
-    return torch.as_tensor(observations, dtype=torch.float32)
+def as_tensor(values):
+    """Return a tensor of float32."""
+    return torch.as_tensor(values, dtype=torch.float32)
 
 
-observation, returns = as_tensor(envs.reset(seed=0)[0]), []
+def as_rows(observations):
+    """Return observations by name as a tensor [N, n_inputs]."""
+    return torch.cat([as_tensor(values).reshape(N, -1) for values in observations.values()], dim=1)
+
+
+observation, returns = as_rows(envs.reset(seed=0)[0]), []
 for _ in range(8):
     memory = []
     for _ in range(T):
@@ -36,7 +42,7 @@ for _ in range(8):
         done = as_tensor(terminated | truncated)
         memory.append((observation, action, policy.log_prob(action), value, as_tensor(reward), done))
         returns += infos["episode"]["r"][infos["_episode"]].tolist() if "episode" in infos else []
-        observation = as_tensor(following)
+        observation = as_rows(following)
     observations, actions, log_probs, values, rewards, dones = map(torch.stack, zip(*memory, strict=True))
     with torch.no_grad():
         advantages, last, after = torch.zeros(T, N), torch.zeros(N), critic(observation)[:, 0]

@@ -119,7 +119,6 @@ def play_in_worlds() -> None:
         play(hierroom.env(**SMALL, goal_mask=mask, reward=reward, render_mode="rgb_array"))
     _step(EscapeRoom(**SMALL, meta="random"), None)
     _step(EscapeRooms(4, **SMALL, autoreset_mode="SameStep"), 4)
-    _step(EscapeRooms(4, **SMALL, flat=True), 4)
     _step(EscapeRooms(4, **SMALL, autoreset_mode="NextStep", copy=False), 4)
     _step(EscapeRooms(4, layout="######\n#@rRE#\n######", max_steps=30, autoreset_mode="SameStep"), 4)
 
@@ -141,7 +140,7 @@ def play_with_learners() -> None:
     _train(**SHOP, method="ppo")
     _train(**SHOP, preset="learned", meta="learned", features=(*workshop_of("2").features,))
     _step(EscapeRoom(**SHOP, meta="fixed-dfs"), None)
-    _step(EscapeRooms(4, **SHOP, meta="oracle", flat=True), 4)
+    _step(EscapeRooms(4, **SHOP, meta="oracle"), 4)
 
 
 def play_as_trained() -> None:

@@ -6,16 +6,13 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-from gymnasium import spaces
 from numpy.typing import NDArray
 
-from hierroom.controller import Observation
 from hierroom.support.arrays import ArrayPool
 from hierroom.support.kernel import Compiled
 from hierroom.turns.kernels import write_results
 from hierroom.turns.records import CONTROLLER, LEDGER, STEP, Step
 from hierroom.turns.turns import Turns
-from hierroom.worlds.observation_writer import flat_rows
 
 INFOS = ("success", "goal_event", "elapsed", "illegal_actions", "length", "shortest_length")
 _BOOL, _INT64 = np.dtype(np.bool_), np.dtype(np.int64)
@@ -25,30 +22,27 @@ _BOOL, _INT64 = np.dtype(np.bool_), np.dtype(np.int64)
 class VectorArrays:
     """Writes the observations, rewards, ends and infos of N environments.
 
-    With ``flat``, an environment's observation is one row of numbers. Arrays are new at every step. Without ``copy``,
-    however, the next step overwrites the arrays of the observations.
+    Arrays are new at every step. Without ``copy``, however, the next step overwrites the arrays of the observations.
     """
 
-    def __init__(self, turns: Turns, *, flat: bool, copy: bool) -> None:
-        self._turns, self._flat, self._n = turns, flat, len(turns)
-        self.observations = turns.world.batch_observations(flat=flat)
-        self._parts = turns.observation_space(CONTROLLER)
-        self.space = self.observations.flat_space if flat else self._parts
+    def __init__(self, turns: Turns, *, copy: bool) -> None:
+        self._turns, self._n = turns, len(turns)
+        self._observations = turns.world.batch_observations()
         self._pool = ArrayPool(self._empty)
-        self._kept = None if copy else self.observations.empty()
+        self._kept = None if copy else self._observations.empty()
 
     def _empty(self) -> tuple[tuple[NDArray, ...], tuple[Any, ...]]:
         """Return all arrays that are new at every step, and the arrays in the form that `at_step` uses.
 
         Flags and integers are rows of two arrays, because each extra argument of the kernel takes time.
         """
-        arrays, parts = self._kept or self.observations.empty()
+        parts = self._kept or self._observations.empty()
         flags, numbers = np.empty((3 + len(INFOS), self._n), _BOOL), np.empty((len(INFOS) - 1, self._n), _INT64)
         terminated, truncated, success, *has_infos = flags
         infos = _by_name((success, *numbers), has_infos)
         results = np.empty(self._n), flags, numbers
         fresh = (*results, terminated, truncated, *infos.values())
-        return fresh if self._kept else (*arrays, *fresh), (arrays, parts, results, terminated, truncated, infos)
+        return fresh if self._kept else (*parts.values(), *fresh), (parts, results, terminated, truncated, infos)
 
     def at_step(
         self, steps: np.ndarray, *, begins_anew: bool
@@ -60,22 +54,22 @@ class VectorArrays:
             begins_anew: whether the infos of ended episodes are replaced by those of the next episodes.
 
         Returns:
-            a dict of arrays, or one array [N, K] if flat, and the other results of Gymnasium's step.
+            a dict of arrays, and the other results of Gymnasium's step.
         """
-        _, (arrays, parts, results, terminated, truncated, infos) = self._pool.take()
+        _, (parts, results, terminated, truncated, infos) = self._pool.take()
         _RESULTS.run(steps, self._turns.ledger.records, begins_anew, *results)
-        return self._observe(arrays, parts), results[0], terminated, truncated, infos.copy()
+        return self._observe(parts), results[0], terminated, truncated, infos.copy()
 
     def at_reset(self, where: NDArray[np.bool_]) -> tuple[Any, dict[str, Any]]:
         """Return all controllers' observations, and infos of the environments that begin episodes: ``where`` [N]."""
         shortest = self._turns.ledger.shortest * where
         infos = np.zeros(self._n, _BOOL), -where.astype(_INT64), *np.zeros((3, self._n), _INT64), shortest
-        observations = self._observe(*(self._kept or self.observations.empty()))
+        observations = self._observe(self._kept or self._observations.empty())
         return observations, _by_name(infos, [where.copy() for _ in INFOS])
 
-    def _observe(self, arrays: tuple[NDArray, ...], parts: dict[str, NDArray]) -> Any:
-        self.observations.write(self._turns.ledger.goals, arrays)
-        return arrays[0] if self._flat else parts.copy()
+    def _observe(self, parts: dict[str, NDArray]) -> dict[str, NDArray]:
+        self._observations.write(self._turns.ledger.goals, parts.values())
+        return parts.copy()
 
     def final(self, step: Step) -> dict[str, Any]:
         """Return the last observations and infos of the episodes that a step ended."""
@@ -86,19 +80,10 @@ class VectorArrays:
             [ended.copy() for _ in INFOS],
         )
         observations, envs = np.full(self._n, None, object), np.flatnonzero(ended)
-        last = self._turns.final_observation(CONTROLLER, step, envs)
-        one_by_one = rows(last, self._parts if self._flat else None, self.space.dtype)
-        for env, observation in zip(envs, one_by_one, strict=True):
-            observations[env] = observation
+        last = self._turns.final_observation(CONTROLLER, step, envs).as_dict()
+        for env, *of_one in zip(envs, *last.values(), strict=True):
+            observations[env] = dict(zip(last, of_one, strict=True))
         return {"final_obs": observations, "final_info": infos, "_final_obs": ended, "_final_info": ended.copy()}
-
-
-def rows(observation: Observation, space: spaces.Dict | None, dtype: Any = np.float32) -> Iterable[Any]:
-    """Return the observations of M environments one by one, in new arrays; flat if their space is given."""
-    parts = observation.as_dict()
-    if space is None:
-        return (dict(zip(parts, of_one, strict=True)) for of_one in zip(*parts.values(), strict=True))
-    return flat_rows(parts, space, dtype)
 
 
 def _by_name(infos: Iterable[NDArray], has_infos: Iterable[NDArray[np.bool_]]) -> dict[str, NDArray]:

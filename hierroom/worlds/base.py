@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from gymnasium import spaces
@@ -218,9 +218,9 @@ class BaseWorld:
         shown = {name: array[0] for name, array in self.shown(self.everywhere).items()}
         return {**shown, "goal": self.goals.vectors[goal].copy()}
 
-    def batch_observations(self, *, flat: bool) -> ObservationWriter:
+    def batch_observations(self) -> ObservationWriter:
         """Return the writer of the observations of all environments."""
-        return ObservationWriter(self, flat=flat)
+        return ObservationWriter(self)
 
     def screen(self, render_mode: str | None) -> StateScreen:
         """Return a screen for environments in a render mode."""
@@ -282,16 +282,16 @@ class BaseWorld:
     @property
     def global_state_space(self) -> spaces.Box:
         """The space of `global_state`."""
-        return self.batch_observations(flat=True).flat_space
+        return cast(spaces.Box, spaces.flatten_space(self.batch_observations().space))
 
-    def global_state(self, goal: int) -> NDArray[np.float32]:
+    def global_state(self, goal: int) -> NDArray:
         """Return the only environment's observation and goal as one row of numbers."""
         if not self.has_begun:
             raise InputError("reset the environment before its state is asked for")
-        writer = self.batch_observations(flat=True)
-        arrays, _ = writer.empty()
-        writer.write(np.array([goal]), arrays)
-        return arrays[0][0]
+        writer = self.batch_observations()
+        space, arrays = writer.space, writer.empty()
+        writer.write(np.array([goal]), arrays.values())
+        return cast(NDArray, spaces.flatten(space, {name: array[0] for name, array in arrays.items()}))
 
 
 _FLAG, _NUMBERS = np.zeros(1, bool), np.zeros((1, 1), np.int64)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from api_scripts import Script, record, same
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
-from gymnasium.wrappers import FlattenObservation
 
 import hierroom
 from hierroom.gym_env import EscapeRoom
@@ -128,21 +127,15 @@ def test_the_gymnasium_environment_equals_the_batch_of_turns(case):
                 observation, _ = env.reset()
 
 
-@pytest.mark.parametrize("flat", [False, True], ids=["", "flat"])
 @pytest.mark.parametrize("mode", AutoresetMode)
-def test_vector_env_equals_gymnasiums_sync_vector_env(case, mode, flat):
+def test_vector_env_equals_gymnasiums_sync_vector_env(case, mode):
     """Replay the recorded episodes in same-step mode; in other modes use the choices of Gymnasium's environment."""
     config, plays = case
     n = len(plays)
     metas = [Script(plays) for _ in range(n + 1)] if mode == AutoresetMode.SAME_STEP else ["fixed-dfs"] * (n + 1)
-    ours = EscapeRooms(n, **keywords(config, meta=metas[n], autoreset_mode=mode, flat=flat))
+    ours = EscapeRooms(n, **keywords(config, meta=metas[n], autoreset_mode=mode))
     theirs = SyncVectorEnv(
-        [
-            lambda i=i: (FlattenObservation if flat else lambda env: env)(
-                EscapeRoom(**keywords(config, env_index=i, meta=metas[i]))
-            )
-            for i in range(n)
-        ],
+        [lambda i=i: EscapeRoom(**keywords(config, env_index=i, meta=metas[i])) for i in range(n)],
         autoreset_mode=mode,
     )
     assert ours.metadata["autoreset_mode"] == theirs.metadata["autoreset_mode"]
@@ -151,7 +144,7 @@ def test_vector_env_equals_gymnasiums_sync_vector_env(case, mode, flat):
     for t in range(len(plays[0])):
         same_deeply(observations, expected)
         same_deeply(infos, expected_infos)
-        if mode == AutoresetMode.SAME_STEP and not flat:
+        if mode == AutoresetMode.SAME_STEP:
             for i, play in enumerate(plays):
                 same({name: values[i] for name, values in observations.items()}, play[t].controller)
         if mode == AutoresetMode.DISABLED and (ended.any() or t % 60 == 59):

@@ -66,7 +66,7 @@ def test_invalid_arguments_raise_input_error(api, arguments, said):
         (lambda: hierroom.raw_env().state(), "reset the environment before its state is asked for"),
         (lambda: EscapeRoom().render(), "reset the environment before"),
         (lambda: step_parallel_env([0, 1]), "actions are a dict by agent, not a list"),
-        (lambda: EscapeRooms(2, flat="no"), "flat must be True or False, not 'no'"),
+        (lambda: EscapeRooms(2, copy="no"), "copy must be True or False, not 'no'"),
         (
             lambda: step_parallel_env({"meta_0": 13, "controller_0": 0, "x": 0}),
             "the agents are meta_0 and controller_0; t",

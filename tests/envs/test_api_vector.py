@@ -35,29 +35,16 @@ def test_reset_without_seed_draws_a_seed():
     assert len(firsts) > 4
 
 
-@pytest.mark.parametrize("drop_key", [False, True])
-def test_flat_space_equals_gymnasiums_flatten_space(drop_key):
-    flat, whole = (EscapeRooms(2, flat=flat, drop_key=drop_key).single_observation_space for flat in (True, False))
-    expected = gymnasium.spaces.flatten_space(whole)
-    assert (flat.low == expected.low).all()
-    assert (flat.high == expected.high).all()
-
-
-@pytest.mark.parametrize("flat", [False, True])
-def test_copy_false_reuses_arrays_with_equal_values(flat):
-    fresh, kept = EscapeRooms(4, flat=flat, **SMALL), EscapeRooms(4, flat=flat, copy=False, **SMALL)
+def test_copy_false_reuses_arrays_with_equal_values():
+    fresh, kept = EscapeRooms(4, **SMALL), EscapeRooms(4, copy=False, **SMALL)
     rng = np.random.default_rng(0)
     (observations, _), (views, _) = fresh.reset(seed=1), kept.reset(seed=1)
     for _ in range(30):
         actions = rng.integers(5, size=4)
         before = views
         observations, views = fresh.step(actions)[0], kept.step(actions)[0]
-        if flat:
-            np.testing.assert_array_equal(observations, views)
-            assert views is before
-        else:
-            same(observations, views)
-            assert all(views[name] is before[name] for name in views)
+        same(observations, views)
+        assert all(views[name] is before[name] for name in views)
         assert fresh.observation_space.contains(observations)
 
 
@@ -86,16 +73,15 @@ def test_autoreset_mode_is_validated_and_in_the_metadata():
     assert EscapeRooms.metadata["autoreset_mode"] is usual.autoreset_mode is AutoresetMode.NEXT_STEP
     with pytest.raises(InputError, match=r"^autoreset_mode must be one of NextStep, SameStep, Disabled, not 'never'$"):
         EscapeRooms(2, autoreset_mode="never")
-    made = gymnasium.make_vec("hierroom/EscapeRoom-a-v0", 2, flat=True)
+    made = gymnasium.make_vec("hierroom/EscapeRoom-a-v0", 2)
     assert made.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
-    assert made.reset(seed=0)[0].shape == (2, 177)
 
 
 @pytest.mark.parametrize(
     "wrap", [wrappers.NormalizeObservation, wrappers.NormalizeReward, wrappers.RecordEpisodeStatistics]
 )
 def test_gymnasium_vector_wrappers_take_the_environments(wrap):
-    envs = wrap(gymnasium.make_vec("hierroom/EscapeRoom-a-v0", 4, flat=True, size=11, max_steps=9))
+    envs = wrap(wrappers.FlattenObservation(gymnasium.make_vec("hierroom/EscapeRoom-a-v0", 4, size=11, max_steps=9)))
     observations, _ = envs.reset(seed=0)
     ended = 0
     for _ in range(25):

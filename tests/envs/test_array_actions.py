@@ -28,10 +28,9 @@ def test_environments_pass_the_api_checkers(space):
 
 
 @EVERY
-@pytest.mark.parametrize("flat", [False, True])
-def test_all_apis_take_the_same_steps(space, flat):
+def test_all_apis_take_the_same_steps(space):
     task, entries = dials(space), {"reward": "extrinsic"}
-    envs = EscapeRooms(3, task, flat=flat, **entries)
+    envs = EscapeRooms(3, task, **entries)
     alone, both = EscapeRoom(task, env_index=1, **entries), hierroom.parallel_env(task, env_index=1, **entries)
     observations, _ = envs.reset(seed=1)
     shown = [alone.reset(seed=1)[0], both.reset(seed=1)[0]["controller_0"]]
@@ -40,10 +39,7 @@ def test_all_apis_take_the_same_steps(space, flat):
         assert envs.observation_space.contains(observations)
         assert "action_mask" not in shown[0]
         for one in shown:
-            row = spaces.flatten(alone.observation_space, one)
-            np.testing.assert_array_equal(
-                observations[1] if flat else observations["observation"][1], row if flat else one["observation"]
-            )
+            np.testing.assert_array_equal(observations["observation"][1], one["observation"])
         actions = envs.action_space.sample()
         observations, rewards, terminated, truncated, infos = envs.step(actions)
         one, reward, *ends, info = alone.step(actions[1])

@@ -3,7 +3,6 @@
 import sys
 from types import ModuleType
 
-import gymnasium
 import numpy as np
 import pytest
 from chest_task import Chest
@@ -94,7 +93,6 @@ def test_environments_of_a_large_discrete_number_play():
     assert env.observe("controller_0")["observation"] < 10**10
     for attempt in (
         lambda: env.unwrapped.state(),
-        lambda: gymnasium.make_vec("hierroom/Task-v0", 2, task=task, flat=True),
         lambda: hierroom.box_view(env),
     ):
         with pytest.raises(InputError, match=r"flat observations would need .* MB, and at most 537 MB are allowed"):

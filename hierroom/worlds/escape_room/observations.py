@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -17,10 +18,6 @@ from hierroom.worlds.observation_writer import ObservationWriter
 
 N_DIRECTIONS = 4
 IMAGE, GOAL_SIZE = (VIEW, VIEW, 3), GOAL_VECTORS.shape[1]
-N_CELLS = VIEW * VIEW
-ONE, TWO = np.uint64(1), np.uint64(2)
-N_NUMBERS = N_DIRECTIONS + N_COLOURS + GOAL_SIZE + N_COLOURS + N_CELLS * 3
-"""Length of a flat observation without the action mask."""
 
 
 @njit(cache=True, nogil=True)
@@ -58,33 +55,6 @@ def write_batch(outcomes, levels, goals, triples, vectors, images, directions, k
     masks[:] = 1
 
 
-@njit(cache=True, nogil=True)
-def write_flat(outcomes, levels, goals, triples, vectors, rows):
-    """Write the observations of N environments, with goals [N], as rows of numbers: see `LevelWriter`."""
-    n_actions, first = rows.shape[1] - N_NUMBERS, rows.shape[1] - N_CELLS * 3
-    for n in range(outcomes.shape[0]):
-        tiles, row = outcomes[n].tiles, rows[n]
-        for i in range(VIEW):
-            for j in range(VIEW):
-                tile, at = np.uint64(tiles[i, j]), np.uint64(first + (i * VIEW + j) * 3)
-                row[at], row[at + ONE], row[at + TWO] = triples[tile, 0], triples[tile, 1], triples[tile, 2]
-    for n in range(outcomes.shape[0]):
-        level, goal, row = levels[n], goals[n], rows[n]
-        for k in range(n_actions):
-            row[k] = 1
-        at = n_actions
-        for k in range(N_DIRECTIONS):
-            row[at + k] = k == level.direction
-        at += N_DIRECTIONS
-        for colour in range(N_COLOURS):
-            branch = level.branches[colour]
-            row[at + colour] = level.doors >> branch & 1
-            row[at + N_COLOURS + GOAL_SIZE + colour] = level.keys >> branch & 1
-        at += N_COLOURS
-        for k in range(GOAL_SIZE):
-            row[at + k] = vectors[goal, k]
-
-
 _UINT8, _INT8, _INT64, _FLOAT32 = (np.dtype(kind) for kind in (np.uint8, np.int8, np.int64, np.float32))
 """Dtypes made once, because from a type NumPy makes a dtype for every array."""
 _DIRECTIONS = tuple(np.int64(direction) for direction in range(N_DIRECTIONS))
@@ -105,18 +75,11 @@ def write_one(outcomes: np.ndarray, levels: np.ndarray, goal: int) -> dict[str, 
 
 
 class LevelWriter(ObservationWriter):
-    """Writes the controllers' observations of EscapeRooms; flat ones are rows of uint8.
+    """Writes the controllers' observations of EscapeRooms."""
 
-    The numbers of a row are ``action_mask`` [A], ``direction`` [4] one-hot, ``doors_open`` [6], ``goal`` [9],
-    ``keys_held`` [6] and ``observation`` [7 * 7 * 3].
-    """
-
-    flat_type = np.uint8
-
-    def write(self, goals: NDArray[np.integer], arrays: tuple[NDArray, ...]) -> None:
-        """Write the current observations, with goals [N], into arrays from `empty`."""
-        write = _FLAT.run if self._flat else _BATCH.run
-        write(self._world.outcomes, self._world.state.levels, goals, TRIPLES, GOAL_VECTORS, *arrays)
+    def write(self, goals: NDArray[np.integer], arrays: Iterable[NDArray]) -> None:
+        """Write the current observations, with goals [N], into the arrays of `empty`."""
+        _BATCH.run(self._world.outcomes, self._world.state.levels, goals, TRIPLES, GOAL_VECTORS, *arrays)
 
 
 _READ = np.zeros(1, OUTCOME), np.zeros(1, LEVEL)
@@ -125,4 +88,3 @@ _IMAGE, _VECTOR, _BITS = np.zeros((1, *IMAGE), _UINT8), np.zeros((1, 1), _FLOAT3
 _TABLES = TRIPLES, GOAL_VECTORS
 _LEVEL = Compiled(write_level, *_READ, 1, *_TABLES, _IMAGE[0], _VECTOR[0], _BITS[0], _BITS[0])
 _BATCH = Compiled(write_batch, *_READ, _GOALS, *_TABLES, _IMAGE, np.zeros(1, _INT64), _BITS, _BITS, _VECTOR, _BITS)
-_FLAT = Compiled(write_flat, *_READ, _GOALS, *_TABLES, np.zeros((1, 1), _UINT8))

@@ -164,9 +164,9 @@ class EscapeRoomWorld(Engine, BaseWorld):
         """Return the observation of the only environment and the vector of a goal, in new arrays."""
         return write_one(self.outcomes, self.state.levels, goal)
 
-    def batch_observations(self, *, flat: bool) -> LevelWriter:
+    def batch_observations(self) -> LevelWriter:
         """Return the writer of the observations of all environments."""
-        return LevelWriter(self, flat=flat)
+        return LevelWriter(self)
 
     def global_state(self, goal: int) -> NDArray[np.uint8]:
         """Return the whole grid of the only environment: see `render.global_state`."""
