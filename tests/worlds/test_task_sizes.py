@@ -45,7 +45,7 @@ def task_of(space):
             "discrete numbers with 600,000 values would need 154 MB of weights",
         ),
         (spaces.MultiBinary(300_000), 64, "discrete numbers with 600,000 values would need 154 MB of weights"),
-        (spaces.Box(-1, 1, (70_000,)), 512, "an array of 70,000 numbers would need 143 MB of weights"),
+        (spaces.Box(-1, 1, (70_000,)), 512, "70,000 numbers would need 143 MB of weights"),
         (spaces.Box(0, 255, (300, 300), np.uint8), 512, "an image of shape (300, 300, 1) would need 152 MB of weights"),
         (spaces.Discrete(2), 4096, "a recurrent core of 4,096 units would need 537 MB of weights"),
         (spaces.Box(0, 255, (3000, 3000), np.uint8), 64, "a network reads up to 4,194,304 numbers of an entry"),
