@@ -17,8 +17,9 @@ from hierroom.worlds.task.task import Task
 
 MOST_SECONDS, MOST_SHARE = 10.0, 0.1
 """A film may take so many seconds, or such a share of the time that the environments take, whichever is longer."""
-EVALUATION_SHARE = 0.1
-"""Evaluations in a run may take such a share of its time; those of a sweep at its end half as much in addition."""
+EVALUATION_SHARE = 0.07
+"""The steps of evaluations in a run may take such a share of its time, which their resets and small batches make 10 to
+15%; those of a sweep at its end half as much in addition."""
 LEARNING_SECONDS, PLAYING_SECONDS = 150e-6, 40e-6
 """Seconds of a step beside its environment in training and in evaluations, roughly: preset ``task`` on vectors."""
 
@@ -39,7 +40,7 @@ def decide(config: TrainConfig) -> TrainConfig:
         if (most := int(worth * config.steps)) < (config.evaluations + 1) * MOST_EPISODES * limit:
             changes["evaluation_steps"] = max(most, 1)
             warn(
-                f"evaluations take at most {most:,} steps, about {EVALUATION_SHARE:.0%} of the time, by fewer episodes "
+                f"evaluations take at most {most:,} steps, about a tenth of the time, by fewer episodes "
                 "or later ones; --evaluation-episodes N plays N in each"
             )
     return config.changed(**changes) if changes else config

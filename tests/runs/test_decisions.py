@@ -60,8 +60,8 @@ def test_run_keeps_its_decision_when_it_is_resumed(tmp_path, monkeypatch, capsys
 @pytest.mark.parametrize(
     ("entries", "step_seconds", "steps"),
     [
-        ({}, 0.1, 11_123),  # a ninth of 100,000, and a little, as nothing is learned
-        ({}, 1e-5, 35_555),  # learning takes longer than the environment
+        ({}, 0.1, 7_535),  # 7 / 93 of 100,000, and a little, as nothing is learned
+        ({}, 1e-5, 24_086),  # learning takes longer than the environment
         ({"steps": 10**8}, 0.1, None),  # 17 evaluations of 100 episodes of 1,000 steps are less
         ({"evaluation_episodes": 100}, 0.1, None),
         ({"evaluations": 4}, 0.1, None),
@@ -93,9 +93,9 @@ def test_run_of_a_slow_task_evaluates_less_and_resumes_so(tmp_path, monkeypatch,
     assert train([*small, "--steps", "1024", "--film", "False", "--out", out]) == 0
     said = capsys.readouterr()
     assert "2 steps/s, so training about 9 minutes" in said.out
-    assert "evaluations take at most 113 steps" in said.err
+    assert "evaluations take at most 77 steps" in said.err
     rows = RunFolder.open(tmp_path / "run").evaluations.read()
     assert float(rows[-1]["steps"]) == 1024
     assert sum(float(row["episodes"]) * float(row["length"]) for row in rows) < 0.15 * 1024
     assert train(["--resume", out, "--steps", "1056", "--trust-run", "--log", "none"]) == 0
-    assert RunFolder.open(tmp_path / "run").config().evaluation_steps == 113
+    assert RunFolder.open(tmp_path / "run").config().evaluation_steps == 77
