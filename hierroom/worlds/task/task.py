@@ -38,21 +38,6 @@ from hierroom.worlds.world import Feature
 class Task:
     """Your own Gymnasium environment as a task for two agents, with goals; without goals it is one for flat agents.
 
-    Save this as ``my_tasks.py``; then ``python -m hierroom.train --task my_tasks:taxi`` trains on it::
-
-        import hierroom
-
-        taxi = hierroom.Task(
-            make="Taxi-v4",  # Taxi-v3 before Gymnasium 1.3
-            goals={
-                "passenger": lambda env, info: env.unwrapped.s // 4 % 5 == 4,
-                "home": lambda env, info: env.unwrapped.s // 4 % 5 == env.unwrapped.s % 4,
-            },
-            rules={"passenger": {}, "home": {"needs": "passenger"}},
-            target="home",
-            max_steps=200,
-        )
-
     Args:
         make: a function that makes the environment, without arguments or with ``render_mode`` alone; or an id for
             `gymnasium.make`. Its actions may be Discrete, MultiDiscrete, MultiBinary, or Box with finite bounds.
