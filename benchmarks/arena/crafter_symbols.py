@@ -10,13 +10,12 @@ from examples.tasks.crafter_symbols import Crafter, rules
 
 _CAPACITY = {"collect_wood": 2, "collect_stone": 4}
 _LIMITS = {
-    "collect_drink": 200,
-    "collect_sapling": 100,
-    "collect_wood": 100,
-    "place_plant": 500,
-    "eat_cow": 300,
-    "wake_up": 500,
-    "place_table": 500,
+    "collect_wood": 200,
+    "collect_drink": 500,
+    "place_plant": 300,
+    "eat_cow": 500,
+    "defeat_zombie": 1000,
+    "place_table": 400,
     "make_wood_sword": 1000,
     "make_wood_pickaxe": 500,
     "collect_stone": 1000,

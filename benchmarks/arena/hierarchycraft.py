@@ -7,13 +7,11 @@ MineHcraft is not among them: as every zone can give way to every other one, a l
 
 from functools import partial
 
-from hcraft.examples import LightRecursiveHcraftEnv, RecursiveHcraftEnv, TowerHcraftEnv, TreasureEnv
+from hcraft.examples import LightRecursiveHcraftEnv, RecursiveHcraftEnv, TowerHcraftEnv
 from hcraft.examples.minicraft import (
     MiniHCraftBlockedUnlockPickup,
-    MiniHCraftDoorKey,
     MiniHCraftKeyCorridor,
     MiniHCraftMultiRoom,
-    MiniHCraftUnlockPickup,
 )
 
 from examples.tasks.hierarchycraft import task_of
@@ -24,17 +22,23 @@ def tower(height, width):
     return partial(TowerHcraftEnv, height=height, width=width, max_step=10**6)
 
 
-_BOX, _BALL = "get box, get weight", "get ball, get weight"
+def recursive(n, before=None):
+    """Return the maker of n items, each of which uses up all before it, or some."""
+    if before is None:
+        return partial(RecursiveHcraftEnv, n_items=n)
+    return partial(LightRecursiveHcraftEnv, n_items=n, n_required_previous=before)
+
+
 TASKS = {
-    "treasure": task_of(TreasureEnv, "get gold", 200),
-    "unlock_pickup": task_of(MiniHCraftUnlockPickup, _BOX, 300),
-    "blocked_unlock_pickup": task_of(MiniHCraftBlockedUnlockPickup, _BOX, 800),
-    "door_key": task_of(MiniHCraftDoorKey, "get goal", 100),
-    "key_corridor": task_of(MiniHCraftKeyCorridor, _BALL, 300),
+    "blocked_unlock_pickup": task_of(MiniHCraftBlockedUnlockPickup, "get box, get weight", 400),
+    "key_corridor": task_of(MiniHCraftKeyCorridor, "get ball, get weight", 150),
     "rooms": task_of(MiniHCraftMultiRoom, "get goal", 150),
-    "recursive_4": task_of(partial(RecursiveHcraftEnv, n_items=4), "get 3", 100),
-    "light_recursive_6": task_of(partial(LightRecursiveHcraftEnv, n_items=6), "get 5", 500),
-    "tower_2_3": task_of(tower(2, 3), "get 6", 200),
-    "tower_3_2": task_of(tower(3, 2), "get 6", 500),
+    "recursive_6": task_of(recursive(6), "get 5", 500),
+    "recursive_7": task_of(recursive(7), "get 6", 1000),
+    "light_recursive_8": task_of(recursive(8, 3), "get 7", 500),
+    "light_recursive_10": task_of(recursive(10, 2), "get 9", 800),
+    "tower_3_3": task_of(tower(3, 3), "get 9", 300),
+    "tower_4_2": task_of(tower(4, 2), "get 8", 200),
+    "tower_2_6": task_of(tower(2, 6), "get 12", 200),
 }
-globals().update(TASKS)  # runs name a task like benchmarks.arena.hierarchycraft:treasure
+globals().update(TASKS)  # runs name a task like benchmarks.arena.hierarchycraft:rooms

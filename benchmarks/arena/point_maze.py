@@ -91,13 +91,13 @@ _TO_CORNER = [(1, 1), (2, 2), (3, 3), (4, 4), (4, 6), (6, 6)]
 TASKS = {
     "u_maze": maze(maps.U_MAZE, [(1, 1), (1, 3), (3, 3), (3, 1)], 300),
     "u_maze_short": maze(maps.U_MAZE, [(1, 1), (1, 3), (3, 3)], 200),
-    "corridor": maze(_CORRIDOR, [(1, 1), (1, 4), (1, 7)], 200),
+    "corridor": maze(_CORRIDOR, [(1, 1), (1, 4), (1, 7)], 300),
     "there_and_back": maze(_CORRIDOR, [(1, 4), (1, 1), (1, 7)], 500),
     "snake": maze(_SNAKE, [(1, 1), (1, 5), (3, 5), (3, 1), (5, 1), (5, 5)], 800),
-    "fork_2": maze(_FORK, [(2, 3), (1, 1), (1, 5)], 400),
-    "fork_4": maze(_FORK, [(2, 3), (1, 1), (3, 1), (1, 5), (3, 5)], 800, is_free=True),
-    "open": maze(maps.OPEN, [(2, 3), (1, 1), (3, 1), (3, 5)], 200, is_free=True),
+    "fork_2": maze(_FORK, [(2, 3), (1, 1), (1, 5)], 600),
+    "fork_4": maze(_FORK, [(2, 3), (1, 1), (3, 1), (1, 5), (3, 5)], 1000, is_free=True),
+    "open": maze(maps.OPEN, [(2, 3), (1, 1), (3, 1), (3, 5)], 400, is_free=True),
     "medium": maze(maps.MEDIUM_MAZE, _TO_CORNER[:5], 600),
-    "medium_long": maze(maps.MEDIUM_MAZE, _TO_CORNER, 300),
+    "medium_long": maze(maps.MEDIUM_MAZE, _TO_CORNER, 800),
 }
 globals().update(TASKS)  # runs name a task like benchmarks.arena.point_maze:snake

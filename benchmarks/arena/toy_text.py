@@ -1,6 +1,6 @@
 """Gymnasium's toy text, made longer: Taxi with several passengers, FrozenLake with keys, CliffWalking with checkpoints.
 
-Observations also have how many places were visited in order, or passengers brought home.
+Observations also say how many places were visited in order, or passengers are home.
 """
 
 import functools
@@ -13,9 +13,7 @@ import hierroom
 
 
 class InOrder(gymnasium.Wrapper):
-    """Counts the cells of a grid that were visited in order; the last one ends the episode.
-
-    Holes of FrozenLake end an episode, too.
+    """Counts the cells of a grid that were visited in order; the last one ends the episode, as holes of FrozenLake do.
 
     Args:
         env: FrozenLake or CliffWalking.
@@ -47,21 +45,19 @@ class Fares(gymnasium.Wrapper):
 
     def __init__(self, env, passengers):
         super().__init__(env)
-        self.passengers, self.rides, self.homes = passengers, 0, 0
+        self.passengers, self.homes = passengers, 0
         self.observation_space = Dict(place=env.observation_space, done=Discrete(passengers + 1))
 
     def reset(self, **settings):
         """Begin an episode."""
         state, info = self.env.reset(**settings)
-        self.rides = self.homes = 0
+        self.homes = 0
         return {"place": state, "done": self.homes}, info
 
     def step(self, action):
         """Drive; Taxi itself ends where a passenger is home."""
         taxi = self.unwrapped
-        waited = taxi.s // 4 % 5 != 4
         state, _, terminated, truncated, info = self.env.step(action)
-        self.rides += int(waited and state // 4 % 5 == 4)
         self.homes += int(terminated)
         is_home = self.homes == self.passengers
         if terminated and not is_home:
@@ -82,7 +78,7 @@ def taxi(passengers, max_steps, *, rain=False):
     """Return the task to bring passengers home."""
     goals = {}
     for n in range(1, passengers + 1):
-        goals[f"ride {n}"] = lambda env, info, n=n: env.rides >= n
+        goals[f"ride {n}"] = lambda env, info, n=n: env.homes + (env.unwrapped.s // 4 % 5 == 4) >= n
         goals[f"home {n}"] = lambda env, info, n=n: env.homes >= n
     rules = {"ride 1": {}} | {name: {"needs": before} for before, name in pairwise(goals)}
     own = {"is_rainy": rain, "max_episode_steps": max_steps}
@@ -106,7 +102,7 @@ def cliff(cells, max_steps, *, slips=False):
     return visits(functools.partial(gymnasium.make, "CliffWalking-v1", **own), cells, max_steps)
 
 
-_SMALL = ["SFFF", "FKFF", "FFHF", "FFFE"]
+_SMALL = ["SFFF", "FKFF", "FFHF", "HFFE"]
 _LARGE = ["SFFFFF", "FFKFFF", "FFFFHF", "FFFFFF", "FHKFFF", "FFFFFE"]
 TASKS = {
     "taxi_1": taxi(1, 200),
@@ -116,8 +112,8 @@ TASKS = {
     "lake_small": lake(_SMALL, False, 100),
     "lake_large": lake(_LARGE, False, 300),
     "lake_small_slips": lake(_SMALL, True, 300),
-    "cliff_2": cliff([12, 2], 100),
-    "cliff_3": cliff([24, 2, 16], 500),
-    "cliff_3_slips": cliff([24, 13, 4], 200, slips=True),
+    "cliff_2": cliff([12, 7], 300),
+    "cliff_3": cliff([0, 8, 1], 1000),
+    "cliff_2_slips": cliff([0, 7], 500, slips=True),
 }
 globals().update(TASKS)  # runs name a task like benchmarks.arena.toy_text:taxi_1
