@@ -17,7 +17,7 @@ from hierroom.support.errors import InputError
 COMMANDS: Mapping[str, str] = {
     "train": "train an agent and write a run folder",
     "sweep": "train many runs, on every core or many machines, into one table",
-    "play": "play a level yourself, with hints, fog, and a trained agent that can take over",
+    "play": "play a level yourself, with hints, and a trained agent that can take over",
     "watch": "watch a trained agent, its failures too: in a window, as GIF or text",
     "evaluate": "success, length and steps to each goal of a trained agent",
     "compare": "learning curves of several runs, with intervals, as tables and a figure",

@@ -12,21 +12,20 @@ import tyro
 from hierroom.complexity.chains.walk import PAPER_WALK, Walk
 from hierroom.complexity.graph_set import GraphSet
 from hierroom.complexity.report import analyze
-from hierroom.complexity.tables import COLUMNS, ColumnName, list_text, report_cells, value_of
+from hierroom.complexity.tables import COLUMNS, FIELDS, report_cells, rows_of
 from hierroom.complexity.walk_report import WalkReport
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, Rules, graph_specs, is_graph_set
 from hierroom.support.cli import Flag, names_of, read_arguments
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
 from hierroom.support.output import said_in_turn, said_when_slow, warn
-from hierroom.support.tables import named_table, print_table
+from hierroom.support.tables import csv_text, named_table, print_table
 from hierroom.worlds.dependencies import rules_by_goal
 from hierroom.worlds.env_config import GRAPHS, LAYOUTS
 from hierroom.worlds.escape_room.level_map import as_maps
 from hierroom.worlds.make import find_task
 
 MAX_LISTED_ROOMS = 8  # with 612 goal graphs; the 1,747 of 9 rooms would take most of a minute
-FORMATS = ("json", "csv", "markdown")
 _ONE_FORMAT = tyro.conf.create_mutex_group(required=False, title="formats, one at a time")
 _ONE_SOURCE = tyro.conf.create_mutex_group(required=False, title="goal graphs, given in one way; by default all")
 
@@ -40,40 +39,31 @@ class ListArguments:
         draw: draw the goals, of a goal graph also its augmented graph if it is not too large, into this .png, .pdf or
             .svg file.
         walk: probabilities of one step of the assumed walk: to stay, to move, to start again.
-        sort: sort the list by this column in ascending order.
         csv: print the list as CSV.
-        markdown: print the list as a Markdown table.
     """
 
     json: Annotated[Flag, _ONE_FORMAT] = False
     draw: Path | None = None
     walk: Annotated[tuple[float, float, float], tyro.conf.arg(metavar="STAY MOVE RESTART")] = astuple(PAPER_WALK)
-    sort: ColumnName | None = None
     csv: Annotated[Flag, _ONE_FORMAT] = False
-    markdown: Annotated[Flag, _ONE_FORMAT] = False
 
     def print_reports(self, reports: Sequence[WalkReport], is_list: bool, title: str) -> None:
         """Print the reports in the chosen format, as a list or as one report, and draw a single one."""
         if self.draw is not None and len(reports) != 1:
             raise InputError(f"--draw draws one graph, named by --graph, or one file of --rules, not {len(reports)}")
-        if self.sort is not None and len(reports) == 1:
-            warn("--sort has no effect, as there is one report")
         if is_list:
             for report in said_in_turn(f"measuring {len(reports)} goal graphs or sets of rules", reports):
                 report_cells(report)  # the report keeps its numbers
-        if (column := self.sort) is not None:
-            reports = sorted(reports, key=lambda report: value_of(report, column))
         if self.draw is not None:
             with said_when_slow(f"drawing {reports[0].nodes:,} nodes"):
                 reports[0].draw(self.draw)
-        formats = [name for name in FORMATS if getattr(self, name)]
         if self.json:
             tables = [report.to_dict() for report in reports]
             print(to_json(tables if is_list else tables[0]))
-        elif formats:
-            print(list_text(reports, formats[0]), end="")
+        elif self.csv:
+            print(csv_text(rows_of(reports), FIELDS), end="")
         elif is_list:
-            headings = [heading for heading, _ in COLUMNS.values()]
+            headings = ["graph", *(heading for heading, _ in COLUMNS.values())]
             table = named_table(headings, map(report_cells, reports), title=title, padding=0)  # as names are long
             table.columns[0].no_wrap = True
             print_table(table)

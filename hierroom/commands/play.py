@@ -22,7 +22,7 @@ class PlayArguments:
     """Play levels yourself in a window, next to a goal graph that lights up as you reach goals.
 
     Keys: arrows or wasd move, space picks up or opens what is in front, o shows the oracle's next action. t lets a
-        trained agent take over, f switches fog, x drops a key, n begins the next level, r this one again, q quits.
+        trained agent take over, x drops a key, n begins the next level, r this one again, q quits.
 
     Args:
         graph: goal graphs, given as in training; each level samples one. By default c, or the agent's own.
@@ -34,7 +34,6 @@ class PlayArguments:
             over, and its subgoals are shown.
         trust_run: run custom code that the agent's config names.
         greedy: let the agent take its most probable action instead of drawing one.
-        fog: begin with fog, which hides cells that were not seen yet.
         seed: determines the levels and the agent's actions.
     """
 
@@ -46,7 +45,6 @@ class PlayArguments:
     agent: Path | None = None
     trust_run: Flag = False
     greedy: Flag = False
-    fog: Flag = False
     seed: int = 0
 
 
@@ -57,9 +55,7 @@ def main(argv: Sequence[str]) -> int:
     from hierroom.lab.play import App
 
     require_number("seed", arguments.seed, 0, 2**63 - 1, is_whole=True)
-    game = make_game(arguments)
-    game.has_fog = arguments.fog
-    App(game).run()
+    App(make_game(arguments)).run()
     return 0
 
 

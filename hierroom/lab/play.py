@@ -32,7 +32,7 @@ from hierroom.worlds.escape_room.constants import (
 )
 from hierroom.worlds.escape_room.layout import State
 from hierroom.worlds.escape_room.level import goal_name
-from hierroom.worlds.escape_room.render import ACTION_NAMES, draw_level, seen_cells
+from hierroom.worlds.escape_room.render import ACTION_NAMES, draw_level
 from hierroom.worlds.escape_room.rooms import rooms_of
 from hierroom.worlds.window import Window, has_screen
 
@@ -47,12 +47,11 @@ class Game:
 
     Attributes:
         message: the effect of the last step, or the reason why it had none.
-        seen: [size, size] bool, the cells that have been in view.
     """
 
     def __init__(self, make: Callable[[], gymnasium.Env], agent: TrainedAgent | None = None, seed: int = 0) -> None:
         self._make, self.agent = make, agent
-        self.is_piloted = self.has_fog = self.has_hints = False
+        self.is_piloted = self.has_hints = False
         self.begin(seed)
 
     def begin(self, seed: int) -> None:
@@ -61,7 +60,7 @@ class Game:
         self._turns: Any = self._env.unwrapped.single.turns  # pyright: ignore[reportAttributeAccessIssue] - of hierroom
         self._observation, info = self._env.reset(seed=self.seed)
         self.graph: GoalGraph = self._turns.world.graph_of(self.state)
-        self.shortest, self.seen = info["shortest_length"], seen_cells(self.state)
+        self.shortest = info["shortest_length"]
         self.message, self.has_ended, self.has_escaped = "", False, False
 
     @property
@@ -97,7 +96,6 @@ class Game:
         self._observation, _, terminated, truncated, info = self._env.step(own if action is None else action)
         self.has_escaped, self.has_ended = terminated, terminated or truncated
         event, n = info["goal_event"], info["length"]
-        self.seen |= seen_cells(self.state)
         self.message = "" if event == NO_GOAL else f"{self.name_of(event)}!"
         if self.has_ended:
             self.message = f"escaped in {n} steps" if terminated else f"the limit of {n} steps is reached"
@@ -117,25 +115,21 @@ class Game:
 
 
 LEVEL, PANEL, HEIGHT = 684, 390, 660  # pixels: at most the level's width, the panel's width, the least height
-PAPER, INK, FAINT, ACCENT, GOOD, FOG = "#181c24", "#e8ecf3", "#96a0b0", "#6db3f5", "#46c86e", 34
+PAPER, INK, FAINT, ACCENT, GOOD = "#181c24", "#e8ecf3", "#96a0b0", "#6db3f5", "#46c86e"
 SHADES = ("#f03c32", "#3cd750", "#5078ff", "#aa5aeb", "#f5e13c", "#a5a5a5")  # of `COLOURS`
 SMALL, NORMAL = ImageFont.load_default(14), ImageFont.load_default(17)
 KEYS = """arrows, wasd: move forward, turn left or right
 space: pick up or open what is in front;  x: drop a key
 o: the oracle's next action;  t: the agent takes over
-f: fog, which hides what was not seen yet
 n: the next level;  r: this one again;  q: quit"""
 
 
 def game_picture(game: Game) -> NDArray[np.uint8]:
-    """Return a picture [H, W, 3] of the level with the fog, facts, the goal graph and the keys."""
-    size, side = game.state.size, max(8, LEVEL // game.state.size)
-    level = draw_level(game.state, game.goal, side)
-    if game.has_fog:
-        level.reshape(size, side, size, side, 3).swapaxes(1, 2)[~game.seen] = FOG
+    """Return a picture [H, W, 3] of the level, facts, the goal graph and the keys."""
+    level = draw_level(game.state, game.goal, max(8, LEVEL // game.state.size))
     image = Image.new("RGB", (len(level) + PANEL, max(len(level), HEIGHT)), PAPER)
     image.paste(Image.fromarray(level))
-    draw, left, bottom = ImageDraw.Draw(image), len(level) + 22, image.height - 124
+    draw, left, bottom = ImageDraw.Draw(image), len(level) + 22, image.height - 102
     _draw_tree(draw, game, left, _write_facts(draw, game, left) + 12, bottom - 20)
     draw.multiline_text((left, bottom), KEYS, FAINT, SMALL, spacing=7)
     return np.asarray(image)
@@ -238,7 +232,5 @@ class App:
             game.begin(game.seed + (key == "n"))
         elif key == "o":
             game.has_hints = not game.has_hints
-        elif key == "f":
-            game.has_fog = not game.has_fog
         elif key in ("q", "escape", "quit"):
             self.is_open = False

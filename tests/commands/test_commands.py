@@ -10,7 +10,6 @@ from children import run_child, run_python
 import hierroom
 from hierroom.__main__ import COMMANDS, main
 from hierroom.agents.config import METHODS, MethodName
-from hierroom.complexity.tables import COLUMNS, ColumnName
 from hierroom.runs.config.config import PresetName
 from hierroom.runs.config.presets import PRESETS
 from hierroom.support.cli import LISTS, read_arguments
@@ -68,9 +67,8 @@ def test_help_is_printed_without_loading_torch(name):
         (RewardName, REWARDS),
         (GoalMaskName, GOAL_MASKS),
         (PresetName, PRESETS),
-        (ColumnName, COLUMNS),
     ],
-    ids=["method", "reward", "goal mask", "preset", "column to sort by"],
+    ids=["method", "reward", "goal mask", "preset"],
 )
 def test_command_line_has_every_choice(choices, table):
     assert set(choices.__args__) == set(table)

@@ -31,10 +31,8 @@ def test_complexity_prints_graphs_as_text_json_and_csv(printed):
     assert json.loads(printed("--graph c --json"))["nodes"] == 9
     for words, graphs in (("--all", "abcdefg"), ("--exclude g b", "acdef"), ("--graph hitting_time:8..9", "a")):
         assert [report["graph"] for report in json.loads(printed(f"{words} --json"))] == list(graphs)
-    rows = list(csv.DictReader(io.StringIO(printed("--graph rooms:4 --drop --sort hitting_time --csv"))))
-    values = [float(row["hitting_time"]) for row in rows]
+    rows = list(csv.DictReader(io.StringIO(printed("--graph rooms:4 --drop --csv"))))
     assert len(rows) == 9
-    assert values == sorted(values)
     assert {row["drop_key"] for row in rows} == {"True"}
 
 

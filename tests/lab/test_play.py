@@ -8,12 +8,11 @@ import pygame
 import pytest
 
 from hierroom.commands.play import PlayArguments, main, make_game
-from hierroom.lab.play import FOG, App, game_picture
+from hierroom.lab.play import App
 from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.constants import FORWARD, LEFT, OPEN, PICKUP
 from hierroom.worlds.escape_room.oracle import shortest_actions
-from hierroom.worlds.escape_room.render import seen_cells
 
 
 def new_game(**arguments):
@@ -92,25 +91,6 @@ def stand_before_door(game):
     turns.set_state(state)
 
 
-def test_fog_hides_unseen_cells():
-    game = new_game(graph=("f",), seed=2)
-    game.has_fog = True
-    side, size = 684 // 13, 13
-
-    def is_fog():
-        level = game_picture(game)[: side * size, : side * size]
-        return (level.reshape(size, side, size, side, 3).swapaxes(1, 2) == FOG).all(axis=(2, 3, 4))
-
-    for number, action in enumerate(plan_of(game)):
-        before = game.seen.copy()
-        game.step(action)
-        np.testing.assert_array_equal(game.seen, before | seen_cells(game.state))
-        if number % 5 == 0:
-            np.testing.assert_array_equal(is_fog(), ~game.seen)
-    game.has_fog = False
-    assert not is_fog().any()
-
-
 @pytest.fixture(scope="module")
 def of_the_agent(played):
     """The goals and states of a level that the agent plays alone, and the actions that it took."""
@@ -143,9 +123,9 @@ def test_play_command_starts_the_game(played, monkeypatch):
         pygame.display.quit()
 
     monkeypatch.setattr(App, "run", note)
-    assert main(["--graph", "f", "--fog", "--seed", "7"]) == 0
+    assert main(["--graph", "f", "--seed", "7"]) == 0
     (game,) = opened
-    assert (game.graph.name, game.has_fog, game.agent) == ("f", True, None)
+    assert (game.graph.name, game.agent) == ("f", None)
     assert main(["--agent", str(played)]) == 0
     assert opened[1].agent is not None
 

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from hierroom.complexity.chains.weights import rounding_slack
+from hierroom.complexity.chains.weights import SLACK
 from hierroom.support.errors import InputError, require_number, use_python_numbers
 
 
@@ -35,8 +35,8 @@ class Walk:
         chances = (self.stay, self.move, self.restart)
         for name, chance in zip(("stay", "move", "restart"), chances, strict=True):
             require_number(f"the probability {name} of a walk", chance, 0, 1)
-        excess, slack = sum(map(float, chances)) - 1, max(rounding_slack(np.asarray(one).dtype) for one in chances)
-        if abs(excess) > slack:
+        excess = sum(map(float, chances)) - 1
+        if abs(excess) > SLACK:
             raise InputError(
                 f"the probabilities stay, move, restart of a walk must sum to 1, not {1 + excess:g} "
                 f"(off by {excess:.2g})"

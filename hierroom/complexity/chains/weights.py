@@ -22,22 +22,12 @@ if TYPE_CHECKING:
 Weights: TypeAlias = ArrayLike | sp.sparray | sp.spmatrix
 Targets: TypeAlias = int | Iterable[int]
 
-SLACK, ROUNDINGS = 1e-9, 8
-"""Most by which rounding may lift a sum of probabilities above one: absolute, and in epsilons of coarser floats."""
-
-
-def rounding_slack(dtype: np.dtype) -> float:
-    """Return how far a sum of probabilities of a dtype may exceed one."""
-    return max(SLACK, ROUNDINGS * float(np.finfo(dtype).eps)) if dtype.kind == "f" else SLACK
+EXACT, SLACK = 1e-9, 1e-6
+"""Most by which rounding may lift a sum of probabilities above one: in 64-bit floats, and in coarser ones."""
 
 
 def as_weights(weights: Weights) -> sp.csr_array:
     """Check W, where rows may have any sum, and return a copy as [n, n] float64 CSR without stored zeros."""
-    return _read(weights)[0]
-
-
-def _read(weights: Weights) -> tuple[sp.csr_array, np.dtype]:
-    """Return `as_weights` and the dtype in which W was given."""
     try:
         given = sp.csr_array(weights) if sp.issparse(weights) else np.atleast_2d(np.asarray(weights))
         if given.dtype.kind == "c":
@@ -55,7 +45,7 @@ def _read(weights: Weights) -> tuple[sp.csr_array, np.dtype]:
         column, value = int(matrix.indices[wrong[0]]), matrix.data[wrong[0]]
         raise InputError(f"W must hold finite weights that are not negative, but W[{row}, {column}] is {value:g}")
     matrix.eliminate_zeros()
-    return matrix, given.dtype
+    return matrix
 
 
 def as_probabilities(weights: Weights) -> sp.csr_array:
@@ -63,18 +53,16 @@ def as_probabilities(weights: Weights) -> sp.csr_array:
 
     Rows of coarse floats, such as float32, may exceed one by rounding; they are then divided by their sum.
     """
-    matrix, dtype = _read(weights)
-    totals, slack = row_sums(matrix), rounding_slack(dtype)
+    matrix = as_weights(weights)
+    totals = row_sums(matrix)
     row = int(totals.argmax())
-    if (excess := totals[row] - 1) > slack:
+    if (excess := totals[row] - 1) > SLACK:
         raise InputError(
             f"the probabilities of a node's moves must sum to at most 1, but row {row} of W sums to {totals[row]:g} "
             f"({excess:.2g} too much); divide rates, counts or rounded numbers by their total first, as "
             "Chain.from_matrix does with rates=True"
         )
-    if slack > SLACK and excess > 0:
-        matrix = sp.csr_array(sp.diags_array(1 / np.maximum(totals, 1.0)) @ matrix)
-    return matrix
+    return matrix if excess <= EXACT else sp.csr_array(sp.diags_array(1 / np.maximum(totals, 1.0)) @ matrix)
 
 
 def as_moves(weights: Weights) -> sp.csr_array:

@@ -8,7 +8,7 @@ import pytest
 import scipy.sparse as sp
 import torch
 
-from hierroom.complexity import Chain, Walk, analyze, mean_first_passage_time
+from hierroom.complexity import Chain, Walk, analyze
 from hierroom.support.errors import InputError
 
 SIXTHS = np.full((6, 6), 1 / 6)
@@ -93,26 +93,11 @@ def test_papers_walk_divides_moves_by_edge_weights():
     np.testing.assert_allclose(chain.weights.toarray(), [[0, 0.15, 0.05], [0.1, 0, 0], [0.1, 0, 0]])
 
 
-def softmax_of_torch(n, dtype):
-    return torch.softmax(torch.from_numpy(np.random.default_rng(0).normal(size=(n, n))).to(dtype), 1)
-
-
-@pytest.mark.parametrize(
-    "matrix",
-    [
-        np.float32(SIXTHS),
-        sp.csr_array(np.float32(SIXTHS)),
-        np.float16(SIXTHS),
-        softmax_of_torch(500, torch.float32),
-        softmax_of_torch(50, torch.float16),
-    ],
-)
-def test_rows_may_exceed_one_by_the_rounding_of_their_dtype(matrix):
+@pytest.mark.parametrize("matrix", [np.float32(SIXTHS), sp.csr_array(np.float32(SIXTHS))])
+def test_rows_may_exceed_one_by_rounding(matrix):
     chain = Chain.from_matrix(matrix, 0, 1)
     assert chain.weights.sum(axis=1).max() <= 1 + 1e-12
-    assert chain.expected_steps == pytest.approx(
-        mean_first_passage_time(np.float64(chain.weights.toarray()), 1)[0], rel=1e-6
-    )
+    assert chain.expected_steps == pytest.approx(6, rel=1e-6)
     assert Walk(*np.array([0.8, 0.19, 0.01], np.float32)).restart == pytest.approx(0.01)
 
 
