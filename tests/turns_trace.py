@@ -28,8 +28,8 @@ def trace() -> str:
 
     rng = np.random.default_rng(0)
     for mask in ("reachable", "existing", "seen", "none"):
-        for settings in (SETTINGS | {"subgoal_horizon": 6}, SHOP):
-            env = hierroom.raw_env(**settings, goal_mask=mask, reward="novelty")
+        for settings in (SETTINGS | {"subgoal_horizon": 6, "reward": "novelty"}, SHOP):
+            env = hierroom.raw_env(**settings, goal_mask=mask)
             env.reset(seed=1)
             for _ in range(60):
                 observed = env.last()

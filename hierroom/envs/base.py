@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import partial
 from operator import getitem
 from typing import Any
 
 import gymnasium
 import numpy as np
-from gymnasium import spaces
 from gymnasium.envs.registration import EnvSpec
 from numpy.typing import NDArray
 
@@ -59,15 +58,6 @@ class TwoAgentEnv(OnSingleEnv):
         # Fast, as PettingZoo's wrapper asks for a space at each step; a deep copy would share a method of the dict.
         self.observation_space = partial(getitem, self.observation_spaces)
         self.action_space = partial(getitem, self.action_spaces)
-
-    @cached_property
-    def state_space(self) -> spaces.Box:
-        """The space of `state`, made when it is first asked for, because it may be large."""
-        return self.single.turns.world.global_state_space
-
-    def state(self) -> NDArray[np.uint8]:
-        """Return the world's `global_state`; in EscapeRooms, it is the whole grid [size, size, 4]."""
-        return self.single.turns.world.global_state(self.single.goal)
 
 
 class RegisteredEnv:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
@@ -278,20 +278,6 @@ class BaseWorld:
         self._outcomes[:] = 0
         self._outcomes["length"] = self._lengths
         self.has_begun = True
-
-    @property
-    def global_state_space(self) -> spaces.Box:
-        """The space of `global_state`."""
-        return cast(spaces.Box, spaces.flatten_space(self.batch_observations().space))
-
-    def global_state(self, goal: int) -> NDArray:
-        """Return the only environment's observation and goal as one row of numbers."""
-        if not self.has_begun:
-            raise InputError("reset the environment before its state is asked for")
-        writer = self.batch_observations()
-        space, arrays = writer.space, writer.empty()
-        writer.write(np.array([goal]), arrays.values())
-        return cast(NDArray, spaces.flatten(space, {name: array[0] for name, array in arrays.items()}))
 
 
 _FLAG, _NUMBERS = np.zeros(1, bool), np.zeros((1, 1), np.int64)

@@ -15,7 +15,6 @@ from pettingzoo.utils.wrappers import BaseWrapper
 from hierroom.agents.features import CHOICE, ENTRY
 from hierroom.support.errors import InputError
 from hierroom.turns.records import CONTROLLER, META
-from hierroom.worlds.observation_writer import require_flat
 
 _ORDER = ("observation", "goal", "direction", "keys_held", "doors_open", "outcome")
 """The entries of EscapeRooms in the order of a box."""
@@ -84,7 +83,6 @@ class Boxes:
         self._is_task = env.unwrapped.single.turns.config.task is not None
         own = sizes if self._is_task else {name: sizes[name] for name in _ORDER}
         self._sizes = {**own, **last, **added}
-        require_flat(sum(self._sizes.values()))
         low, high = (-np.inf, np.inf) if self._is_task else (0, 1)
         self.space = spaces.Box(low, high, (sum(self._sizes.values()),), np.float32)
 

@@ -63,7 +63,6 @@ def test_invalid_arguments_raise_input_error(api, arguments, said):
         (lambda: hierroom.raw_env().last(), "reset the environment before its first step"),
         (lambda: aec_env_after_its_end().step(0), "the episode has ended and no agent is left: reset the environment"),
         (lambda: aec_env_after_its_end().last(), "the episode has ended and no agent is left: reset the environment"),
-        (lambda: hierroom.raw_env().state(), "reset the environment before its state is asked for"),
         (lambda: EscapeRoom().render(), "reset the environment before"),
         (lambda: step_parallel_env([0, 1]), "actions are a dict by agent, not a list"),
         (lambda: EscapeRooms(2, copy="no"), "copy must be True or False, not 'no'"),

@@ -32,15 +32,14 @@ for entries in (
 ):
     trainer = hierroom.train(num_envs=5, steps=500, evaluations=1, evaluation_episodes=3, **entries)
     list(hierroom.rollout(trainer, episodes=2))
-env = hierroom.parallel_env(task="workshop:3", render_mode="rgb_array", reward="novelty")
+env = hierroom.parallel_env(task="workshop:3", render_mode="rgb_array", reward="bonus")
 env.reset(seed=1)
 env.step({agent: 1 for agent in env.agents})
 env.render()
-env = hierroom.parallel_env(graph="g", render_mode="rgb_array", reward="bonus")
+env = hierroom.parallel_env(graph="g", render_mode="rgb_array", reward="novelty")
 env.reset(seed=1)
 env.step({agent: 1 for agent in env.agents})
 env.render()
-env.state()
 hierroom.add_features(hierroom.raw_env(graph="b"), ["view", "frontier-places"]).reset(seed=2)
 print(sum(len({*kernel.signatures} - called[kernel]) for kernel in KERNELS), clock.seconds)
 """

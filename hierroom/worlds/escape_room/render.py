@@ -1,4 +1,4 @@
-"""Render a level as a picture, as text and as numbers, and replay episodes; only pictures import MiniGrid."""
+"""Render a level as a picture and as text, and replay episodes; only pictures import MiniGrid."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Container, Iterator
 from functools import cache, lru_cache
 
 import numpy as np
-from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
@@ -35,12 +34,9 @@ from hierroom.worlds.escape_room.constants import (
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.layout import OUTCOME, State
 from hierroom.worlds.escape_room.level import goal_name, graph_of
-from hierroom.worlds.escape_room.tiles import TRIPLES
 
 OUTLINE = (255, 255, 255)
 CAPTION_INK, CAPTION_PAPER = (255, 255, 255), (20, 20, 20)
-AGENT_ID = 10
-"""MiniGrid's object id of the agent."""
 TERMINAL_COLOURS = (91, 92, 94, 95, 93, 37)  # ANSI foreground codes of `COLOURS`
 
 
@@ -96,26 +92,6 @@ def text(state: State, goal: int = NO_GOAL) -> str:
     if goal != NO_GOAL:
         lines.append(f"subgoal: {goal_name(level, goal)}")
     return "\n".join(lines)
-
-
-def state_space(size: int) -> spaces.Box:
-    """Return the space of `global_state` for grids of ``size`` cells a side."""
-    return spaces.Box(0, AGENT_ID, (size, size, 4), np.uint8)
-
-
-def global_state(state: State, goal: int) -> NDArray[np.uint8]:
-    """Return the level of one environment with the pursued goal (-1: none), as [size, size, 4] uint8.
-
-    The four numbers of a cell are MiniGrid's object id; its colour id; 1 for an open door, or the agent's direction;
-    and 1 for the cell of the pursued goal. A held key is not on the grid.
-    """
-    level, tiles = state.levels[0], _tiles(state)
-    grid = np.zeros((*tiles.shape, 4), np.uint8)
-    grid[..., :3] = TRIPLES[tiles]
-    grid[level.row - MARGIN, level.col - MARGIN, :3] = AGENT_ID, 0, level.direction
-    for row, col in cells_of(goal, tiles):
-        grid[row, col, 3] = 1
-    return grid
 
 
 def _check(state: State, goal: int) -> None:

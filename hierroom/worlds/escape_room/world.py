@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.complexity.report import ComplexityReport, analyze
@@ -22,7 +21,6 @@ from hierroom.goals import (
 )
 from hierroom.goals.goal_set import GoalSet
 from hierroom.support.arrays import freeze
-from hierroom.support.errors import InputError
 from hierroom.worlds.base import BaseWorld
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 from hierroom.worlds.escape_room.engine import Engine
@@ -32,7 +30,7 @@ from hierroom.worlds.escape_room.layout import NO_MAPS, State, map_arrays
 from hierroom.worlds.escape_room.level_view import OBSERVATION_SPACES, LevelView, legal_goals
 from hierroom.worlds.escape_room.observations import LevelWriter, write_one
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
-from hierroom.worlds.escape_room.render import LevelReplayer, global_state, state_space
+from hierroom.worlds.escape_room.render import LevelReplayer
 from hierroom.worlds.seeds import chosen_envs
 from hierroom.worlds.world import Replayer, Seeds
 
@@ -167,17 +165,6 @@ class EscapeRoomWorld(Engine, BaseWorld):
     def batch_observations(self) -> LevelWriter:
         """Return the writer of the observations of all environments."""
         return LevelWriter(self)
-
-    def global_state(self, goal: int) -> NDArray[np.uint8]:
-        """Return the whole grid of the only environment: see `render.global_state`."""
-        if not self.has_begun:
-            raise InputError("reset the environment before its state is asked for")
-        return global_state(self.state, goal)
-
-    @property
-    def global_state_space(self) -> spaces.Box:
-        """The space of `global_state`."""
-        return state_space(self.state.size)
 
     def get_arrays(self, envs: NDArray[np.integer]) -> dict[str, np.ndarray]:
         """Return everything that changes in environments [M], as fresh arrays."""
