@@ -19,7 +19,6 @@ from hierroom.turns.records import META
 from hierroom.turns.situation import Situation
 from hierroom.turns.turns import Turns
 
-ENTRY_POINT_GROUP = "hierroom.meta_controllers"
 LEARNED = "learned"
 """The name of the meta-controller that PPO trains together with the controller (the paper's Algorithm 1)."""
 GIVE_TRAINED = "give that of a trained run, in Python hierroom.load(RUN).meta_controller()"
@@ -145,9 +144,8 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
     """Return the meta-controller that a user specified.
 
     Args:
-        spec: a name in `META_CONTROLLERS` or of an entry point ``hierroom.meta_controllers``; ``package.module:Class``
-            or ``package.module:function``, also in the current folder; a meta-controller; or a function from a `Level`
-            to one of its goals.
+        spec: a name in `META_CONTROLLERS`; ``package.module:Class`` or ``package.module:function``, also in the current
+            folder; a meta-controller; or a function from a `Level` to one of its goals.
         num_envs: number of training environments; None outside training.
 
     Examples:
@@ -161,9 +159,7 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
     if spec == LEARNED:
         raise InputError(f"the learned meta-controller is made in training: {GIVE_TRAINED}")
     known = META_CONTROLLERS if num_envs is None else (*META_CONTROLLERS, LEARNED)
-    make = META_CONTROLLERS.get(spec) or load_plugin(
-        spec, "meta-controller", known, ENTRY_POINT_GROUP, "Class or :function"
-    )
+    make = META_CONTROLLERS.get(spec) or load_plugin(spec, "meta-controller", known, "Class or :function")
     if _is_function(make):
         return LevelMeta(make)
     with user_code(f"the meta-controller {spec!r}", "cannot be made"):

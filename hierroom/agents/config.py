@@ -87,12 +87,12 @@ class AgentsConfig:
 
     Args:
         method: a pair of agents; the other entries change parts of it.
-        meta: who picks the goals: fixed-dfs, random, oracle, learned, none, an entry point, package.module:Class or
+        meta: who picks the goals: fixed-dfs, random, oracle, learned, none, package.module:Class or
             package.module:function. None: the method's own. In a task fixed-dfs can alternate for ever between two
             rules that take away what the other gives; random does not.
         network: the controller's network: recurrent (an encoder, which for a task is chosen from its observation
             space: convolutions for images, layers for vectors, embeddings for discrete numbers, and all of them for
-            dicts; then an LSTM), an entry point or package.module:Class.
+            dicts; then an LSTM), or package.module:Class.
         features: inputs of the controller's network. In EscapeRooms any of view, view-ids, goal, goal-in-view,
             goal-place, object-places, doorway-places, frontier-places, symbol, direction, keys, previous-action and
             goal-status. Methods without goals leave out goal, goal-in-view, goal-place and symbol. None: those of

@@ -17,7 +17,6 @@ from hierroom.learners.networks.feed_forward import FeedForwardActorCritic, Scal
 from hierroom.support.errors import InputError, shown, user_code
 from hierroom.support.plugins import load_plugin
 
-ENTRY_POINT_GROUP = "hierroom.networks"
 _N_TURNS = 3
 _TOLERANCE = 1e-3
 """Tolerance between outputs of `PolicyNetwork.step` and of `PolicyNetwork.sequence`, absolute and relative."""
@@ -30,8 +29,7 @@ def make_network(
     """Return the network that a user specified, after a trial of a custom one.
 
     Args:
-        spec: `DEFAULT_NETWORK`; the name of an entry point in the group ``hierroom.networks``; or
-            ``package.module:Class``, a `torch.nn.Module` that implements `PolicyNetwork`.
+        spec: `DEFAULT_NETWORK`, or ``package.module:Class``, a `torch.nn.Module` that implements `PolicyNetwork`.
         vectors: fixed vectors for values of features, for built-in networks (see `FeatureEncoder`). Custom networks get
             only the space and the hidden size.
         config: says which built-in network; None: `PPOConfig`'s defaults.
@@ -46,7 +44,7 @@ def make_network(
         if not space.arrays:
             return RecurrentActorCritic(space, hidden_size, vectors)
         return ScaledActorCritic(space, hidden_size, vectors, **inputs)
-    make = load_plugin(spec, "network", (DEFAULT_NETWORK,), ENTRY_POINT_GROUP)
+    make = load_plugin(spec, "network", (DEFAULT_NETWORK,))
     with user_code(f"the network {spec!r}", "cannot be made"):
         network = make(space, hidden_size)
     if not isinstance(network, nn.Module) or not isinstance(network, PolicyNetwork):

@@ -29,7 +29,7 @@ class AgentArguments:
         exclude: goal graphs to leave out; without --graph, in addition to those left out in training.
         layout: layouts other than those trained on, as paths of text maps: see train.
         size: a grid size other than the one trained on.
-        meta: another meta-controller for the trained controller: fixed-dfs, random, oracle, none, an entry point,
+        meta: another meta-controller for the trained controller: fixed-dfs, random, oracle, none,
             package.module:Class or package.module:function.
         goal_mask: other goals that may be chosen: reachable, existing, seen or none.
         seed: determines the levels and the actions; training never uses these levels, whatever its seed.

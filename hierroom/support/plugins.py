@@ -7,7 +7,6 @@ import os
 import sys
 from collections.abc import Iterable
 from difflib import get_close_matches
-from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -15,20 +14,16 @@ from typing import Any
 from hierroom.support.errors import LIBRARIES, InputError, user_code
 
 
-def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str, kinds: str = "Class") -> Any:
-    """Load a user's class or function by an entry point's name or by its module, also from the current folder."""
-    found = [*entry_points(group=group, name=spec)]
-    if not found and ":" not in spec:
-        known = f"{', '.join(shipped)}, an entry point of {group} or package.module:{kinds}"
-        raise InputError(f"a {what} is one of {known}, not {spec!r}")
+def load_plugin(spec: str, what: str, shipped: Iterable[str], kinds: str = "Class") -> Any:
+    """Load a user's class or function by its module, also from the current folder."""
+    module, colon, name = spec.partition(":")
+    if not colon:
+        raise InputError(f"a {what} is one of {', '.join(shipped)} or package.module:{kinds}, not {spec!r}")
     here = str(Path.cwd())
     if here not in sys.path:
         sys.path.insert(0, here)
     with user_code(f"the {what} {spec!r}", "cannot be loaded"):
         try:
-            if found:
-                return found[0].load()
-            module, _, name = spec.partition(":")
             return _attribute(importlib.import_module(module), name)
         except ModuleNotFoundError as error:
             places = f"it is looked for in {', '.join(_user_folders())} and among installed packages"

@@ -14,8 +14,6 @@ from hierroom.support.plugins import load_plugin
 from hierroom.turns.records import Step
 from hierroom.worlds.env_config import NOVELTY_BONUS, RewardName
 
-ENTRY_POINT_GROUP = "hierroom.rewards"
-
 
 class Reward(Protocol):
     """Rewards the controller. Any class with a method `rewards` is a reward; other attributes are optional.
@@ -96,9 +94,8 @@ def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> Contr
     """Return the reward that a user specified.
 
     Args:
-        spec: a name in `REWARDS` or of an entry point ``hierroom.rewards``; ``package.module:Class`` or
-            ``package.module:function``, also in the current folder; a reward or its class; or a function like
-            `Reward.rewards`.
+        spec: a name in `REWARDS`; ``package.module:Class`` or ``package.module:function``, also in the current folder;
+            a reward or its class; or a function like `Reward.rewards`.
         novelty_bonus: the size of the bonus of ``novelty``.
     """
     reward: Any = spec
@@ -108,7 +105,7 @@ def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> Contr
         if (built_in := REWARDS.get(spec)) is not None:  # pyright: ignore[reportArgumentType] - any text may be asked for
             bonus = {"is_novel": novelty_bonus} if "is_novel" in built_in.weights else {}
             return replace(built_in, weights={**built_in.weights, **bonus}, name=name)
-        reward = load_plugin(spec, "reward", REWARDS, ENTRY_POINT_GROUP, "Class or :function")
+        reward = load_plugin(spec, "reward", REWARDS, "Class or :function")
     if isinstance(reward, type):
         with user_code(name, "cannot be made"):
             reward = reward()

@@ -85,15 +85,14 @@ class EnvConfig:
         drop_key: give the controller a sixth action that drops a key.
         reward: the controller's reward: extrinsic (the environment's own: 1 at the target, such as the exit), bonus (1
             when a goal, such as a key or door, is first achieved in an episode), intrinsic (1 when its goal is reached)
-            or novelty (extrinsic plus novelty_bonus). Or your own: an entry point, package.module:Class or
-            package.module:function. None: the method's reward in training, else intrinsic, or
-            extrinsic in a task without goals.
+            or novelty (extrinsic plus novelty_bonus). Or your own: package.module:Class or package.module:function.
+            None: the method's reward in training, else intrinsic, or extrinsic in a task without goals.
         novelty_bonus: what the reward novelty adds for each state entered for the first time in an episode.
         subgoal_horizon: primitive steps after which an option ends without its goal; None: never.
         goal_mask: goals that the meta-controller may choose: reachable (by the goal graph or rules), existing (left to
             achieve), seen (in EscapeRooms; or no goal: find something new) or none (all goals, even absent ones).
         task: another world than EscapeRooms, so that graph, exclude, curriculum_stages, size and drop_key do not apply:
-            package.module:name of a `hierroom.Task`, an entry point, or a built-in world, such as workshop:8. A
+            package.module:name of a `hierroom.Task`, or a built-in world, such as workshop:8. A
             workshop's name determines its tech tree: workshop:8 is workshop:8:0, and workshop:8:3 is the tree of seed
             3. The run's seed determines the rest.
         layout: your own levels instead of graph, exclude, curriculum_stages and size: the path of a text map (in Python

@@ -20,8 +20,6 @@ from hierroom.worlds.world import Feature
 if TYPE_CHECKING:  # loads the compiler
     from hierroom.worlds.base import BaseWorld
 
-ENTRY_POINT_GROUP = "hierroom.tasks"
-
 
 class WorldMaker(Protocol):
     """A task, which makes its worlds; `EnvConfig.task` is one or names one.
@@ -58,7 +56,7 @@ def find_task(spec: Any) -> WorldMaker | None:
         module, _, name = SHIPPED[word].partition(":")
         return getattr(importlib.import_module(module), name)(rest)
     shipped = [f"{word}:..." for word in SHIPPED]
-    task = load_plugin(spec, "task", shipped, ENTRY_POINT_GROUP, "name")
+    task = load_plugin(spec, "task", shipped, "name")
     if not is_task(task):
         raise InputError(f"the task {spec!r} must be a hierroom.Task, not {shown(task)}")
     return task

@@ -90,19 +90,10 @@ def test_spec_finds_class_or_function_in_current_folder(outside, name):
     assert turns.goals.tolist() == turns.world.state.levels["colours"][:, 0].tolist()
 
 
-def test_spec_finds_an_installed_entry_point(outside, tmp_path, monkeypatch):
-    installed = tmp_path / "lucky-1.0.dist-info"
-    installed.mkdir()
-    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: lucky\nVersion: 1.0\n")
-    (installed / "entry_points.txt").write_text(f"[hierroom.meta_controllers]\nlucky = {outside}:Mine\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    assert type(make_meta("lucky")).__name__ == "Mine"
-
-
 @pytest.mark.parametrize(
     ("spec", "said"),
     [
-        ("best", "a meta-controller is one of fixed-dfs, random, oracle, none, an entry point "),
+        ("best", "a meta-controller is one of fixed-dfs, random, oracle, none or package.module:Class or :f"),
         ("{outside}_x:Mine", "there is no module '{outside}_x' for the meta-controller '{outside}_x:Mine'"),
         ("{outside}_broken:Mine", "there is no module 'nowhere_to_be_found' for the meta-controller"),
         ("{outside}_typo:Mine", "the meta-controller '{outside}_typo:Mine' cannot be loaded: SyntaxError: "),

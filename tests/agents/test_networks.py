@@ -179,7 +179,7 @@ def test_tied_weights_are_saved_and_loaded(outside, tmp_path):
 @pytest.mark.parametrize(
     ("spec", "said"),
     [
-        ("best", "a network is one of recurrent, an entry point of hierroom.networks or package.module:Class"),
+        ("best", "a network is one of recurrent or package.module:Class"),
         ("nowhere:Mine", "there is no module 'nowhere' for the network 'nowhere:Mine'"),
         ("{outside}:Yours", "{it} cannot be loaded: AttributeError: module"),
         ("{outside}:Sizeless", "{it} cannot be made: TypeError: "),

@@ -98,10 +98,8 @@ def test_no_command_runs_code_named_in_a_folder(run, entry, call):
     assert not {"planted", "run.planted"} & sys.modules.keys()
 
 
-@pytest.mark.parametrize(
-    "spec", ["hierroom.train:main", "hierroom.meta:FixedDFS", "an-entry-point", "http.server:test"]
-)
-def test_named_code_includes_entry_points_and_hierroom_names(spec):
+@pytest.mark.parametrize("spec", ["hierroom.train:main", "hierroom.meta:FixedDFS", "another-name", "http.server:test"])
+def test_named_code_includes_other_names_and_functions_of_hierroom(spec):
     assert user_code.named_code(SMALL.changed(meta=spec)) == {"meta": spec}
     for meta in ("fixed-dfs", "learned", "random", None):
         assert user_code.named_code(SMALL.changed(meta=meta)) == {}

@@ -4,7 +4,6 @@ import hashlib
 import importlib
 import re
 import sys
-from importlib.metadata import EntryPoint
 from importlib.util import spec_from_file_location
 from pathlib import Path
 from types import ModuleType
@@ -14,7 +13,6 @@ import pytest
 import hierroom
 from hierroom.commands import evaluate
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.folder import user_code
 from hierroom.runs.folder.provenance import changed_modules, read_sessions, record_session
 from hierroom.runs.folder.user_code import MAX_BYTES, MAX_FILES, find_module_files, user_code_digest
 from hierroom.support.errors import InputError
@@ -89,9 +87,7 @@ def test_installed_package_is_copied_without_its_imports(monkeypatch, tmp_path):
     monkeypatch.chdir(site)
     monkeypatch.setattr(sys, "path", [str(site), *sys.path])
     load("plugin.meta", {"plugin/__init__.py": "", "plugin/meta.py": "import other\n" + META, "other.py": ""})
-    point = EntryPoint("nearest", "plugin.meta:first", "hierroom.meta_controllers")
-    monkeypatch.setattr(user_code, "entry_points", lambda name: [point] if name == "nearest" else [])
-    assert names_of(SMALL.changed(meta="nearest")) == ["plugin/__init__.py", "plugin/meta.py"]
+    assert names_of(SMALL.changed(meta="plugin.meta:first")) == ["plugin/__init__.py", "plugin/meta.py"]
 
 
 def test_code_of_hierroom_is_not_copied(tmp_path):

@@ -159,7 +159,7 @@ def odd(**attributes):
 @pytest.mark.parametrize(
     ("reward", "said"),
     [
-        ("nonsense", "a reward is one of extrinsic, bonus, intrinsic, novelty, an entry point of hierroom.rewards or "),
+        ("nonsense", "a reward is one of extrinsic, bonus, intrinsic, novelty or package"),
         ("no_such_module:R", "there is no module 'no_such_module' for the reward 'no_such_module:R'"),
         (3, "a reward is a function of a step or has a method rewards(step); the reward int is neither"),
         (odd(memories=("smell",)), "levels can remember visited, "),

@@ -7,7 +7,6 @@ import hashlib
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from importlib.util import find_spec, resolve_name
 from pathlib import Path
 from typing import Any
@@ -27,7 +26,7 @@ COPIES = "modules"
 def named_code(config: TrainConfig) -> dict[str, str]:
     """Return the ``meta``, ``network``, ``reward`` and ``task`` of a config, as far as they are not built-in names.
 
-    They include entry points and functions of hierroom (``hierroom.train:main``), as all of these would be called.
+    They include functions of hierroom (``hierroom.train:main``), as these would be called, too.
     Nothing is imported.
     """
     shipped = {"meta": (*META_CONTROLLERS, LEARNED), "network": (DEFAULT_NETWORK,), "reward": REWARDS}
@@ -130,11 +129,8 @@ def _folders_of_finders(module: str) -> Iterator[Path]:
 
 
 def _module_of(spec: object) -> str | None:
-    if not isinstance(spec, str):
-        return None
-    found = [point for point in entry_points(name=spec) if point.group.startswith("hierroom.")]
-    module = found[0].module if found else spec.partition(":")[0] if ":" in spec else "hierroom"
-    return None if module.partition(".")[0] == "hierroom" else module
+    module, colon, _ = spec.partition(":") if isinstance(spec, str) else ("", "", "")
+    return module if colon and module.partition(".")[0] != "hierroom" else None
 
 
 def _gather(first: str, root: Path, files: dict[str, ModuleFile]) -> None:
