@@ -36,7 +36,6 @@ def make_turns(
     seed: int,
     *,
     levels: LevelsName,
-    autoreset: bool = True,
     measure_shortest: bool = False,
 ) -> Turns:
     """Make the environments of a config, and their turns; only training levels come in stages of the curriculum."""
@@ -52,7 +51,6 @@ def make_turns(
         replace(config.env, reward=method.reward, levels=levels, curriculum_stages=stages),
         num_envs,
         seed=seed,
-        autoreset=autoreset,
         measure_shortest=measure_shortest,
         threads=config.threads,
         memories=memories,

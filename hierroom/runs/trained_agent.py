@@ -148,7 +148,7 @@ class TrainedAgent:
         warn_of_unread(self.config, entries)
         return changed
 
-    def turns(self, num_envs: int, *, seed: int = 0, env: EnvConfig | None = None, autoreset: bool = True) -> Turns:
+    def turns(self, num_envs: int, *, seed: int = 0, env: EnvConfig | None = None) -> Turns:
         """Return environments to play in, which know the shortest lengths of their episodes; see `Turns`.
 
         Args:
@@ -156,7 +156,6 @@ class TrainedAgent:
             seed: determines their first episodes.
             env: the config; None: that of training. A reward of None means that of training; levels of None mean those
                 that training never uses.
-            autoreset: whether the next episode begins in the step that ends the last one.
         """
         own = self.config.env
         levels, env = (env and env.levels) or "evaluation", env or own
@@ -165,7 +164,7 @@ class TrainedAgent:
         self.require_world(env)
         env = replace(env, reward=own.reward if env.reward is None else env.reward, curriculum_stages=1)
         config = self.config.changed(env=env)
-        return make_turns(config, num_envs, seed, levels=levels, measure_shortest=True, autoreset=autoreset)
+        return make_turns(config, num_envs, seed, levels=levels, measure_shortest=True)
 
     def require_world(self, config: EnvConfig) -> None:
         """Refuse environments with other actions or features than those of the training."""

@@ -134,10 +134,8 @@ class BatchVecEnv(VecEnv):
         return [False for _ in self._get_indices(indices)]
 
 
-def _split(observations: Any, envs: NDArray[np.integer]) -> list[Any]:
-    if isinstance(observations, Mapping):
-        return [{name: values[env] for name, values in observations.items()} for env in envs]
-    return [observations[env] for env in envs]
+def _split(observations: Mapping[str, NDArray], envs: NDArray[np.integer]) -> list[Any]:
+    return [{name: values[env] for name, values in observations.items()} for env in envs]
 
 
 def _by_environment(infos: Mapping[str, Any], envs: Any = slice(None)) -> list[dict[str, Any]]:
