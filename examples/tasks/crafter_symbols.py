@@ -4,7 +4,7 @@
     cd examples/tasks
     python -m hierroom train --task crafter_symbols:crafter --meta fixed-dfs --steps 30_000
 
-Of 4 episodes evaluated then, 3 unlock wake_up, 2 collect_sapling, 1 each collect_wood and place_plant: a score of 1%.
+Then all of 3 evaluated episodes unlock wake_up, 2 place_plant and 1 place_table: a score of 1.5%, in training 2.3%.
 """
 
 import gymnasium

@@ -2,10 +2,10 @@
 
     pip install gymnasium-robotics
     cd examples/tasks
-    python -m hierroom train --task point_maze:maze --meta fixed-dfs --steps 200_000
+    python -m hierroom train --task point_maze:maze --meta fixed-dfs --steps 40_000
 
-After 10,240 of these steps, all of 6 evaluated episodes had come to the bend, 2 to the gate, 1 to the middle, and none
-further.
+Of 3 episodes evaluated then, all reach the corner, after 264 steps on average; of the last 94 in training, 43%. By
+``--method ppo`` none of 8 does, and none of 68 in training.
 """
 
 import functools
