@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.arena.predictions import METHODS, MILESTONES, known_of
+from benchmarks.prediction.candidates import CANDIDATES
 from benchmarks.prediction.fit import concordance, score
 from benchmarks.prediction.play import read_rows
 from benchmarks.prediction.rows import Runs, times
-from hierroom.lab.advise.measures import MEASURES
 from hierroom.support.tables import markdown_table
 
 ALL = "all"
@@ -104,7 +104,7 @@ def _predicted(predicted: Mapping[str, Row], rows: Sequence[Row], families: Sequ
 
 
 def _measures() -> dict[str, Callable[[Row], float]]:
-    named = {name: lambda row, measure=measure: measure(known_of(row)) for name, measure in MEASURES.items()}
+    named = {name: lambda row, measure=measure: measure(known_of(row)) for name, measure in CANDIDATES.items()}
     return named | {name: lambda row, name=name: float(row[name]) for name in ("hitting_time", "goals")}
 
 

@@ -4,7 +4,8 @@
 
 A row a task, in benchmarks/results/prediction/play.csv. Rows that are there already are kept. Equal seeds and steps
 give equal rows. The committed rows were played for 600,000, 1,000,000 or 1,500,000 steps (column ``settings``), most of
-them before the order of random numbers changed, so that playing again repeats them up to chance only.
+them before the order of random numbers changed, so that playing again repeats them up to chance only. In workshops
+``random_success`` is of other 250,000 steps, as play had episodes of 1000 steps there, and the runs 400.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import tyro
 from hierroom.goals import enumerate_graphs
 from hierroom.lab.advise.costs import measure_costs
 from hierroom.lab.advise.measures import Known
+from hierroom.lab.advise.outside import WORKSHOP_LIMIT
 from hierroom.support.cli import progress_bar, run
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
@@ -63,7 +65,7 @@ def config_of(row: dict[str, str]) -> EnvConfig:
     """Return the environments that a row of a sweep trained in, or a row of `new_tasks` names."""
     name, variant = row["graph"], row.get("variant") or ""
     if name.startswith("workshop:"):
-        return EnvConfig(task=name)
+        return EnvConfig(task=name, max_steps=WORKSHOP_LIMIT)
     limit = 300 if variant.startswith("shorter limit") else None
     drop = variant.startswith("drop") or row.get("sweep") == "drop_key"
     return EnvConfig(graph=name, size=int(row["size"]), max_steps=limit, drop_key=drop)
@@ -91,18 +93,11 @@ def tasks() -> Iterator[tuple[str, dict[str, str]]]:
     for sweep, use in SWEEPS.items():
         for row in read_rows(RESULTS / sweep / "sweep.csv"):
             row |= {"sweep": sweep}
-            if (key := key_of(config_of(row))) not in seen:
+            if (key := config_of(row).key) not in seen:
                 seen.add(key)
                 yield use, row
     for row in new_tasks():
         yield "new", row
-
-
-def key_of(config: EnvConfig) -> str:
-    """Return the name of a task with all that sets it apart."""
-    parts = [f"size={config.size}"] * (config.size != 19) + ["drop"] * config.drop_key
-    parts += [f"limit={config.max_steps}"] * (config.max_steps not in (None, 1000))
-    return " ".join([config.names[0], *parts])
 
 
 def played_row(config: EnvConfig, use: str, options: Options) -> dict[str, Any]:
@@ -111,7 +106,7 @@ def played_row(config: EnvConfig, use: str, options: Options) -> dict[str, Any]:
     known = Known.of(costs, make_world(config, 1).rules)
     interval = {"expected_low": costs.expected_steps.low, "expected_high": costs.expected_steps.high}
     settings = f"play_steps={options.play_steps} seed={options.seed}"
-    return {"task": key_of(config), "use": use, **asdict(known), **interval, "settings": settings}
+    return {"task": config.key, "use": use, **asdict(known), **interval, "settings": settings}
 
 
 def main() -> int:
@@ -122,12 +117,12 @@ def main() -> int:
     with progress_bar() as bar:
         for use, row in bar.track([*tasks()], description="playing"):
             config = config_of(row)
-            if key_of(config) in rows:
+            if config.key in rows:
                 continue
             try:
-                rows[key_of(config)] = played_row(config, use, options)
+                rows[config.key] = played_row(config, use, options)
             except InputError as error:
-                print(f"{key_of(config)}: {error}")
+                print(f"{config.key}: {error}")
                 continue
             write_atomically(options.out, csv_text([*rows.values()]))
     print(f"{len(rows)} tasks are in {options.out}")

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.prediction.play import PLAY, RESULTS, SWEEPS, config_of, key_of, read_rows
+from benchmarks.prediction.play import PLAY, RESULTS, SWEEPS, config_of, read_rows
 from hierroom.lab.advise.measures import Known
-from hierroom.lab.advise.outside import WORKSHOP_LIMIT
 
+PPO_SWEEPS = {"conjecture": "PPO", "study_factors": "gamma 0.98"}
+"""The runs of PPO, by the variant of their row: in EscapeRooms only twelve graphs, with another discount."""
 FIRST = 10_000
 """Steps before which no evaluation could see a milestone: a run that has it at step 0 got there before this one."""
 
@@ -52,8 +53,6 @@ def known_tasks() -> tuple[dict[str, Known], dict[str, str]]:
     known, use = {}, {}
     for row in read_rows(PLAY):
         entries = {name: (int if kind == "int" else float)(row[name]) for name, kind in Known.__annotations__.items()}
-        if row["use"] == "workshop":
-            entries["limit"] = WORKSHOP_LIMIT  # of the runs; play had 1000, on which only random_success depends
         known[row["task"]], use[row["task"]] = Known(**entries), row["use"]
     return known, use
 
@@ -61,12 +60,14 @@ def known_tasks() -> tuple[dict[str, Known], dict[str, str]]:
 def read_runs(method: str, milestone: str, known: dict[str, Known], uses: dict[str, str]) -> Runs:
     """Return the runs of a method (with scripted goals, if it has goals) in all tasks in which play was measured."""
     found = []
-    for sweep in SWEEPS:
+    for sweep in SWEEPS if method != "ppo" else PPO_SWEEPS:
         twins = {row["graph"] for row in read_rows(RESULTS / sweep / "measures.csv") if row.get("twin_of")}
         for row in read_rows(RESULTS / sweep / "sweep.csv"):
             if row["method"] != method or row["meta"] not in ("fixed-dfs", "none") or row["graph"] in twins:
                 continue
-            if (task := key_of(config_of(row | {"sweep": sweep}))) in known:
+            if method == "ppo" and row["variant"] != PPO_SWEEPS[sweep]:
+                continue
+            if (task := config_of(row | {"sweep": sweep}).key) in known:
                 found.append((task, uses[task], *times(row[milestone], float(row["steps"]))))
     tasks, worlds, low, high = zip(*found, strict=True)
     return Runs(np.array(tasks), np.array(worlds), np.array(low), np.array(high))

@@ -14,6 +14,8 @@ from hierroom.meta import META_CONTROLLERS
 from hierroom.support.errors import InputError, shown
 from hierroom.turns.records import CONTROLLER, META, Step
 from hierroom.turns.turns import Turns
+from hierroom.worlds.actions import actions_in
+from hierroom.worlds.base import BaseWorld
 
 if TYPE_CHECKING:
     from hierroom.agents.ppo_agent import FrozenAgent, PPOAgent
@@ -75,11 +77,15 @@ class RandomPlayer:
     def __init__(self, random: np.random.Generator) -> None:
         self._random = random
 
+    def actions(self, world: BaseWorld) -> NDArray:
+        """Draw a legal action for every environment."""
+        if (masks := world.action_masks) is not None:
+            return np.where(masks, self._random.random(masks.shape), -1).argmax(axis=1)
+        return actions_in(world).sample(self._random, len(world))
+
     def step(self, turns: Turns) -> Step:
         """Take a random action in every environment."""
-        if (masks := turns.world.action_masks) is not None:
-            return turns.step(np.where(masks, self._random.random(masks.shape), -1).argmax(axis=1))
-        return turns.step(turns.action_kind.sample(self._random, len(turns)))
+        return turns.step(self.actions(turns.world))
 
 
 class OraclePlayer:

@@ -30,6 +30,7 @@ class AdviseArguments:
         seed: seed of the levels and the actions.
         write: write the rules as play repairs them into this .toml file, which must not exist.
         json: print everything as JSON.
+        check: print spaces, networks and speeds instead, and try whether episodes and a resumed run repeat.
     """
 
     graph: Annotated[str | None, tyro.conf.Positional, tyro.conf.arg(metavar="[GRAPH]")] = None
@@ -43,6 +44,7 @@ class AdviseArguments:
     seed: int = 0
     write: Path | None = None
     json: Flag = False
+    check: Flag = False
 
 
 def main(argv: Sequence[str]) -> int:
@@ -58,6 +60,15 @@ def main(argv: Sequence[str]) -> int:
 
     entries = given(arguments, "graph", "task", "rules", "max_steps", "size", "play_steps")
     entries |= {"drop_key": True} if arguments.drop else {}
+    if arguments.check:
+        from hierroom.lab.advise.check import check
+        from hierroom.runs.config.presets import start_config
+
+        if path is not None or "rules" in entries or "play_steps" in entries:
+            raise InputError("--check trains in a graph or a task; leave out --rules, --write and --play-steps")
+        checked = check(start_config(None, entries).changed(**entries))
+        print(to_json(checked) if arguments.json else "\n".join(f"{name:<16} {text}" for name, text in checked.items()))
+        return 0
     advice = advise(seconds=arguments.seconds, seed=arguments.seed, **entries)
     print(to_json(advice.to_dict()) if arguments.json else advice)
     if advice.costs is not None:

@@ -10,28 +10,30 @@ import pytest
 
 import hierroom
 from hierroom.__main__ import main
-from hierroom.lab.advise.measures import MEASURES, Known
+from hierroom.lab.advise.check import check
+from hierroom.lab.advise.measures import MEASURES, Known, w_kinds
 from hierroom.lab.advise.model import Fit, Model, read_model
 from hierroom.lab.advise.outside import outside, world_of
-from hierroom.lab.advise.prediction import best_of, predict
+from hierroom.lab.advise.prediction import best_of, predict, similar
 from hierroom.lab.advise.rule_check import check_rules, complete
 from hierroom.runs.folder.predicted import Steps, in_short
 from hierroom.support.errors import InputError
+from hierroom.worlds.make import name_in_module
 
 KNOWN = Known(1000.0, 600.0, 3, 5, 8.0, 5, 400, 0.02)
 BOUNDS = {"expected_steps": (500.0, 5000.0), "goals": (2.0, 10.0), "limit": (400.0, 1000.0)}
-FIT = Fit("hippo", "steps_to_50", "workshop", "E x markings", math.log(2), 1.0, 0.5, 0.25, 4.0, 60, 300)
-MODEL = Model("0 hand", "default", 50_000, BOUNDS, {("hippo", "steps_to_50", "workshop"): FIT})
+FIT = Fit("hippo", "steps_to_50", "workshop", "W x kinds", math.log(2), 1.0, 0.5, 0.25, 4.0, 60, 300)
+FITS = {("hippo", "steps_to_50", world): FIT for world in ("workshop", "other")}
+MODEL = Model(
+    "0 hand", "default", 50_000, BOUNDS, FITS, {"far": (9e4, math.inf), "near": (8e3, 2e4), "next": (4e3, 3e3)}
+)
 
 
 def test_measures_by_hand():
-    values = {name: measure(KNOWN) for name, measure in MEASURES.items()}
-    assert values == {
-        "W x kinds": 1800.0,
-        "W x fewest": 3000.0,
-        "E x markings": 8000.0,
-        "E x fewest": 5000.0,
-        "E": 1000.0,
+    assert {name: measure(KNOWN) for name, measure in MEASURES.items()} == {
+        "W x kinds": 9000.0,
+        "W": 3000.0,
+        "random episodes": 50.0,
     }
 
 
@@ -39,11 +41,12 @@ def test_prediction_by_hand():
     found, reason = predict(KNOWN, "workshop", MODEL)
     one = found["hippo"]
     assert reason is None
-    assert one.steps_to_50 == pytest.approx(16_000)  # 2 x 1000 x 8
-    assert (one.steps_to_50.low, one.steps_to_50.high) == (pytest.approx(4000), math.inf)  # 64,000 is beyond
+    assert one.steps_to_50 == pytest.approx(18_000)  # 2 x 600 x 5 x 3
+    assert (one.steps_to_50.low, one.steps_to_50.high) == (pytest.approx(4500), math.inf)  # 72,000 is beyond
     assert one.steps_to_95 is None
-    assert one.chance_to_50 == pytest.approx(0.9118, abs=1e-3)  # normal of log(50 / 16) / (log(4) / 1.645)
+    assert one.chance_to_50 == pytest.approx(0.8873, abs=1e-3)  # normal of log(50 / 18) / (log(4) / 1.645)
     assert best_of(found) == ("hippo", 50_000)
+    assert similar(KNOWN, MODEL, 2) == [("near", 2e4), ("next", 3e3)]
 
 
 @pytest.mark.parametrize("median", [1.0, 40_000.0, 90_000.0, 10.0**9])
@@ -63,12 +66,12 @@ def test_ends_of_intervals_are_in_order(median, high):
         ({"expected_steps": 10_001.0}, "random steps"),
         ({"limit": 199}, "steps of an episode"),
         ({"goals": 21}, "21 goals"),
-        ({"markings": math.nan}, "rules are unknown"),
+        ({"fewest": math.nan}, "rules are unknown"),
     ],
 )
 def test_rule_of_what_lies_outside(entries, why):
     known = replace(KNOWN, **entries)
-    found = outside(known, MEASURES["E x markings"](known), BOUNDS)
+    found = outside(known, w_kinds(known), BOUNDS)
     assert (found is None) == (why is None)
     assert why is None or why in found
     assert (predict(known, "workshop", MODEL)[0] == {}) == (why is not None)
@@ -187,9 +190,10 @@ def test_rules_alone_give_the_chain_and_no_predictions(tmp_path):
     assert "rules alone have nothing to play" in str(advice)
 
 
-def test_model_predicts_two_methods_in_every_world():
+def test_model_predicts_three_methods_in_every_world():
     model = read_model()
-    assert model.methods == ["hippo", "ppo-bonus"]
+    assert model.methods == ["hippo", "ppo-bonus", "ppo"]
+    assert len(model.tasks) > 130
     assert {world for method, _, world in model.fits if method == "hippo"} == {"escape_room", "workshop", "other"}
     for fit in model.fits.values():
         assert 0 < fit.low < 1 < fit.high
@@ -198,7 +202,31 @@ def test_model_predicts_two_methods_in_every_world():
             assert fit.high >= 4
 
 
-def test_command_prints_advice_and_writes_repaired_rules(tmp_path, capsys):
+class Luck(Line):
+    """Do the other action at times that no seed determines."""
+
+    chance = np.random.default_rng()
+
+    def step(self, action):
+        return super().step(action if self.chance.random() < 0.5 else 1 - action)
+
+
+LUCK = replace(line(), make=Luck)
+
+
+def test_check_tells_whether_episodes_and_runs_repeat():
+    config = hierroom.find_preset("task").changed(num_envs=2, sequence_length=8, minibatches=1, epochs=1)
+    steady = check(config.changed(graph="a", size=11))
+    assert (steady["episodes"], steady["resume"]) == ("repeat", "exact")
+    assert steady["observations"].startswith("observation uint8 [7, 7, 3]")
+    assert "weights, reads view" in steady["controller_0"]
+    lucky = check(config.changed(task=name_in_module(LUCK)))
+    assert lucky["episodes"].startswith("do not repeat")
+    assert "episodes of line begin anew" in lucky["resume"]
+
+
+def test_command_prints_advice_and_writes_repaired_rules(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     assert main(["advise", "a", "--play-steps", "100000"]) == 0
     text = capsys.readouterr().out
     for part in (
@@ -208,13 +236,15 @@ def test_command_prints_advice_and_writes_repaired_rules(tmp_path, capsys):
         "HiPPO (script)",
         "PPO+Bonus",
         "train --graph a --steps",
+        "seconds\n",
+        "similar tasks    ",
     ):
         assert part in text
     path = tmp_path / "rules.toml"
     words = ["advise", "--task", "workshop:4:9", "--play-steps", "60000", "--json", "--write", str(path)]
     assert main(words) == 0
     found = json.loads(capsys.readouterr().out)
-    assert set(found["predictions"]) == {"hippo", "ppo-bonus"}
+    assert set(found["predictions"]) == {"hippo", "ppo-bonus", "ppo"}
     assert hierroom.Rules.from_toml(path).target == "masterpiece"
     with pytest.raises(InputError, match="is there already"):
         main(words)

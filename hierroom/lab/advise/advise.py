@@ -10,13 +10,14 @@ import numpy as np
 
 from hierroom.complexity.report import analyze
 from hierroom.goals import GoalGraph, Rules
+from hierroom.lab.advise.check import training_speed
 from hierroom.lab.advise.costs import PlayCosts, measure_costs
 from hierroom.lab.advise.measures import Known, rule_numbers
 from hierroom.lab.advise.model import read_model
 from hierroom.lab.advise.outside import OTHER, world_of
-from hierroom.lab.advise.prediction import Advice, best_of, predict
+from hierroom.lab.advise.prediction import Advice, best_of, predict, similar
 from hierroom.lab.advise.rule_check import RuleCheck, check_rules
-from hierroom.runs.config.presets import implied_preset
+from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.support.cli import progress_bar, shell_words
 from hierroom.support.errors import InputError
 from hierroom.worlds.base import BaseWorld
@@ -55,7 +56,7 @@ def advise(
     Examples:
         >>> advice = hierroom.advise("a", play_steps=20_000)
         >>> advice.method, sorted(advice.predictions)
-        ('hippo', ['hippo', 'ppo-bonus'])
+        ('hippo', ['hippo', 'ppo', 'ppo-bonus'])
     """
     if sum(one is not None for one in (graph, task, rules)) != 1:
         raise InputError("advice is on exactly one of a graph, a task and rules")
@@ -81,12 +82,15 @@ def _of_play(config: EnvConfig, world: BaseWorld, costs: PlayCosts) -> Advice:
     model, where = read_model(), world_of(config)
     known = Known.of(costs, rules)
     predictions, reason = predict(known, where, model)
+    speed = None
+    if predictions and not costs.is_interrupted:
+        speed = training_speed(find_preset(model.preset).changed(env=config))
     method, steps = best_of(predictions)
     is_outside = not predictions
     if not is_outside and where == OTHER:
         reason = PROVISIONAL
-    facts = (predictions, costs, check, method, steps, is_outside, reason, model.name)
-    return Advice(config.key, _words(config, model.preset), *facts, _chain(rules))
+    facts = (predictions, costs, check, method, steps, is_outside, reason, model.name, _chain(rules))
+    return Advice(config.key, _words(config, model.preset), *facts, speed, similar(known, model) if predictions else ())
 
 
 def _words(config: EnvConfig, preset: str) -> str:

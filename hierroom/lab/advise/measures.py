@@ -1,4 +1,4 @@
-"""Measures of a task before training, each by one function with its equation. `model` says which of them predicts."""
+"""Measures of a task before training, each by one function with its equation. `model` says which predicts what."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Known:
 
     Args:
         expected_steps: E, mean random steps to the target without an episode limit.
-        cost: W, the sum over kinds of goal of the mean random steps to a given goal of that kind.
+        cost: the sum over kinds of goal of the mean random steps to a given goal of that kind.
         kinds: number of kinds of goal that the script gives: goals of the same kind in the goal set, for which the
             controller can share a skill. In EscapeRooms key, door and exit; elsewhere each goal is a kind.
         fewest: fewest goals of a solution, from the rules.
@@ -59,35 +59,20 @@ def rule_numbers(rules: Rules | GoalGraph | None) -> tuple[float, float, int]:
         return math.nan, math.inf, len(of_rules.names)
 
 
-def w_kinds(known: Known) -> float:
-    """Return W x kinds: each kind of goal is a skill to learn, and each costs its random steps."""
-    return known.cost * known.kinds
-
-
-def w_fewest(known: Known) -> float:
-    """Return W x fewest: the random steps of all skills, times the goals in a row that a solution needs."""
+def w(known: Known) -> float:
+    """Return W: the random steps of all skills, times the goals in a row that a solution needs."""
     return known.cost * known.fewest
 
 
-def e_markings(known: Known) -> float:
-    """Return E x markings: random steps to the target, times the situations that the rules tell apart."""
-    return known.expected_steps * known.markings
+def w_kinds(known: Known) -> float:
+    """Return W x kinds: each kind of goal is a skill to learn."""
+    return w(known) * known.kinds
 
 
-def e_fewest(known: Known) -> float:
-    """Return E x fewest: random steps to the target, times the goals that a solution needs."""
-    return known.expected_steps * known.fewest
+def random_episodes(known: Known) -> float:
+    """Return the episodes that random play needs for one success."""
+    return 1 / known.random_success
 
 
-def e_alone(known: Known) -> float:
-    """Return E: mean random steps to the target."""
-    return known.expected_steps
-
-
-MEASURES: Mapping[str, Callable[[Known], float]] = {
-    "W x kinds": w_kinds,
-    "W x fewest": w_fewest,
-    "E x markings": e_markings,
-    "E x fewest": e_fewest,
-    "E": e_alone,
-}
+MEASURES: Mapping[str, Callable[[Known], float]] = {"W x kinds": w_kinds, "W": w, "random episodes": random_episodes}
+"""The measures that predict; `benchmarks.prediction` compares them with others."""

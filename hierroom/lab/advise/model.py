@@ -75,6 +75,7 @@ class Model:
         horizon: steps of the runs; what is expected later is ``inf``.
         bounds: smallest and largest value of what `outside` asks, among the tasks of the runs.
         fits: by method, milestone and world.
+        tasks: by name, the measure of HiPPO's steps to 50% success and the median of them; ``inf``: never.
     """
 
     name: str
@@ -82,6 +83,7 @@ class Model:
     horizon: int
     bounds: Mapping[str, tuple[float, float]]
     fits: Mapping[tuple[str, str, str], Fit]
+    tasks: Mapping[str, tuple[float, float]]
 
     @property
     def methods(self) -> list[str]:
@@ -98,4 +100,5 @@ def read_model(path: Path = FILE) -> Model:
     fits = [Fit(**row) for row in table["fits"]]
     bounds = {name: (float(low), float(high)) for name, (low, high) in table["bounds"].items()}
     by_key = {(fit.method, fit.milestone, fit.world): fit for fit in fits}
-    return Model(f"{table['version']} {digest}", table["preset"], table["horizon"], bounds, by_key)
+    tasks = {name: (measure, math.inf if steps is None else steps) for name, (measure, steps) in table["tasks"].items()}
+    return Model(f"{table['version']} {digest}", table["preset"], table["horizon"], bounds, by_key, tasks)

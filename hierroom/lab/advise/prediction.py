@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from hierroom.runs.folder.predicted import Prediction, Steps, in_short, saved_at
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json, write_atomically
 from hierroom.support.intervals import Interval
+from hierroom.support.output import duration
 
 NAMES = {"hippo": "HiPPO (script)", "ppo-bonus": "PPO+Bonus", "ppo": "PPO"}
 
@@ -37,6 +38,8 @@ class Advice:
         reason: why there are no predictions, or what is uncertain about them; None if nothing is.
         model: version and digest of the model.
         chain: depth, fewest goals and the like, from the rules; empty without rules.
+        training_speed: steps a second of training here; None if it was not measured.
+        similar: tasks of the model's runs that are nearest by its measure, and the median steps of HiPPO to 50% there.
 
     Examples:
         >>> hierroom.advise(graph="a", play_steps=200_000).method
@@ -54,6 +57,8 @@ class Advice:
     reason: str | None
     model: str
     chain: Mapping[str, Any]
+    training_speed: float | None = None
+    similar: Sequence[tuple[str, float]] = ()
 
     @property
     def random_success(self) -> Interval | None:
@@ -82,6 +87,8 @@ class Advice:
             "rules": self.rules and self.rules.to_dict(),
             **{name: getattr(self, name) for name in ("method", "steps", "outside", "reason", "model")},
             "chain": dict(self.chain),
+            "training_speed": self.training_speed,
+            "similar": dict(self.similar),
         }
 
     def __str__(self) -> str:
@@ -91,16 +98,21 @@ class Advice:
         if self.chain:
             lines.append(_row("chain", ", ".join(f"{name} {_plain(value)}" for name, value in self.chain.items())))
         if self.predictions:
-            lines.append(f"{'method':<16} {'steps to 50%':<26} to 95%")
+            lines.append(_row("method", f"{'steps to 50%':<22} {'to 95%':<22} here"))
         for name, one in self.predictions.items():
             times = ["not predicted" if steps is None else str(steps) for steps in (one.steps_to_50, one.steps_to_95)]
-            lines.append(f"{NAMES.get(name, name):<16} {times[0]:<26} {times[1]}")
+            most = max(one.steps_to.values(), default=math.inf)
+            is_known = self.training_speed is not None and most < math.inf
+            here = duration(most / self.training_speed) if is_known else "-"
+            lines.append(_row(NAMES.get(name, name), f"{times[0]:<22} {times[1]:<22} {here}"))
         if self.reason is not None:
             lines.append(_row("outside" if self.outside else "note", self.reason))
         if self.method is not None:
             command = f"python -m hierroom train {self.train} --steps {self.steps:_}"
             command += "" if self.method == "hippo" else f" --method {self.method}"
             lines.append(_row("advice", f"{NAMES[self.method]}, {self.steps:,} steps:  {command}"))
+        if self.similar:
+            lines.append(_row("similar tasks", ", ".join(f"{name} ({in_short(one)})" for name, one in self.similar)))
         return "\n".join(lines)
 
     def _head(self) -> str:
@@ -162,6 +174,13 @@ def predict(known: Known, world: str, model: Model) -> tuple[dict[str, Predictio
         changes: Any = {milestone: steps, milestone.replace("steps", "chance"): fit.chance(measure, model.horizon)}
         found[method] = replace(one, **changes)
     return found, None
+
+
+def similar(known: Known, model: Model, n: int = 3) -> list[tuple[str, float]]:
+    """Return the tasks of the model's runs that are nearest by the measure of HiPPO's steps, and its steps to 50%."""
+    measure = math.log(MEASURES[model.fits["hippo", "steps_to_50", OTHER].measure](known))
+    nearest = sorted(model.tasks, key=lambda name: abs(math.log(model.tasks[name][0]) - measure))
+    return [(name, model.tasks[name][1]) for name in nearest[:n]]
 
 
 def best_of(predictions: Mapping[str, Prediction]) -> tuple[str | None, int | None]:
