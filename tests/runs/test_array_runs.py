@@ -19,13 +19,13 @@ from hierroom.vector_env import EscapeRooms
 
 SMALL = ["--num-envs", "4", "--sequence-length", "16", "--minibatches", "2", "--epochs", "8", "--hidden-size", "8"]
 SMALL += ["--steps", "1280", "--evaluations", "2", "--evaluation-episodes", "4", "--threads", "1", "--log", "none"]
-KINDS = ("box", "multi", "binary")
+KINDS = {"box": [], "multi": [], "binary": ["--memory", "lstm"]}
 
 
 @pytest.fixture(scope="module", params=KINDS)
 def run(request, tmp_path_factory):
     out = tmp_path_factory.mktemp("runs") / request.param
-    assert train(["--task", f"dial_tasks:{request.param}", *SMALL, "--out", str(out)]) == 0
+    assert train(["--task", f"dial_tasks:{request.param}", *SMALL, *KINDS[request.param], "--out", str(out)]) == 0
     return out
 
 
@@ -37,7 +37,7 @@ def test_training_turns_the_dials_up(run):
 def test_stopped_run_resumes_exactly(run, tmp_path, monkeypatch):
     stop_at_update(monkeypatch, signal.SIGINT, 7)  # in the middle of episodes
     out = tmp_path / run.name
-    assert train(["--task", f"dial_tasks:{run.name}", *SMALL, "--out", str(out)]) == 130
+    assert train(["--task", f"dial_tasks:{run.name}", *SMALL, *KINDS[run.name], "--out", str(out)]) == 130
     assert train(["--resume", str(out), "--trust-run", "--log", "none"]) == 0
     assert differences(run, out) == []
 
