@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,24 +24,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class HasRules(Protocol):
-    """Something with declared dependencies, such as a task."""
-
-    rules: Any
-
-
 @overload
 def analyze(subject: GoalGraph | str | Path, drop_key: bool = ..., walk: Walk = ...) -> ComplexityReport: ...
 @overload
 def analyze(subject: Rules, *, walk: Walk = ...) -> RulesReport: ...
-@overload
-def analyze(subject: HasRules, *, walk: Walk = ...) -> ComplexityReport | RulesReport: ...
 def analyze(subject: Any, drop_key: bool = False, walk: Walk = PAPER_WALK) -> ComplexityReport | RulesReport:
     """Return a report on how hard something is to explore by random walk; quantities are computed on first access.
 
     Args:
         subject: a goal graph (a letter `"a"` to `"g"`, a name such as `"keys-0-1-exit-2"`, a `GoalGraph`, or a path to
-            a TOML file), `Rules`, or an object with ``rules`` such as a task. A `Chain` has its numbers itself.
+            a TOML file), or `Rules`, such as those of a task. A `Chain` has its numbers itself.
         drop_key: whether keys of a goal graph can be dropped.
         walk: the probabilities of one step.
 
@@ -49,9 +41,6 @@ def analyze(subject: Any, drop_key: bool = False, walk: Walk = PAPER_WALK) -> Co
         >>> [round(hierroom.complexity.analyze(graph).expected_steps) for graph in "abcg"]
         [28, 63, 74, 154]
     """
-    rules = getattr(subject, "rules", None)
-    if isinstance(rules, (Rules, GoalGraph)):
-        subject = rules
     if not isinstance(walk, Walk):
         raise InputError(f"a walk must be a Walk of three probabilities, not {shown(walk)}")
     if isinstance(subject, Rules):
@@ -59,7 +48,7 @@ def analyze(subject: Any, drop_key: bool = False, walk: Walk = PAPER_WALK) -> Co
             raise InputError("drop_key is of goal graphs, not of rules")
         return RulesReport(subject, walk)
     if not isinstance(subject, (GoalGraph, str, Path, Mapping)):
-        raise InputError(f"analyze takes a goal graph, rules or a task, not {shown(subject)}")
+        raise InputError(f"analyze takes a goal graph or rules, such as task.rules, not {shown(subject)}")
     return ComplexityReport(as_goal_graph(subject), bool(drop_key), walk)
 
 

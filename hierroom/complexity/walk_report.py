@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.complexity.chains.chain import EXIT, Chain, EdgeSensitivity
+from hierroom.complexity.chains.chain import EXIT, Chain
 from hierroom.complexity.chains.walk import Walk
 from hierroom.support.output import said_in_turn
 from hierroom.support.tables import html_table
@@ -108,10 +108,6 @@ class WalkReport(ABC):
     def expected_steps_to(self, goal: str) -> float:
         """See `Chain.expected_steps_to`."""
         return self.chain.expected_steps_to(goal)
-
-    def edge_sensitivity(self) -> list[EdgeSensitivity]:
-        """See `Chain.edge_sensitivity`."""
-        return self.chain.edge_sensitivity()
 
     def goal_sensitivity(self) -> dict[str, float]:
         """See `Chain.goal_sensitivity`."""

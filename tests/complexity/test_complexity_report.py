@@ -53,7 +53,7 @@ def test_hitting_time_to_needs_a_single_node():
 
 def test_elasticities_of_all_edges_sum_to_minus_one():
     # all edges k times likelier is the same walk in 1 / k of the time: the elasticities sum to minus one
-    edges = analyze("f", drop_key=True).edge_sensitivity()
+    edges = analyze("f", drop_key=True).chain.edge_sensitivity()
     assert sum(edge.elasticity for edge in edges) == pytest.approx(-1, rel=1e-9)
 
 

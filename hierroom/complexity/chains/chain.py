@@ -13,9 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.csgraph import connected_components
 
 from hierroom.complexity.chains.hitting import (
-    expected_visits,
     first_passage_variance,
-    hitting_probability,
     mean_first_passage_time,
     passage_time_sensitivity,
 )
@@ -35,7 +33,6 @@ from hierroom.complexity.chains.weights import (
     normalized,
 )
 from hierroom.support.errors import InputError, shown
-from hierroom.support.tables import html_table
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -172,10 +169,6 @@ class Chain:
         is_ours = classes == classes[self.source]
         return self.weights[is_ours][:, ~is_ours].nnz > 0
 
-    def hitting_probability(self, goal: str = EXIT) -> float:
-        """Return the probability that a goal is ever achieved."""
-        return float(hitting_probability(self.weights, self.nodes_of(goal))[self.source])
-
     def reach_probability(self, t: ArrayLike, goal: str = EXIT) -> NDArray[np.float64]:
         """Return the probability, in the shape of t, that a goal is achieved within t steps, each 0, 1, 2, ..."""
         return reach_probability(self.weights, self.source, self.nodes_of(goal), t)
@@ -183,11 +176,6 @@ class Chain:
     def expected_states(self, t: ArrayLike) -> NDArray[np.float64]:
         """Return the expected number of distinct nodes visited within t steps, start included, in the shape of t."""
         return expected_states(self.weights, self.source, t)
-
-    def expected_visits(self, goal: str = EXIT) -> dict[str, float]:
-        """Return the expected number of steps spent at each node before a goal is achieved, by label."""
-        visits = expected_visits(self.weights, self.source, self.nodes_of(goal))
-        return dict(zip(self.labels, visits.tolist(), strict=True))
 
     def edge_sensitivity(self) -> list[EdgeSensitivity]:
         """Return the effect of each edge on the time to the exit, most helpful first; empty if the time is ``inf``."""
@@ -223,11 +211,6 @@ class Chain:
     def __repr__(self) -> str:
         first, last = (self.labels[node] for node in (self.source, self.goals[EXIT][0]))
         return f"<Chain: random walk on {len(self.labels)} nodes from {first} to {last}>"
-
-    def _repr_html_(self) -> str:
-        answers = self.expected_steps_to, self.hitting_probability
-        rows = [(goal, *(f"{answer(goal):.4g}" for answer in answers)) for goal in self.goals]
-        return html_table(repr(self).strip("<>"), ("goal", "expected steps", "probability ever"), rows)
 
     def nodes_of(self, goal: str) -> tuple[int, ...]:
         """Return the nodes at which a goal has been achieved, or the single node with that label."""

@@ -32,7 +32,7 @@ def test_invalid_chains_raise_input_error(labels, source, goals, message):
 def test_unknown_label_raises_input_error(label):
     chain = analyze("c").chain
     for ask in (
-        chain.expected_steps_to, chain.hitting_time_to, chain.hitting_probability, chain.expected_visits,
+        chain.expected_steps_to, chain.hitting_time_to,
         lambda goal: chain.reach_probability([1, 2], goal),
     ):  # fmt: skip
         with pytest.raises(InputError, match=r"the goals are key 1, .*'start', .*; there is no") as caught:

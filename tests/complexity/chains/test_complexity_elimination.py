@@ -107,7 +107,7 @@ def test_sensitivities_of_a_long_walk():
         scale = visits[i] * float(abs(means[i] - means[0]) + 1)
         assert slope == pytest.approx(visits[i] * float(means[j] - means[i]), rel=1e-10, abs=1e-13 * scale)
     report = analyze(GoalGraph(tuple(range(19)), 19), True)
-    assert sum(edge.elasticity for edge in report.edge_sensitivity()) == pytest.approx(-1, rel=1e-11)
+    assert sum(edge.elasticity for edge in report.chain.edge_sensitivity()) == pytest.approx(-1, rel=1e-11)
 
 
 @pytest.mark.parametrize("n", [1, 2, 60, 65, 130, 200])
