@@ -16,17 +16,6 @@ from hierroom.support.errors import InputError
 Vectors = Sequence[ArrayLike | None] | None
 """For each feature a [cardinality, d] array with d fixed numbers per value, or None; None if no feature has any."""
 
-MOST_WEIGHTS = 2**25
-"""Most weights of a layer: 134 MB, enough for the largest workshop. Checkpoints hold three numbers for each."""
-
-
-def require_weights(of: str, n_inputs: int, n_outputs: int) -> None:
-    """Refuse a layer for ``of`` with too many weights, before their memory is taken."""
-    if (n := n_inputs * n_outputs) > MOST_WEIGHTS:
-        need, most = (f"{4 * weights / 1e6:,.0f} MB" for weights in (n, MOST_WEIGHTS))
-        less = "let the environment show less, or lower hidden_size"
-        raise InputError(f"{of} would need {need} of weights, and at most {most} are allowed for a layer: {less}")
-
 
 class FeatureEncoder(nn.Module):
     r"""ReLU of the bias plus one table row per feature: :math:`x = \max(0, b + \sum_k W_{k, c_k})`.
@@ -43,14 +32,11 @@ class FeatureEncoder(nn.Module):
 
     def __init__(self, cardinalities: Sequence[int], hidden_size: int, feature_vectors: Vectors = None) -> None:
         super().__init__()
-        n_values = sum(cardinalities)
-        require_weights(f"discrete numbers with {n_values:,} values", n_values, hidden_size)
         starts = np.cumsum([0, *cardinalities[:-1]])
         self.register_buffer("offsets", torch.as_tensor(starts, dtype=torch.int64), persistent=False)
         inputs = None if feature_vectors is None else _input_matrix(cardinalities, feature_vectors)
         self.register_buffer("inputs", inputs, persistent=False)
-        n_inputs = n_values if inputs is None else inputs.shape[1]
-        require_weights(f"vectors with {n_inputs:,} numbers", n_inputs, hidden_size)
+        n_inputs = sum(cardinalities) if inputs is None else inputs.shape[1]
         self.weight = nn.Parameter(torch.empty(n_inputs, hidden_size, dtype=torch.float32))
         self.bias = nn.Parameter(torch.zeros(hidden_size, dtype=torch.float32))
         # The initial rows are small. Rows about 4 times as large give the sparse sum unit variance, but with them the
@@ -77,5 +63,4 @@ def _input_matrix(cardinalities: Sequence[int], vectors: Sequence[ArrayLike | No
         if block.ndim != 2 or len(block) != n:
             shapes = f"shape [{n}, d], not {list(block.shape)}"
             raise InputError(f"feature {column} has {n} values, so its vectors must have {shapes}")
-    require_weights("vectors next to so many values", sum(cardinalities), sum(block.shape[1] for block in blocks))
     return torch.block_diag(*(torch.tensor(block, dtype=torch.float32) for block in blocks))

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor, nn
 
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic, make_heads
-from hierroom.learners.networks.encoder import Vectors, require_weights
+from hierroom.learners.networks.encoder import Vectors
 from hierroom.learners.networks.input_layer import InputLayer, RectifiedInputLayer
 
 
@@ -52,7 +52,6 @@ class Trunks(nn.Module):
 
     def __init__(self, size: int) -> None:
         super().__init__()
-        require_weights(f"two layers of {size:,} units", 2 * size, size)
         self.weight = nn.Parameter(torch.empty(2, size, size, dtype=torch.float32))
         self.bias = nn.Parameter(torch.zeros(2, size, dtype=torch.float32))
         with torch.no_grad():

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from hierroom.learners.networks.actor_critic import AgentSpace
-from hierroom.learners.networks.encoder import FeatureEncoder, Vectors, require_weights
+from hierroom.learners.networks.encoder import FeatureEncoder, Vectors
 from hierroom.learners.networks.pictures import PICTURE_SIZES, PictureEncoder
 from hierroom.learners.networks.scale import RunningScale
 from hierroom.support.byte_array import ByteArray
@@ -165,7 +165,6 @@ class _Product(nn.Module):
 
     def __init__(self, inputs: int, outputs: int) -> None:
         super().__init__()
-        require_weights(f"{inputs:,} numbers", inputs, outputs)
         self.weight = nn.Parameter(torch.empty(inputs, outputs, dtype=torch.float32))
 
     def forward(self, numbers: Tensor) -> Tensor:

@@ -8,7 +8,6 @@ from itertools import pairwise
 import torch
 from torch import Tensor, nn
 
-from hierroom.learners.networks.encoder import require_weights
 from hierroom.support.byte_array import ByteArray
 
 BOUND = 1e6
@@ -38,7 +37,6 @@ class PictureEncoder(nn.Module):
         convolutions = _residual(channels) if network == "impala" else _strided(channels, _CHANNELS[network], kernels)
         with torch.no_grad():
             n_numbers = nn.Sequential(*convolutions)(empty).numel()
-        require_weights(f"an image of shape {self._shape}", n_numbers, size)
         last = initialised(nn.Linear(n_numbers, size, dtype=torch.float32))
         self.layers = nn.Sequential(*convolutions, nn.Flatten(), last)
 

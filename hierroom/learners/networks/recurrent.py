@@ -5,8 +5,6 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
-from hierroom.learners.networks.encoder import require_weights
-
 
 class ResetLSTM(nn.Module):
     r"""A long short-term memory (Hochreiter & Schmidhuber 1997, with the forget gate of Gers et al. 2000).
@@ -25,7 +23,6 @@ class ResetLSTM(nn.Module):
         super().__init__()
         self.input_size = input_size
         self.hidden_size = hidden_size
-        require_weights(f"a recurrent core of {hidden_size:,} units", input_size + hidden_size, 4 * hidden_size)
         self.weight = nn.Parameter(torch.empty(input_size + hidden_size, 4 * hidden_size, dtype=torch.float32))
         self.bias = nn.Parameter(torch.zeros(4 * hidden_size, dtype=torch.float32))
         with torch.no_grad():
