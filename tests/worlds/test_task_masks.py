@@ -51,6 +51,8 @@ class Gates(gymnasium.Env):
             mask = np.zeros(4, bool)  # nothing is legal after the end
         if self.where in ("observation", "info"):
             {"observation": observation, "info": info}[self.where]["action_mask"] = mask.astype(np.int8)
+        if self.where == "list":
+            info["action_mask"] = mask.tolist()
         return observation, info
 
 
@@ -144,7 +146,7 @@ def test_mask_may_forbid_everything_where_the_target_ends_the_episode():
 
 
 @pytest.mark.parametrize("mode", [*AutoresetMode])
-@pytest.mark.parametrize("where", gates)
+@pytest.mark.parametrize("where", [*gates, "list"])
 @pytest.mark.parametrize("kind", [SyncVectorEnv, AsyncVectorEnv])
 def test_vector_has_the_masks_and_episodes_of_single_environments(kind, where, mode):
     def make_vec(num_envs):

@@ -36,6 +36,8 @@ class MaskPlace(NamedTuple):
             raise InputError(f"the {self.kind} of {task} lacks {self.name!r} now, which it had at first") from None
         try:
             mask = np.asarray(given)
+            if n and mask.dtype == object:  # vectors of Gymnasium stack arrays but not lists
+                mask = np.array([[0] * self.n_actions if row is None else row for row in mask])
         except ValueError:  # rows of unequal lengths
             mask = np.array(None)
         are_flags = mask.dtype.kind == "b" or (mask.dtype.kind in "iuf" and ((mask == 0) | (mask == 1)).all())
