@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from hierroom.support.errors import InputError, user_code, warn_once
 from hierroom.worlds.actions import Actions, actions_of
 from hierroom.worlds.task.goal_values import as_totals, goal_values
 from hierroom.worlds.task.local_envs import LocalEnvs
-from hierroom.worlds.task.masks import all_forbidden, find_mask, refuse_late_mask
+from hierroom.worlds.task.masks import MaskPlace, all_forbidden, find_mask, refuse_late_mask
 from hierroom.worlds.task.parts import TaskParts, Trial
 from hierroom.worlds.task.spaces import MAX_CATEGORIES, are_symbols, flat_entries, is_byte_image, n_symbols, read_entry
 from hierroom.worlds.task.vector_envs import VectorEnvs
@@ -70,7 +69,7 @@ def try_out(task: TaskParts) -> Trial:
         if taken.terminated[0] or taken.truncated[0] or is_at_target:
             now = look(envs.reset([0], [0])[0])
     envs.close()
-    return replace(_trial(task, actions, entries, left_out, are_counts, seen, seconds), mask=mask, limit=_limit_of(env))
+    return _trial(task, env, actions, entries, left_out, are_counts, mask, seen, seconds)
 
 
 def _try_out_vector(task: TaskParts) -> Trial:
@@ -96,8 +95,8 @@ def _try_out_vector(task: TaskParts) -> Trial:
         now = vector.reset(0) if vector.mode is AutoresetMode.DISABLED and has_ended.any() else taken.now
     if error := vector.close():
         raise error
-    found = _trial(task, actions, vector.entries, left_out, vector.are_counts, seen, seconds)
-    return replace(found, mask=vector.mask, limit=_limit_of(vector.env))
+    found = vector.entries, left_out, vector.are_counts, vector.mask
+    return _trial(task, vector.env, actions, *found, seen, seconds)
 
 
 def _warn_of_target(task: TaskParts, values: Sequence[Any], are_counts: Sequence[bool]) -> None:
@@ -110,10 +109,12 @@ def _warn_of_target(task: TaskParts, values: Sequence[Any], are_counts: Sequence
 
 def _trial(
     task: TaskParts,
+    env: Any,
     actions: Actions,
     entries: Mapping[str, Any],
     left_out: Sequence[str],
     are_counts: tuple[bool, ...],
+    mask: MaskPlace | None,
     seen: Mapping[str, set[int]],
     seconds: list[float],
 ) -> Trial:
@@ -125,9 +126,6 @@ def _trial(
             raise InputError(f"symbols of {task.name} are entries that are images of bytes, not {wrong[0]!r}; {images}")
         symbols = task.symbols
     of_symbols = {name: n_symbols(seen[name]) for name in symbols}
-    return Trial(entries, left_out, actions, are_counts, of_symbols, float(np.median(seconds)))
-
-
-def _limit_of(env: Any) -> int | None:
     limit = getattr(getattr(env, "spec", None), "max_episode_steps", None)
-    return limit if isinstance(limit, int) and limit > 0 else None
+    limit = limit if isinstance(limit, int) and limit > 0 else None
+    return Trial(entries, left_out, actions, are_counts, of_symbols, float(np.median(seconds)), mask, limit)
