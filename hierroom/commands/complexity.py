@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,9 +11,8 @@ import tyro
 
 from hierroom.complexity.chains.walk import PAPER_WALK, Walk
 from hierroom.complexity.graph_set import GraphSet
-from hierroom.complexity.report import analyze
-from hierroom.complexity.tables import COLUMNS, FIELDS, report_cells, rows_of
-from hierroom.complexity.walk_report import WalkReport
+from hierroom.complexity.report import ComplexityReport, analyze
+from hierroom.complexity.walk_report import WalkReport, short
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, Rules, graph_specs, is_graph_set
 from hierroom.support.cli import Flag, names_of, read_arguments
 from hierroom.support.errors import InputError
@@ -26,6 +25,18 @@ from hierroom.worlds.escape_room.level_map import as_maps
 from hierroom.worlds.make import find_task
 
 MAX_LISTED_ROOMS = 8  # with 612 goal graphs; the 1,747 of 9 rooms would take most of a minute
+COLUMNS: Mapping[str, tuple[str, int]] = {
+    "exit_depth": ("exit\ndepth", 0),
+    "width": ("width", 0),
+    "nodes": ("nodes", 0),
+    "edges": ("edges", 0),
+    "hitting_time": ("hitting\ntime", 2),
+    "expected_steps": ("expected\nsteps", 1),
+    "std": ("std", 1),
+}
+"""The columns of the table of graphs after their names, each with its heading and number of decimals."""
+FIELDS: tuple[str, ...] = ("key_rooms", "exit_room", "drop_key", "graph", *COLUMNS)
+"""The columns of `_rows_of`."""
 _ONE_FORMAT = tyro.conf.create_mutex_group(required=False, title="formats, one at a time")
 _ONE_SOURCE = tyro.conf.create_mutex_group(required=False, title="goal graphs, given in one way; by default all")
 
@@ -53,7 +64,7 @@ class ListArguments:
             raise InputError(f"--draw draws one graph, named by --graph, or one file of --rules, not {len(reports)}")
         if is_list:
             for report in said_in_turn(f"measuring {len(reports)} goal graphs or sets of rules", reports):
-                report_cells(report)  # the report keeps its numbers
+                _cells(report)  # the report keeps its numbers
         if self.draw is not None:
             with said_when_slow(f"drawing {reports[0].nodes:,} nodes"):
                 reports[0].draw(self.draw)
@@ -61,10 +72,10 @@ class ListArguments:
             tables = [report.to_dict() for report in reports]
             print(to_json(tables if is_list else tables[0]))
         elif self.csv:
-            print(csv_text(rows_of(reports), FIELDS), end="")
+            print(csv_text(_rows_of(reports), FIELDS), end="")
         elif is_list:
             headings = ["graph", *(heading for heading, _ in COLUMNS.values())]
-            table = named_table(headings, map(report_cells, reports), title=title, padding=0)  # as names are long
+            table = named_table(headings, map(_cells, reports), title=title, padding=0)  # as names are long
             table.columns[0].no_wrap = True
             print_table(table)
             restart = self.walk[2]
@@ -137,6 +148,23 @@ def _rules_of(task: str) -> list[Rules | GoalGraph]:
         raise InputError(f"the task {task!r} declares no rules, from which its complexity would follow")
     rules = replace(rules, label=found.name)
     return [rules] if found.goal_set.has_target else [*rules_by_goal(rules).values()]
+
+
+def _cells(report: WalkReport) -> list[str]:
+    """Return a report's cells in a printed table: its name, and those of `COLUMNS`."""
+    return [report.name, *(short(getattr(report, name), digits) for name, (_, digits) in COLUMNS.items())]
+
+
+def _rows_of(reports: Iterable[WalkReport]) -> list[dict[str, Any]]:
+    """Return one row of `FIELDS` for each report, in full precision; only goal graphs have rooms and drop_key."""
+    rows = []
+    for report in reports:
+        of_graph: dict[str, Any] = {"graph": report.name}
+        if isinstance(report, ComplexityReport):
+            rooms = "-".join(map(str, report.graph.key_rooms))
+            of_graph |= {"key_rooms": rooms, "exit_room": report.graph.exit_room, "drop_key": report.drop_key}
+        rows.append(of_graph | {name: getattr(report, name) for name in COLUMNS})
+    return rows
 
 
 ComplexityArguments = GraphArguments

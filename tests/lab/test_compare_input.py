@@ -43,16 +43,6 @@ def test_copy_of_a_run_raises_input_error(runs, refused):
     refused("random-0 and .*random-copy have the same seed, 0, and differ at most in steps", runs)
 
 
-def test_superseded_run_of_a_sweep_is_left_out(tmp_path, compare):
-    for digest in ("aaaaaa", "bbbbbb"):
-        make_run(tmp_path / "s" / "runs" / f"hippo-a-seed0-{digest}", {"a": line(0.5)})
-    (tmp_path / "s" / "sweep.csv").write_text("method,digest\nhippo,bbbbbb0123456789\n")
-    assert [path.name for path in find_runs([tmp_path / "s"])[0]] == ["hippo-a-seed0-bbbbbb"]
-    make_run(tmp_path / "s" / "runs" / "hippo-a-seed0-cccccc", {"a": line(0.5)}, seed=1)
-    assert len(find_runs([tmp_path / "s"])[0]) == 2, "a run that has no row yet is one of its own"
-    compare(tmp_path / "s")
-
-
 def test_two_graphs_with_one_name_raise_input_error(tmp_path, refused):
     for keys in ("[0, 1, 0]", "[0, 0, 0]"):
         (tmp_path / "mine.toml").write_text(f"key_rooms = {keys}\nexit_room = 3\n")

@@ -23,7 +23,7 @@ from hierroom.runs.folder.provenance import code_of, variant_of
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.cells import join_names
 from hierroom.support.errors import InputError, one_line, shown
-from hierroom.support.files import read_bytes, read_csv, usable_path
+from hierroom.support.files import usable_path
 
 _TABLE = "evaluations.csv"
 T = TypeVar("T")
@@ -139,37 +139,13 @@ def read_each(paths: Iterable[Path], read: Callable[[Path], T]) -> tuple[list[T]
 
 
 def runs_inside(path: Path) -> list[Path]:
-    """Return a run's folder, or those in a folder or its ``runs``; if configs are equal, those in a sweep's table."""
+    """Return a run's folder, or those in a folder or its ``runs``."""
     if (usable_path(path) / "config.json").is_file():
         return [path]
     for pattern in ("*/config.json", "runs/*/config.json") if path.is_dir() else ():
         if inside := sorted(path.glob(pattern)):
-            endings = _endings(path / "sweep.csv")
-            by_config: dict[bytes | Path, list[Path]] = {}
-            for config in inside:
-                by_config.setdefault(_content(config), []).append(config.parent)
-            counting = {
-                one
-                for same in by_config.values()
-                for one in [run for run in same if run.name.rpartition("-")[2] in endings] or same
-            }
-            return [config.parent for config in inside if config.parent in counting]
+            return [config.parent for config in inside]
     raise InputError(f"{path} is neither a run folder (it has no config.json) nor a folder that contains some")
-
-
-def _content(config: Path) -> bytes | Path:
-    """Return the content of a config; if it cannot be read, its path, which equals no other content."""
-    try:
-        return read_bytes(config)
-    except InputError:
-        return config
-
-
-def _endings(table: Path) -> set[str]:
-    try:
-        return {row.get("digest", "")[:6] for _, row in read_csv(table)[1]}
-    except InputError:
-        return set()
 
 
 def _has_curve(path: Path) -> bool:
