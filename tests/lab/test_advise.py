@@ -225,6 +225,19 @@ def test_check_tells_whether_episodes_and_runs_repeat():
     assert "episodes of line begin anew" in lucky["resume"]
 
 
+def test_task_of_a_module_has_the_name_that_its_runs_have():
+    assert hierroom.advise(task=LUCK, play_steps=2000).name == hierroom.EnvConfig(task=name_in_module(LUCK)).key
+
+
+def test_advice_stays_if_the_training_for_its_speed_is_interrupted(monkeypatch):
+    def interrupted(config):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("hierroom.lab.advise.advise.training_speed", interrupted)
+    advice = hierroom.advise("a", play_steps=100_000)
+    assert (advice.training_speed, advice.method) == (None, "hippo")
+
+
 def test_command_prints_advice_and_writes_repaired_rules(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["advise", "a", "--play-steps", "100000"]) == 0

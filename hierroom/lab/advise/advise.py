@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +22,8 @@ from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.support.cli import progress_bar, shell_words
 from hierroom.support.errors import InputError
 from hierroom.worlds.base import BaseWorld
-from hierroom.worlds.env_config import EnvConfig
-from hierroom.worlds.make import make_world
+from hierroom.worlds.env_config import EnvConfig, is_task
+from hierroom.worlds.make import make_world, name_in_module
 
 RULES_ONLY = "rules alone have nothing to play; give a task or a goal graph, and steps are predicted"
 PROVISIONAL = "no run was made in this world: its intervals are provisional, from two other worlds"
@@ -64,6 +65,9 @@ def advise(
         return _of_rules(rules if isinstance(rules, Rules) else Rules.from_toml(rules))
     given = {"graph": graph, "task": task, "max_steps": max_steps}
     config = EnvConfig.of_arguments({name: one for name, one in given.items() if one is not None} | entries)
+    if is_task(config.task):
+        with suppress(InputError):  # no module has it
+            config = config.changed(task=name_in_module(config.task))
     with progress_bar() as bar:
         bar_task = bar.add_task("playing", total=1.0)
         costs = measure_costs(config, seconds, play_steps, seed, lambda share: bar.update(bar_task, completed=share))
@@ -84,7 +88,8 @@ def _of_play(config: EnvConfig, world: BaseWorld, costs: PlayCosts) -> Advice:
     predictions, reason = predict(known, where, model)
     speed = None
     if predictions and not costs.is_interrupted:
-        speed = training_speed(find_preset(model.preset).changed(env=config))
+        with suppress(KeyboardInterrupt):
+            speed = training_speed(find_preset(model.preset).changed(env=config))
     method, steps = best_of(predictions)
     is_outside = not predictions
     if not is_outside and where == OTHER:
@@ -113,7 +118,8 @@ def _check(world: BaseWorld, costs: PlayCosts) -> RuleCheck | None:
 
 def _of_rules(rules: Rules) -> Advice:
     facts = ({}, None, None, None, None, True, RULES_ONLY, read_model().name)
-    return Advice(rules.name, "", *facts, dict(_chain(rules)) | {"bottleneck": _bottleneck(rules)})
+    bottleneck = next(iter(analyze(rules).goal_sensitivity()), None)
+    return Advice(rules.name, "", *facts, dict(_chain(rules)) | {"bottleneck": bottleneck})
 
 
 def _chain(rules: Rules | GoalGraph | None) -> Mapping[str, Any]:
@@ -122,7 +128,3 @@ def _chain(rules: Rules | GoalGraph | None) -> Mapping[str, Any]:
     fewest, markings, _ = rule_numbers(rules)
     depth = analyze(rules).exit_depth
     return {"exit depth": depth, "fewest goals": fewest, "markings": markings}
-
-
-def _bottleneck(rules: Rules) -> str | None:
-    return next(iter(analyze(rules).goal_sensitivity()), None)
