@@ -34,8 +34,6 @@ TOO_LONG = (
 )
 SMALL = 500
 """Up to this number of equations, it takes less than a second."""
-BLOCK = 64
-"""Number of columns that are skipped together if a row has no entry in them."""
 
 
 class Elimination:
@@ -94,7 +92,7 @@ def _eliminate(starts, columns, weights, leaving, done):
     lower_starts, upper_starts = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
     lower_columns, upper_columns = np.empty(2 * len(weights) + n, np.int64), np.empty(2 * len(weights) + n, np.int64)
     lower, upper = np.empty(len(lower_columns)), np.empty(len(upper_columns))
-    row, is_there, has_some = np.zeros(n), np.zeros(n, np.bool_), np.zeros(n // BLOCK + 1, np.bool_)
+    row, is_there = np.zeros(n), np.zeros(n, np.bool_)
     after = np.empty(n, np.int64)  # the columns right of the diagonal in the current row
     leaving, rates = leaving.copy(), np.empty(n)
     for i in range(n):
@@ -103,7 +101,7 @@ def _eliminate(starts, columns, weights, leaving, done):
             j = columns[entry]
             if j == i:
                 continue
-            row[j], is_there[j], has_some[j // BLOCK] = weights[entry], True, True
+            row[j], is_there[j] = weights[entry], True
             if j > i:
                 after[n_after] = j
                 n_after += 1
@@ -111,28 +109,24 @@ def _eliminate(starts, columns, weights, leaving, done):
         if n_lower + i > len(lower):
             lower_columns = np.concatenate((lower_columns, np.empty(len(lower) + n, np.int64)))
             lower = np.concatenate((lower, np.empty(len(lower) + n)))
-        for block in range(i // BLOCK + 1):  # most blocks of columns are empty; new entries come further right
-            if not has_some[block]:
+        for k in range(i):  # new entries come further right
+            if not is_there[k]:
                 continue
-            has_some[block] = False
-            for k in range(block * BLOCK, min(block * BLOCK + BLOCK, i)):
-                if not is_there[k]:
-                    continue
-                share = row[k] / rates[k]
-                row[k], is_there[k] = 0.0, False
-                lower_columns[n_lower], lower[n_lower] = k, share
-                n_lower += 1
-                leaving[i] += share * leaving[k]
-                for entry in range(upper_starts[k], upper_starts[k + 1]):
-                    j = upper_columns[entry]
-                    if j == i:
-                        continue  # a return to the node itself cancels, like staying
-                    row[j] += share * upper[entry]
-                    if not is_there[j]:
-                        is_there[j], has_some[j // BLOCK] = True, True
-                        if j > i:
-                            after[n_after] = j
-                            n_after += 1
+            share = row[k] / rates[k]
+            row[k], is_there[k] = 0.0, False
+            lower_columns[n_lower], lower[n_lower] = k, share
+            n_lower += 1
+            leaving[i] += share * leaving[k]
+            for entry in range(upper_starts[k], upper_starts[k + 1]):
+                j = upper_columns[entry]
+                if j == i:
+                    continue  # a return to the node itself cancels, like staying
+                row[j] += share * upper[entry]
+                if not is_there[j]:
+                    is_there[j] = True
+                    if j > i:
+                        after[n_after] = j
+                        n_after += 1
         lower_starts[i + 1] = n_lower
         n_upper = upper_starts[i]
         if n_upper + n_after > len(upper):
@@ -143,7 +137,7 @@ def _eliminate(starts, columns, weights, leaving, done):
             j = after[position]
             upper_columns[n_upper], upper[n_upper] = j, row[j]
             rates[i] += row[j]
-            row[j], is_there[j], has_some[j // BLOCK] = 0.0, False, False
+            row[j], is_there[j] = 0.0, False
             n_upper += 1
         upper_starts[i + 1] = n_upper
     return (

@@ -110,7 +110,7 @@ def test_sensitivities_of_a_long_walk():
     assert sum(edge.elasticity for edge in report.chain.edge_sensitivity()) == pytest.approx(-1, rel=1e-11)
 
 
-@pytest.mark.parametrize("n", [1, 2, 60, 65, 130, 200])
+@pytest.mark.parametrize("n", [1, 2, 130])
 def test_elimination_at_sizes_around_a_block(n):
     rng = np.random.default_rng(n)
     moves = rng.random((n, n)) * (rng.random((n, n)) < 0.1)
