@@ -20,7 +20,7 @@ class Observation:
 
     Args:
         envs: [M] int, the environments' places in the batch.
-        view: what the world shows, a `worlds.world.View`.
+        view: what the world shows, such as a `worlds.base_view.BaseView`.
         goal_set: the goals of the world.
         goals: [M] int, the goals pursued, or -1. For the meta-controller: the goals of its last ended options.
         previous_actions: [M] int, the controller's last action. Before the first action, and after one that does not

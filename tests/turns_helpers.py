@@ -10,6 +10,14 @@ from hierroom.worlds.escape_room.layout import MEMORIES
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
 
+def open_goals(graph, keys, doors):
+    """Flags [..., 2 B + 1] of the keys, doors and exit that can be achieved next; keys and doors are flags [..., B]."""
+    held, is_open = np.asarray(keys, bool), np.asarray(doors, bool)
+    can_enter = np.concatenate([np.ones((*is_open.shape[:-1], 1), bool), is_open], axis=-1)
+    keys_in_reach = ~held & ~is_open & can_enter[..., graph.key_rooms]
+    return np.concatenate([keys_in_reach, held & ~is_open, can_enter[..., [graph.exit_room]]], axis=-1)
+
+
 def make(
     graph="d",
     n=1,

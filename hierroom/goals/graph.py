@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from hierroom.goals.alternatives import read_name, toml_text
 from hierroom.goals.rules import Rules
@@ -44,8 +43,6 @@ class GoalGraph:
         >>> graph = hierroom.GoalGraph(key_rooms=(0, 1), exit_room=2)
         >>> graph.name, graph.exit_depth, graph.width
         ('c', 4, 1)
-        >>> graph.open_goals(keys=[True, False], doors=[False, False]).tolist()  # the first key is held: its door
-        [False, False, True, False, False]
         >>> graph == hierroom.GoalGraph.named("c") == hierroom.GoalGraph((2, 0), exit_room=1).canonical()
         True
         >>> print(graph.to_toml("chain.toml"), end="")
@@ -126,24 +123,6 @@ class GoalGraph:
             order += self.children[room]
             depths |= dict.fromkeys(self.children[room], depths[room] + 1)
         return tuple(map(depths.get, range(self.n_rooms)))
-
-    def open_goals(self, keys: ArrayLike, doors: ArrayLike) -> NDArray[np.bool_]:
-        """Return which goals can be achieved now, before any other goal.
-
-        Args:
-            keys: [..., n_rooms - 1] bool, whether the key of room 1, 2, ... is held.
-            doors: [..., n_rooms - 1] bool, whether its door is open.
-
-        Returns:
-            Flags [..., n_goals] bool of the keys, the doors and the exit.
-        """
-        held, is_open = np.asarray(keys, bool), np.asarray(doors, bool)
-        if not held.shape == is_open.shape == (*held.shape[:-1], self.n_rooms - 1):
-            shapes = f"{held.shape} and {is_open.shape}"
-            raise InputError(f"keys and doors must each have {self.n_rooms - 1} flags, not arrays of shape {shapes}")
-        can_enter = np.concatenate([np.ones((*is_open.shape[:-1], 1), bool), is_open], axis=-1)
-        keys_in_reach = ~held & ~is_open & can_enter[..., self.key_rooms]
-        return np.concatenate([keys_in_reach, held & ~is_open, can_enter[..., [self.exit_room]]], axis=-1)
 
     def canonical(self) -> GoalGraph:
         """Return the graph without its label and with canonical room numbers, so that isomorphic graphs are equal."""

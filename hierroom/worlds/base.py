@@ -45,7 +45,7 @@ class BaseWorld:
     goals: GoalSet
     n_actions: int  # of the controller; 0 if its actions are arrays, and then it has ``actions``, their kind
     features: Mapping[str, Feature]  # that networks can read, by name
-    observation_spaces: dict[str, spaces.Space]  # of the entries of `View.as_dict`, for one environment
+    observation_spaces: dict[str, spaces.Space]  # of the entries of a view's ``as_dict``, for one environment
     rules: Any = None  # the dependencies between goals; if there are several goal graphs, the hardest one
     action_masks: NDArray[np.bool_] | None = None  # [N, A] the controller's legal actions now; None: all are
     replayer: Any = None  # replays episodes and draws them: a `Replayer`

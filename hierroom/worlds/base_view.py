@@ -57,7 +57,7 @@ class Situated:
 
 @dataclass(frozen=True, eq=False)
 class BaseView:
-    """The view of M environments, in read-only arrays of its own.
+    """The view of M environments, in read-only arrays of its own; the views of other worlds have the same methods.
 
     Args:
         goals: the goals of their world.

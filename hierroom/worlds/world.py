@@ -1,4 +1,4 @@
-"""What worlds share: the fields of a step's outcome, and the protocols of views, features and replayers."""
+"""What worlds share: the fields of a step's outcome, features, and the protocol of replayers."""
 
 # Protocol methods have only a docstring.
 # pyright: reportReturnType=false
@@ -32,23 +32,6 @@ OUTCOME_FIELDS = (
 RENDER_MODES = ("ansi", "rgb_array", "human")
 Seeds = int | Sequence[int | None] | None
 """One seed for all environments, a sequence with a seed or None for each, or None: see `BaseWorld.reset`."""
-
-
-class View(Protocol):
-    """The view of M environments at one moment, from which features and observations are computed.
-
-    A world adds attributes for its own features and meta-controllers. Optional: ``reachable`` [M, G] bool and
-    ``depth_first_ranks`` [M, G] for ``fixed-dfs``, and ``oracle_goals`` [M] for ``oracle``.
-    """
-
-    def as_dict(self) -> dict[str, NDArray]:
-        """Return the observation's entries by name, [M, ...] each, in fresh arrays."""
-
-    def uniforms(self, turns: NDArray[np.integer], n: int) -> NDArray[np.float64]:
-        """Return [M, n] random numbers in [0, 1), determined by seed, environment, episode and turn [M]."""
-
-    def level(self, m: int, legal: NDArray[np.bool_]) -> Any:
-        """Return the m-th environment in words; ``legal`` [G] marks the goals that may be chosen."""
 
 
 @dataclass(frozen=True)

@@ -225,25 +225,6 @@ def test_invalid_graph_name_raises_input_error(name, error):
         as_goal_graph(name)
 
 
-@pytest.mark.parametrize(
-    ("keys", "doors", "expected"),
-    [
-        ("000", "000", "110" "000" "0"),  # the keys of rooms 1 and 2 are in the centre
-        ("100", "000", "010" "100" "0"),
-        ("000", "100", "011" "000" "0"),  # room 1 is open: the key of room 3 is in reach
-        ("100", "100", "011" "000" "0"),  # the key of an open door is no goal, held or not
-        ("001", "100", "010" "001" "0"),
-        ("111", "100", "000" "011" "0"),
-        ("000", "101", "010" "000" "1"),  # room 3, with the exit, is open
-        ("111", "111", "000" "000" "1"),
-    ],
-)  # fmt: skip
-def test_open_goals_of_graph_f(keys, doors, expected):
-    graph = NAMED_GRAPHS["f"]
-    goals = graph.open_goals([bit == "1" for bit in keys], [bit == "1" for bit in doors])
-    assert "".join("01"[bit] for bit in goals.astype(int)) == expected
-
-
 def test_goal_vectors_encode_kind_and_colour():
     assert GOAL_VECTORS.shape == (14, 9)
     assert GOAL_NAMES[3] == "purple key"
@@ -271,13 +252,6 @@ def test_to_networkx_gives_the_papers_dependency_graph():
 def test_unwritable_toml_file_raises_input_error(tmp_path):
     with pytest.raises(InputError, match=r"cannot write .*c\.toml: No such file or directory"):
         GoalGraph.named("c").to_toml(tmp_path / "nowhere" / "c.toml")
-
-
-def test_open_goals_of_other_lengths_raise_input_error():
-    graph = GoalGraph((0, 1), 2)
-    for keys, doors in (([True], [False]), ([True, False], [False]), (True, False)):
-        with pytest.raises(InputError, match="keys and doors must each have 2 flags"):
-            graph.open_goals(keys, doors)
 
 
 def test_goal_graph_from_another_type_raises_input_error():

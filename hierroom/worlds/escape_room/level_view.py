@@ -109,7 +109,7 @@ class LevelView:
 
     @cached_property
     def reachable(self) -> NDArray[np.bool_]:
-        """Goals that can be achieved next, [M, 13]: `GoalGraph.open_goals` by goal id."""
+        """Goals that can be achieved now, before any other goal, [M, 13]."""
         return self.goals_by("reachable")
 
     @cached_property
