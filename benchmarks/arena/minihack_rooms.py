@@ -46,7 +46,9 @@ def level(name, goals, max_steps, actions=None):
     own |= {} if actions is None else {"actions": actions}
 
     def make():
-        return Seeded(gymnasium.make(f"MiniHack-{name}-v0", **own))
+        env = gymnasium.make(f"MiniHack-{name}-v0", **own)
+        env.unwrapped._max_episode_steps = max_steps  # NetHack's own limit, which make does not pass on
+        return Seeded(env)
 
     rules = {goal: {"needs": before} for before, goal in pairwise(order)}
     return hierroom.Task(make, goals, {order[0]: {}} | rules, order[-1], max_steps, symbols=["chars_crop"])
