@@ -31,8 +31,8 @@ def recursive(n, before=None):
 
 TASKS = {
     "blocked_unlock_pickup": task_of(MiniHCraftBlockedUnlockPickup, "get box, get weight", 400),
-    "key_corridor": task_of(MiniHCraftKeyCorridor, "get ball, get weight", 150),
-    "rooms": task_of(MiniHCraftMultiRoom, "get goal", 150),
+    "key_corridor": task_of(MiniHCraftKeyCorridor, "get ball, get weight", 200),
+    "rooms": task_of(MiniHCraftMultiRoom, "get goal", 300),
     "recursive_6": task_of(recursive(6), "get 5", 500),
     "recursive_7": task_of(recursive(7), "get 6", 1000),
     "light_recursive_8": task_of(recursive(8, 3), "get 7", 500),

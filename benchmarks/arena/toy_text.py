@@ -107,9 +107,9 @@ _LARGE = ["SFFFFF", "FFKFFF", "FFFFHF", "FFFFFF", "FHKFFF", "FFFFFE"]
 TASKS = {
     "taxi_1": taxi(1, 200),
     "taxi_2": taxi(2, 800),
-    "taxi_2_short": taxi(2, 150),
+    "taxi_2_short": taxi(2, 250),
     "taxi_1_rain": taxi(1, 300, rain=True),
-    "lake_small": lake(_SMALL, False, 100),
+    "lake_small": lake(_SMALL, False, 200),
     "lake_large": lake(_LARGE, False, 300),
     "lake_small_slips": lake(_SMALL, True, 300),
     "cliff_2": cliff([12, 7], 300),
