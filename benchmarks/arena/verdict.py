@@ -89,18 +89,11 @@ def _predicted(predicted: Mapping[str, Row], rows: Sequence[Row], families: Sequ
         )
         scored = score(runs, middle, low, high)
         inside, outside, undecided = verdicts(runs, low, high)
-        numbers = [scored.rank, scored.concordance, scored.factor, scored.within_2]
         share = inside / (inside + outside) if inside + outside else np.nan
         counts = [scored.tasks, len(runs), int(np.isfinite(runs.high).sum())]
-        yield [
-            *names,
-            *map(str, counts),
-            *map(_short, numbers),
-            str(inside),
-            str(outside),
-            str(undecided),
-            _short(share),
-        ]
+        numbers = [scored.rank, scored.concordance, scored.factor, scored.within_2]
+        ends = [*map(str, (inside, outside, undecided)), _short(share)]
+        yield [*names, *map(str, counts), *map(_short, numbers), *ends]
 
 
 def _measures() -> dict[str, Callable[[Row], float]]:
