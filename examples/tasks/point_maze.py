@@ -4,8 +4,8 @@
     cd examples/tasks
     python -m hierroom train --task point_maze:maze --meta fixed-dfs --steps 40_000
 
-Of 3 episodes evaluated then, all reach the corner, after 264 steps on average; of the last 94 in training, 43%. By
-``--method ppo`` none of 8 does, and none of 68 in training.
+With two seeds, 43% and 46% of the last 100 episodes of training then reach the corner, and 4 of 7 evaluated ones; by
+``--method ppo`` none of 68 in training, and none of 8.
 """
 
 import functools
