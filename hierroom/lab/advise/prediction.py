@@ -102,8 +102,7 @@ class Advice:
         for name, one in self.predictions.items():
             times = ["not predicted" if steps is None else str(steps) for steps in (one.steps_to_50, one.steps_to_95)]
             most = max(one.steps_to.values(), default=math.inf)
-            is_known = self.training_speed is not None and most < math.inf
-            here = duration(most / self.training_speed) if is_known else "-"
+            here = "-" if self.training_speed is None or math.isinf(most) else duration(most / self.training_speed)
             lines.append(_row(NAMES.get(name, name), f"{times[0]:<22} {times[1]:<22} {here}"))
         if self.reason is not None:
             lines.append(_row("outside" if self.outside else "note", self.reason))
