@@ -182,8 +182,8 @@ def count_nodes(graph: GoalGraph) -> int:
     return subtrees[0][1] + 1
 
 
-def kinds_of_nodes(augmented: AugmentedGraph) -> list[tuple[int, ...]]:
-    """List the classes of nodes that symmetries of the goal graph exchange, by first appearance, each ascending."""
+def alike_nodes(augmented: AugmentedGraph) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return a node of each class that symmetries exchange [k], and the sizes of the classes, for sums over nodes."""
     graph = augmented.graph
 
     def shape(node: Node, room: int) -> tuple:
@@ -193,10 +193,4 @@ def kinds_of_nodes(augmented: AugmentedGraph) -> list[tuple[int, ...]]:
     kinds: dict[tuple, list[int]] = {}
     for i, node in enumerate(augmented.nodes):
         kinds.setdefault((node.kind, shape(node, 0)), []).append(i)
-    return [tuple(alike) for alike in kinds.values()]
-
-
-def alike_nodes(augmented: AugmentedGraph) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return one node of each class of equivalent nodes [k] and the size of each class [k], for sums over nodes."""
-    kinds = kinds_of_nodes(augmented)
-    return np.array([alike[0] for alike in kinds]), np.array([len(alike) for alike in kinds])
+    return np.array([alike[0] for alike in kinds.values()]), np.array([len(alike) for alike in kinds.values()])

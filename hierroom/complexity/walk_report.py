@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,9 +28,9 @@ MAX_COUNTED_NODES = 1000
 """With more nodes, `to_dict` leaves out the expected states, which take a computation for each node."""
 
 
-def by_time(curve: Callable[[ArrayLike], NDArray[np.float64]], times: Sequence[int]) -> dict[str, float]:
-    """Return the values of a curve, each under its time as text."""
-    return dict(zip(map(str, times), curve(times).tolist(), strict=True))
+def by_time(curve: Callable[[ArrayLike], NDArray[np.float64]]) -> dict[str, float]:
+    """Return the values of a curve at `REPORT_TIMES`, each under its time as text."""
+    return dict(zip(map(str, REPORT_TIMES), curve(REPORT_TIMES).tolist(), strict=True))
 
 
 def short(number: float, digits: int = 1) -> str:
@@ -123,8 +123,8 @@ class WalkReport(ABC):
             **self.described(),
             "walk": asdict(self.walk),
             **{name: getattr(self, name) for name in NUMBERS},
-            "reach_probability": by_time(self.reach_probability, REPORT_TIMES),
-            "expected_states": by_time(self.expected_states, REPORT_TIMES) if self._are_states_counted else None,
+            "reach_probability": by_time(self.reach_probability),
+            "expected_states": by_time(self.expected_states) if self._are_states_counted else None,
             "expected_steps_to": {
                 goal: self.expected_steps_to(goal)
                 for goal in said_in_turn(f"measuring the steps to {len(self.chain.goals):,} goals", [*self.chain.goals])
@@ -137,7 +137,7 @@ class WalkReport(ABC):
         source = f"the paper's Table 2: least squares{f', saturates near {1 / restart:.4g}' if restart else ''}"
         if math.isnan(self.hitting_time):
             source = "it needs a walk that returns to the start from wherever it goes"
-        reached = ", ".join(f"{t}: {p:.3f}" for t, p in by_time(self.reach_probability, REPORT_TIMES).items())
+        reached = ", ".join(f"{t}: {p:.3f}" for t, p in by_time(self.reach_probability).items())
         steps = f"{short(self.expected_steps)} +- {short(self.std)}"
         lines = [
             *self._first_lines(),

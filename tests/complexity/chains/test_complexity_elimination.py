@@ -111,7 +111,7 @@ def test_sensitivities_of_a_long_walk():
 
 
 @pytest.mark.parametrize("n", [1, 2, 130])
-def test_elimination_at_sizes_around_a_block(n):
+def test_elimination_at_several_sizes(n):
     rng = np.random.default_rng(n)
     moves = rng.random((n, n)) * (rng.random((n, n)) < 0.1)
     np.fill_diagonal(moves, 0)
