@@ -73,6 +73,6 @@ TASKS = {
     "eat": level("Eat", _EAT, 250, (*_MOVES, Command.EAT)),
     "wield": level("Wield", max_steps=250, **use(")", "dagger", Command.WIELD)),
     "put_on": level("PutOn", max_steps=500, **use('"', "amulet", Command.PUTON)),
-    "zap": level("Zap", max_steps=800, **use("/", "wand", Command.ZAP)),
+    "zap": level("Zap", max_steps=400, **use("/", "wand", Command.ZAP)),
 }
 globals().update(TASKS)  # runs name a task like benchmarks.arena.minihack_rooms:eat
