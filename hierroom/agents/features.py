@@ -110,6 +110,11 @@ class Features:
             start += len(feature.cardinalities)
         return tuple(arrays)
 
+    def name_at(self, column: int) -> str:
+        """Return the name of the feature that has one of the K numbers."""
+        ends = np.cumsum([len(feature.cardinalities) for feature in self._chosen])
+        return self.names[int(np.searchsorted(ends, column, side="right"))]
+
     @property
     def vectors(self) -> list[NDArray | None] | None:
         """Return each of the K numbers' fixed vectors for its values, or None for it; None if no number has any."""

@@ -15,7 +15,7 @@ from hierroom.controller import Observation
 from hierroom.learners.policy import Decision, Policy
 from hierroom.learners.ppo import UPDATE_STATISTICS, Learner
 from hierroom.support.cells import join_names
-from hierroom.support.errors import InputError, shown
+from hierroom.support.errors import InputError, shown, warn_once
 from hierroom.support.schema import ANY_MAPPING, Exactly, Real, Table
 from hierroom.turns.records import Step
 from hierroom.turns.situation import Situation
@@ -96,7 +96,11 @@ class PPOAgent:
     def update(self, observation: Observation, progress: float) -> None:
         """Learn from the turns taken, given the observation of the next turn and the progress of training, 0 to 1."""
         self.learner.bootstrap(observation.envs, self.features.encode(observation))
-        self._updated = self.learner.update(progress)
+        was_inside, self._updated = not self.learner.outside, self.learner.update(progress)
+        if was_inside and self.learner.outside:
+            column, value = self.learner.outside
+            name, world = self.features.name_at(column), self.features.world.config.task
+            warn_once(f"the observations of {world} leave the bounds of {name!r}, with {value:g}")
         if self.curiosity is not None:
             self._updated |= self.curiosity.learn()
 

@@ -105,6 +105,7 @@ class Learner:
         check_start(self.network)
         encoder = getattr(self.network, "encoder", None)
         self._inputs = encoder if isinstance(encoder, InputLayer) else None
+        self.outside: tuple[int, float] | None = None  # the first number that left its bounds, after its array's column
         self._returns = ReturnScale(num_envs, config.gamma) if config.scale_returns else None
         if self._returns is not None:
             self.network.return_scale = self._returns.scale  # so that it is saved and exported with the weights
@@ -227,8 +228,10 @@ class Learner:
         learning_rate = config.learning_rate_at(progress)
         means = self._backend.train(batch, advantages, importance_weights, minibatches, learning_rate)
         check_update(means, self.network.named_parameters(), self._backend, batch, learning_rate)
-        if self._inputs is not None and not begins_scales:  # else `_scaled` has learned them
-            self._inputs.learn(batch.features)
+        if self._inputs is not None:
+            if not begins_scales:  # else `_scaled` has learned them
+                self._inputs.learn(batch.features)
+            self.outside = self.outside or self._inputs.outside(batch.features)
         return {
             **dict(zip(STATISTICS, means.tolist(), strict=True)),
             "explained_variance": explained,

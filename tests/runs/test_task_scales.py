@@ -11,7 +11,7 @@ from gymnasium import spaces
 
 import hierroom
 from hierroom.runs.folder.weights import SavedAgent
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, warn_once
 
 TRAINED = {"method": "ppo", "evaluations": 0, "film": False, "log": "none", "quiet": True, "threads": 1}
 
@@ -55,6 +55,7 @@ def tasks(monkeypatch):
         "near": lambda: Cue(1.0),
         "far": lambda: Cue(100.0, 100.0),
         "endless": lambda: Cue(np.inf, 100.0),
+        "beyond": lambda: Cue(1.0, 3.0),
         "frames": Frames,
     }
     for name, make in makes.items():
@@ -97,7 +98,9 @@ def test_frames_train(pictures, tmp_path):
 
 def test_saved_agent_without_its_scales_is_refused_in_one_line(tmp_path):
     sizes = {"num_envs": 4, "sequence_length": 8, "minibatches": 2, "epochs": 1, "hidden_size": 8}
-    agent = hierroom.train(task="cues:endless", steps=64, out=tmp_path / "run", **TRAINED, **sizes)
+    warn_once.cache_clear()
+    with pytest.warns(UserWarning, match=r"^the observations of cues:beyond leave the bounds of 'observation', with "):
+        agent = hierroom.train(task="cues:beyond", steps=64, out=tmp_path / "run", **TRAINED, **sizes)
     own = {**agent.controller.weights}
     network = own["learner"]["backend"]["network"]
     for name in [name for name in network if "scale" in name]:

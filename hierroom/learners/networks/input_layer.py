@@ -65,8 +65,11 @@ class InputLayout:
 
     def read_numbers(self, features: NDArray[np.uint8]) -> NDArray[np.float32]:
         """Return the numbers [..., D] in observations [..., K]."""
-        arrays = (_read(features, *one) for one in self.numbers)
-        return np.concatenate([np.zeros((*features.shape[:-1], 0), np.float32), *arrays], axis=-1)
+        return np.concatenate([np.zeros((*features.shape[:-1], 0), np.float32), *self.arrays_of(features)], axis=-1)
+
+    def arrays_of(self, features: NDArray[np.uint8]) -> list[NDArray[np.float32]]:
+        """Return the arrays of numbers [..., d] in observations [..., K]."""
+        return [_read(features, *one) for one in self.numbers]
 
 
 def _read(features: NDArray[np.uint8], start: int, array: ByteArray) -> NDArray:
@@ -139,6 +142,15 @@ class InputLayer(nn.Module):
         """Add the numbers of observations [..., K] to the statistics of their scales."""
         if self.scale is not None:
             self.scale.learn(self.layout.read_numbers(features))
+
+    def outside(self, features: NDArray[np.uint8]) -> tuple[int, float] | None:
+        """Return the first column of an array, and its number that leaves its bounds, in observations [..., K]."""
+        for (start, array), numbers in zip(self.layout.numbers, self.layout.arrays_of(features), strict=True):
+            low, high = np.reshape(array.number_bounds, (2, -1)).astype(np.float32)
+            is_outside = (numbers < low) | (numbers > high)
+            if is_outside.any():
+                return start, float(numbers[is_outside][0])
+        return None
 
     @property
     def has_scales(self) -> bool:
