@@ -34,7 +34,7 @@ from hierroom.runs.trainer import Trainer
 from hierroom.support.cli import shell_words
 from hierroom.support.errors import DivergenceError, InputError, RunError
 from hierroom.support.files import to_json
-from hierroom.support.interrupt import Interrupt
+from hierroom.support.interrupt import Interrupt, awaited
 from hierroom.support.output import is_quiet, lasting_output, warn
 from hierroom.turns.records import META
 
@@ -190,7 +190,8 @@ def train(
         if episodes == 0:
             return evaluated
         report("evaluating,")
-        evaluation = trainer.evaluation = trainer.evaluate(episodes)
+        with awaited("this evaluation"):
+            evaluation = trainer.evaluation = trainer.evaluate(episodes)
         folder.evaluations.append(evaluation_rows(trainer.steps, trainer.seconds, evaluation))
         logs.add(evaluation_scalars(evaluation), trainer.steps)
         words = outcome_in_words(evaluation.success_rate, evaluation.mean_return, evaluation.score)
@@ -206,7 +207,8 @@ def train(
         while not is_last:
             before = trainer.steps
             try:
-                trainer.advance()
+                with awaited("this update"):
+                    trainer.advance()
             except DivergenceError as error:
                 raise DivergenceError(f"{error}. {_restart_advice(folder)}") from error
             is_last = trainer.is_done or interrupt.is_requested

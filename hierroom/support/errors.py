@@ -16,6 +16,8 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from hierroom.support.interrupt import awaited
+
 
 class InputError(Exception):
     """Error for invalid user input, with a message on one line: the fault, the allowed values, the given value.
@@ -103,21 +105,24 @@ def one_line(text: str) -> str:
     return plain if len(plain) <= _MAX_CHARACTERS else f"{plain[:half]} ... {plain[-half:]}"
 
 
-class user_code:
+class user_code(awaited):
     """A context for code of the user, called ``name`` in messages: any error except Ctrl-C becomes an `InputError`.
 
     If the code changes the working folder, it is changed back, because a command may have relative paths.
     """
 
-    __slots__ = ("_fails", "_folder", "_name")
+    __slots__ = ("_fails", "_folder")
 
     def __init__(self, name: str, fails: str = "fails") -> None:
-        self._name, self._fails = name, fails
+        super().__init__(name)
+        self._fails = fails
 
     def __enter__(self) -> None:
+        super().__enter__()
         self._folder = _working_folder()
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        super().__exit__()
         if self._folder is not None and _working_folder() != self._folder:
             os.chdir(self._folder)
             warn_once(f"{self._name} changes the working folder, which is {self._folder} again")

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import queue
 import signal
 import threading
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import ClassVar
 
 _UNLESS_TAKEN = ("SIGHUP", "SIGUSR1", "SIGUSR2", "SIGXCPU")
 """Signals of terminals and schedulers; they are left alone if the process ignores (as under nohup) or handles them."""
 STOPS = [getattr(signal, name) for name in ("SIGTERM", "SIGINT", *_UNLESS_TAKEN) if hasattr(signal, name)]
 """All signals that ask to stop."""
 SECONDS = 1.0
-"""Seconds after a signal until a line says that something has to end first."""
+"""Seconds after a signal until a line says what has to end first."""
 
 
 class Interrupt:
@@ -25,26 +27,29 @@ class Interrupt:
 
     Args:
         hears_ctrl_c: False if the parent process answers Ctrl-C with SIGTERM.
-        say: gets a line if the context has not ended a second after a signal.
+        say: gets a line that names what is `awaited`, if the context has not ended a second after a signal.
     """
 
     def __init__(self, *, hears_ctrl_c: bool = True, say: Callable[[str], object] | None = None) -> None:
         self.is_requested = self._has_heard_ctrl_c = False
         self._hears_ctrl_c, self._say = hears_ctrl_c, say
-        self._timer: threading.Timer | None = None
+        self._events = queue.SimpleQueue[int | None]()  # a signal handler may put into no other queue
 
     def __enter__(self) -> Interrupt:
         numbers = [signal.SIGTERM, *([signal.SIGINT] if self._hears_ctrl_c else ())]
         numbers += [number for number in STOPS if number.name in _UNLESS_TAKEN and _is_default(number)]
         is_main = threading.current_thread() is threading.main_thread()
+        if is_main and self._say is not None:
+            watcher = threading.Thread(target=self._explain, args=(self._say, threading.get_ident()), daemon=True)
+            with blocked(STOPS):  # they wake the main thread
+                watcher.start()
         self._before = {number: signal.signal(number, self._note) for number in numbers if is_main}
         return self
 
     def __exit__(self, *_: object) -> None:
         for number, handler in self._before.items():
             signal.signal(number, handler)
-        if self._timer is not None:
-            self._timer.cancel()
+        self._events.put(None)
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         if number == signal.SIGINT:
@@ -52,16 +57,42 @@ class Interrupt:
                 raise KeyboardInterrupt
             self._has_heard_ctrl_c = True
         self.is_requested = True
-        if self._say is not None and self._timer is None:
+        self._events.put(number)
+
+    def _explain(self, say: Callable[[str], object], thread: int) -> None:
+        event = self._events.get()
+        try:
+            while event is not None:
+                event = self._events.get(timeout=SECONDS)
+        except queue.Empty:
             again = "; press Ctrl-C again to leave without saving" * self._has_heard_ctrl_c
-            self._timer = threading.Timer(SECONDS, self._say, [f"waiting until it can be saved{again}"])
-            self._timer.daemon = True
-            with blocked(STOPS):  # they wake the main thread
-                self._timer.start()
+            say(f"waiting for {', now for '.join(awaited.names.get(thread) or ('the end',))}{again}")
 
 
 def _is_default(number: signal.Signals) -> bool:
     return signal.getsignal(number) == signal.SIG_DFL
+
+
+class awaited:
+    """A context for work that may last; `Interrupt` says its name, if a signal asks to stop meanwhile.
+
+    Attributes:
+        names: what each thread does, by its identifier: names from the outermost to the innermost.
+    """
+
+    __slots__ = ("_name", "_outer")
+    names: ClassVar[dict[int, tuple[str, ...]]] = {}
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __enter__(self) -> None:
+        thread = threading.get_ident()
+        self._outer = self.names.get(thread, ())
+        self.names[thread] = (*self._outer, self._name)
+
+    def __exit__(self, *_: object) -> None:
+        self.names[threading.get_ident()] = self._outer
 
 
 @contextmanager

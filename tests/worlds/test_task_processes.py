@@ -173,7 +173,7 @@ def test_close_of_a_task_without_workers_warns(use):
 
 @pytest.mark.parametrize("processes", [0, 2])
 @pytest.mark.parametrize("method", METHODS[:-1])
-def test_ctrl_c_says_that_something_hangs_and_a_second_one_ends_it(method, processes, use, monkeypatch):
+def test_ctrl_c_says_what_hangs_and_a_second_one_ends_it(method, processes, use, monkeypatch):
     monkeypatch.setattr(interrupt, "SECONDS", 0.25)
     lines = []
 
@@ -183,7 +183,9 @@ def test_ctrl_c_says_that_something_hangs_and_a_second_one_ends_it(method, proce
 
     with Interrupt(say=say), pytest.raises(KeyboardInterrupt):
         use("interrupt and hang", method, processes)
-    assert lines == ["waiting until it can be saved; press Ctrl-C again to leave without saving"]
+    name = "the environment" if (method, processes) == ("render", 0) else f"{method} of task"
+    where = f" in {SECOND if method == 'render' else FIRST}" if processes else ""
+    assert lines == [f"waiting for {name}{where}; press Ctrl-C again to leave without saving"]
 
 
 def world_of(task, n=3):

@@ -18,7 +18,7 @@ from hierroom.lab.sweep.job import MAX_TRIES, Event, Job
 from hierroom.runs.folder.provenance import version_of_code
 from hierroom.runs.folder.run_lock import RunLockedError
 from hierroom.support.errors import in_one_line
-from hierroom.support.interrupt import Interrupt, blocked
+from hierroom.support.interrupt import Interrupt, awaited, blocked
 
 _SPAWN = get_context("spawn")  # a forked process would share torch's threads and the kernels' cache locks
 _SAVING_SECONDS, _ENDING_SECONDS = 60.0, 10.0  # time for processes to save their runs when the sweep stops, and to end
@@ -90,8 +90,12 @@ def _stopped(workers: list[_Worker]) -> Iterator[Event]:
         if worker.job is not None:
             worker.process.terminate()
     last = time.monotonic() + _SAVING_SECONDS
-    while any(worker.job is not None for worker in workers) and (seconds := last - time.monotonic()) > 0:
-        for event in _heard(workers, seconds):
+    while names := [worker.job.run.name for worker in workers if worker.job is not None]:
+        with awaited(f"{', '.join(names)} to be saved"):
+            if (seconds := last - time.monotonic()) <= 0:
+                break
+            events = [*_heard(workers, seconds)]
+        for event in events:
             # Before and after training there is nothing to save, and SIGTERM simply ends the process.
             yield Event("interrupted", event.job) if event.kind == "retried" else event
     for worker in workers:

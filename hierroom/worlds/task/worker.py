@@ -18,7 +18,7 @@ from typing import Any, cast
 from gymnasium.vector.utils import CloudpickleWrapper
 
 from hierroom.support.errors import InputError, RunError, in_one_line
-from hierroom.support.interrupt import STOPS, blocked, leave_stops_to_parent
+from hierroom.support.interrupt import STOPS, awaited, blocked, leave_stops_to_parent
 from hierroom.worlds.task.local_envs import LocalEnvs
 from hierroom.worlds.task.parts import TaskParts
 
@@ -59,10 +59,11 @@ class Worker:
         """Return the result of the call; an error of the user's code, and a process that ended, give one line."""
         if not self._fault:
             try:
-                while not self._connection.poll(1):  # no longer, as a signal may come just before a wait begins
-                    if self._process.exitcode is not None and not self._connection.poll():
-                        raise EOFError  # a process that it started may hold its end of the pipe open
-                error, result = self._connection.recv()
+                with awaited(f"{self._call} of {self._task} in {self._label}"):
+                    while not self._connection.poll(1):  # no longer, as a signal may come just before a wait begins
+                        if self._process.exitcode is not None and not self._connection.poll():
+                            raise EOFError  # a process that it started may hold its end of the pipe open
+                    error, result = self._connection.recv()
             except (EOFError, OSError):
                 self._fault = f"has ended in {self._call}{self._reason()}"
         if self._fault:
