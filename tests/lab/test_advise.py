@@ -49,6 +49,14 @@ def test_prediction_by_hand():
     assert similar(KNOWN, MODEL, 2) == [("near", 2e4), ("next", 3e3)]
 
 
+def test_method_is_not_predicted_from_episodes_that_never_ended():
+    of_ppo = replace(FIT, method="ppo", measure="random episodes")
+    model = replace(MODEL, fits={**FITS, ("ppo", "steps_to_50", "other"): of_ppo})
+    found, reason = predict(replace(KNOWN, random_success=math.nan), "workshop", model)
+    assert reason is None
+    assert (found["hippo"].steps_to_50 is None, found["ppo"].steps_to_50) == (False, None)
+
+
 @pytest.mark.parametrize("median", [1.0, 40_000.0, 90_000.0, 10.0**9])
 @pytest.mark.parametrize("high", [1.0, 4.0, math.inf])
 def test_ends_of_intervals_are_in_order(median, high):

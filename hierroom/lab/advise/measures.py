@@ -25,7 +25,8 @@ class Known:
         markings: nodes of the marking chain of the rules.
         goals: number of goals on the way to the target.
         limit: steps of an episode.
-        random_success: share of episodes in which random play reaches the target, with half a success added.
+        random_success: share of episodes in which random play reaches the target, with half a success added; ``nan``
+            if no episode ended.
     """
 
     expected_steps: float
@@ -42,8 +43,7 @@ class Known:
         """Return what play and rules show of a task."""
         steps = [goal.steps.value for goal in costs.goals.values()]
         fewest, markings, goals = rule_numbers(rules)
-        success = 0.0 if math.isnan(costs.random_success.value) else costs.random_success.value
-        share = (success * costs.episodes + 0.5) / (costs.episodes + 1)
+        share = (costs.random_success.value * costs.episodes + 0.5) / (costs.episodes + 1)
         return cls(costs.expected_steps.value, sum(steps), len(steps), fewest, markings, goals, costs.limit, share)
 
 

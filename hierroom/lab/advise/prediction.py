@@ -166,9 +166,11 @@ def predict(known: Known, world: str, model: Model) -> tuple[dict[str, Predictio
     for method, milestone in dict.fromkeys((method, milestone) for method, milestone, _ in model.fits):
         fit = model.fits.get((method, milestone, world)) or model.fits[method, milestone, OTHER]
         measure = MEASURES[fit.measure](known)
+        one = found.setdefault(method, Prediction(method, model.preset, horizon=model.horizon))
+        if fit.measure == "random episodes" and math.isnan(measure):  # no episode ended in play
+            continue
         if reason := outside(known, measure, model.bounds):
             return {}, reason
-        one = found.get(method, Prediction(method, model.preset, horizon=model.horizon))
         steps = Steps.within(fit.median(measure), fit.low, fit.high, model.horizon)
         changes: Any = {milestone: steps, milestone.replace("steps", "chance"): fit.chance(measure, model.horizon)}
         found[method] = replace(one, **changes)
