@@ -69,10 +69,13 @@ def test_the_user_says_what_symbols_are():
         task_of(lambda: Shows((28, 28), 255), symbols="image")
 
 
-def test_small_pictures_of_many_values_are_pixels_with_and_without_memory():
-    for preset in ("default", "task"):
-        config = find_preset(preset).changed(task=task_of(lambda: Shows((8, 8), 255)))
-        assert InputLayout.of(Trainer(config).controller.learner.space).pictures
+def test_networks_of_earlier_versions_read_small_images_as_they_did():
+    network = Trainer(
+        find_preset("default").changed(task=task_of(lambda: Shows((8, 8), 255)))
+    ).controller.learner.network
+    assert network.encoder.arrays[0].symbols is not None
+    config = find_preset("task").changed(task=task_of(lambda: Shows((8, 8), 255)))
+    assert InputLayout.of(Trainer(config).controller.learner.space).pictures
 
 
 def test_symbols_beyond_those_of_the_trial_count_as_the_last():
