@@ -33,7 +33,7 @@ from hierroom.train import main as train
         ({"normalize_advantages": False, "min_advantage_std": 0.2}, "min_advantage_std has no effect without normal"),
         ({"pictures": "nature"}, "pictures has no effect without pictures in observations"),
         ({"scale_observations": True, "network": "own:Net"}, "scale_observations has no effect on a custom network"),
-        ({"task": "chest_task:chest", "scale_observations": True}, None),
+        ({"task": "chest_task:chest", "pictures": "nature", "scale_observations": True}, None),
         ({"task": "chest_task:chest", "pictures": "nature", "memory": "none"}, "pictures has no effect without pict"),
         ({"task": "chest_task:lake", "scale_observations": True}, "scale_observations has no effect without numbers"),
         ({"levels": "evaluation"}, "levels has no effect on training, which sets it"),
