@@ -12,6 +12,7 @@ from torch import Tensor, nn
 from hierroom.agents.config import DEFAULT_NETWORK
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
+from hierroom.learners.networks.array_network import ArrayActorCritic
 from hierroom.learners.networks.encoder import Vectors
 from hierroom.learners.networks.feed_forward import FeedForwardActorCritic, ScaledActorCritic
 from hierroom.support.errors import InputError, shown, user_code
@@ -43,7 +44,9 @@ def make_network(
             return FeedForwardActorCritic(space, hidden_size, vectors, **inputs)
         if not space.arrays:
             return RecurrentActorCritic(space, hidden_size, vectors)
-        return ScaledActorCritic(space, hidden_size, vectors, **inputs)
+        if config.scale_observations or config.pictures != "small":
+            return ScaledActorCritic(space, hidden_size, vectors, **inputs)
+        return ArrayActorCritic(space, hidden_size, vectors)
     make = load_plugin(spec, "network", (DEFAULT_NETWORK,))
     with user_code(f"the network {spec!r}", "cannot be made"):
         network = make(space, hidden_size)

@@ -22,6 +22,7 @@ class ByteArray:
         low: the smallest value; -inf if unknown.
         high: the largest value; inf if unknown.
         n_values: the number of values of ids and symbols that a network tells apart; larger ones count as the last.
+        were_symbols: whether networks of earlier versions read them as symbols, because the picture is small.
         bounds: the smallest values of the numbers, and the largest ones, n_numbers each; empty: ``low`` and ``high``.
     """
 
@@ -30,6 +31,7 @@ class ByteArray:
     low: float = -math.inf
     high: float = math.inf
     n_values: int = 256
+    were_symbols: bool = False
     bounds: tuple[Sequence[float], Sequence[float]] | tuple[()] = ()
 
     @property

@@ -137,7 +137,7 @@ class EnvConfig:
                 self._use_layout()
 
     def _require_task(self) -> None:
-        if self.task == "" or not (isinstance(self.task, str) or is_task(self.task)):
+        if not (self.task if isinstance(self.task, str) else is_task(self.task)):
             raise InputError(f"a task is a name, like package.module:name, or a hierroom.Task, not {shown(self.task)}")
         self.refuse_unread([entry.name for entry in fields(EnvConfig) if getattr(self, entry.name) != entry.default])
 

@@ -6,7 +6,8 @@ import torch
 
 from hierroom.agents.networks import make_network, try_network
 from hierroom.learners.config import PPOConfig
-from hierroom.learners.networks.actor_critic import AgentSpace
+from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
+from hierroom.learners.networks.array_network import ArrayActorCritic
 from hierroom.learners.ppo import Learner
 from hierroom.support.byte_array import ByteArray
 
@@ -31,18 +32,22 @@ def space_of(*arrays):
     return AgentSpace((5, *(256,) * (start - 1), 3), 4, tuple(places))
 
 
-@pytest.mark.parametrize("memory", ["none", "lstm"])
 @pytest.mark.parametrize("usual", [torch.float32, torch.float64])
 @pytest.mark.parametrize("name", ARRAYS)
-def test_each_array_kind_gets_a_trainable_network(name, usual, memory):
+def test_each_array_kind_gets_a_trainable_network(name, usual):
     space = space_of(ARRAYS[name])
     torch.set_default_dtype(usual)
     try:
-        network = make_network("recurrent", space, 16, None, PPOConfig(memory=memory))
+        network = make_network("recurrent", space, 16, None)
+        assert type(network) is ArrayActorCritic
         try_network(name, network, space)
     finally:
         torch.set_default_dtype(torch.float32)
     assert {weights.dtype for weights in network.parameters()} == {torch.float32}
+
+
+def test_categories_alone_use_the_compiled_network():
+    assert type(make_network("recurrent", AgentSpace((5, 3), 4), 16, None)) is RecurrentActorCritic
 
 
 def test_encoder_reads_numbers_and_ids_from_bytes():
@@ -53,10 +58,16 @@ def test_encoder_reads_numbers_and_ids_from_bytes():
     ids = np.array([[3, 499], [0, 7]])
     rows = [ARRAYS["bounded numbers"].to_bytes(numbers), ARRAYS["ids"].to_bytes(ids)]
     features = torch.from_numpy(np.concatenate([[[4], [1]], *rows, [[2], [0]]], axis=1).astype(np.uint8))
-    encoder = make_network("recurrent", space, 8, None, PPOConfig(scale_observations=True)).encoder
-    table, scaled = encoder.codes.weight, torch.tensor([[0.25, -1.0, 1.0, 0.0]] * 2)
-    expected = table[[4, 1]] + table[[5 + 2, 5]] + table[8 + ids[:, 0]] + table[508 + ids[:, 1]]
-    torch.testing.assert_close(encoder(features), torch.relu(expected + scaled @ encoder.numbers.weight))
+    encoder = ArrayActorCritic(space, 8).encoder
+    scaled = torch.tensor([[0.25, -1.0, 1.0, 0.0]] * 2)
+    table = encoder.arrays[1].table.weight
+    expected = (
+        encoder.categories.linear(features[:, [0, -1]])
+        + encoder.arrays[0].layers(scaled)
+        + table[ids[:, 0]]
+        + table[500 + ids[:, 1]]
+    )
+    torch.testing.assert_close(encoder(features), torch.relu(expected))
 
 
 def test_learner_learns_the_sign_of_a_number():

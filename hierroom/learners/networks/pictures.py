@@ -16,6 +16,7 @@ PICTURE_SIZES = {"nature": 512, "impala": 256}
 """Outputs of the published networks; ``small`` has as many as the network that it is a part of."""
 _CHANNELS = {"small": (16, 32, 64), "nature": (32, 64, 64)}
 _RESIDUAL_CHANNELS = (16, 32, 32)
+_SYMBOL_SIZE = 16
 _STRIDED = ((8, 4), (4, 2), (3, 1))
 """Kernels and strides of Mnih et al. (2015), for pictures of at least 36 pixels a side."""
 _CLOSE = ((3, 2), (3, 2), (3, 1))
@@ -29,21 +30,29 @@ class PictureEncoder(nn.Module):
     the residual network of Espeholt et al. (2018, figure 3) with 16, 32 and 32.
     """
 
+    offsets: Tensor
+
     def __init__(self, array: ByteArray, size: int, network: str = "small") -> None:
         super().__init__()
         self._shape, self._low, self._high = array.shape, array.low, array.high
         height, width, channels = array.shape
-        kernels, empty = _kernels(min(height, width)), torch.zeros(1, channels, height, width, dtype=torch.float32)
-        convolutions = _residual(channels) if network == "impala" else _strided(channels, _CHANNELS[network], kernels)
+        is_symbols = array.kind == "symbols"
+        self.symbols = nn.Embedding(256 * channels, _SYMBOL_SIZE, dtype=torch.float32) if is_symbols else None
+        self.register_buffer("offsets", torch.arange(channels) * 256, persistent=False)
+        inputs = _SYMBOL_SIZE if is_symbols else channels
+        kernels = _kernels(height, width, is_symbols)
+        convolutions = _residual(inputs) if network == "impala" else _strided(inputs, _CHANNELS[network], kernels)
         with torch.no_grad():
-            n_numbers = nn.Sequential(*convolutions)(empty).numel()
+            n_numbers = nn.Sequential(*convolutions)(torch.zeros(1, inputs, height, width, dtype=torch.float32)).numel()
         last = initialised(nn.Linear(n_numbers, size, dtype=torch.float32))
         self.layers = nn.Sequential(*convolutions, nn.Flatten(), last)
 
     def forward(self, numbers: Tensor) -> Tensor:
         """Return the outputs [N, size] for the numbers of N pictures."""
         image = numbers.reshape(-1, *self._shape)
-        if -BOUND < self._low < self._high < BOUND:
+        if self.symbols is not None:
+            image = self.symbols(image.long() + self.offsets).sum(-2)
+        elif -BOUND < self._low < self._high < BOUND:
             # In place, because new memory for many frames takes longer than the arithmetic.
             image = image.to(torch.float32, copy=True).sub_(self._low).div_(self._high - self._low)
         else:
@@ -76,8 +85,9 @@ class _Residual(nn.Module):
         return image + self.layers(image)
 
 
-def _kernels(smallest: int) -> Iterator[tuple[int, int]]:
-    for kernel, stride in _SMALL if smallest < 16 else _STRIDED if smallest >= 36 else _CLOSE:
+def _kernels(height: int, width: int, is_symbols: bool) -> Iterator[tuple[int, int]]:
+    smallest = min(height, width)
+    for kernel, stride in _SMALL if is_symbols or smallest < 16 else _STRIDED if smallest >= 36 else _CLOSE:
         if smallest < kernel:
             return
         yield kernel, stride

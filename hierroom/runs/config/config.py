@@ -24,14 +24,7 @@ from hierroom.worlds.env_config import MOST_ENVS, EnvConfig
 PresetName = Literal["default", "task", "long", "large", "learned", "paper", "algorithm1"]
 """Names in `presets.PRESETS`."""
 
-META_PPO = PPOConfig(
-    sequence_length=8,
-    sequences_per_update=32,
-    gamma=0.998,
-    value_weight=0.5,
-    min_advantage_std=0.05,
-    scale_observations=True,
-)
+META_PPO = PPOConfig(sequence_length=8, sequences_per_update=32, gamma=0.998, value_weight=0.5, min_advantage_std=0.05)
 """For learning to choose goals. Decisions are rare, so 256 of them make an update. The discount lets the exit count 500
 steps before it, as is needed while the controller is slow."""
 MOST_EVALUATION_EPISODES = 10**7

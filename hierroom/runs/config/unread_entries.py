@@ -39,12 +39,13 @@ def entries_without_effect(config: TrainConfig) -> dict[str, str]:
     world = world_spec(config.env)
     read = {OF_META: config.agents.meta_features or world.meta_features} if is_learned else {}
     for prefix, names in {"": config.agents.features or world.controller_features, **read}.items():
+        own = config.meta_ppo if prefix else config.ppo
         features = [world.features[name] for name in names if name in world.features]
         kinds = {feature.array.kind for feature in features if feature.array is not None}
         for name, kind, what in (("pictures", "pixels", "pictures"), ("scale_observations", "numbers", "numbers")):
             if not prefix and config.agents.network != DEFAULT_NETWORK:
                 unread[name] = "on a custom network"
-            elif kind not in kinds:
+            elif kind not in kinds and (own.memory == "none" or not kinds):  # with memory, arrays have two encoders
                 unread[f"{prefix}{name}"] = f"without {what} in observations"
     return unread
 

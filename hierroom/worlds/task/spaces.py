@@ -159,12 +159,15 @@ def _is_small(shape: tuple[int, int, int]) -> bool:
     return max(shape[:2]) <= MAX_SYMBOL_SIDE and math.prod(shape) <= MAX_SYMBOLS
 
 
-def feature_of(name: str, space: spaces.Space, n_symbols: int = 0) -> Feature:
-    """Return the feature that reads an entry of the observation; an image with ``n_symbols`` is a grid of them."""
+def feature_of(name: str, space: spaces.Space, n_symbols: int = 0, is_guess: bool = False) -> Feature:
+    """Return the feature that reads an entry of the observation.
+
+    An image with ``n_symbols`` is a grid of them; ``is_guess`` says that no user has named it.
+    """
     if (n := math.prod(space.shape or ())) > MAX_NUMBERS:
         raise InputError(f"a network reads up to {MAX_NUMBERS:,} numbers of an entry; {name} has {n:,}")
     if isinstance(space, spaces.Box):
-        layout = _layout(space, n_symbols)
+        layout = _layout(space, n_symbols, is_guess)
         return Feature(
             (MAX_CATEGORIES,) * layout.n_bytes,
             lambda o: layout.to_bytes(_channels_last(o.view.entries[name], layout)),
@@ -210,11 +213,11 @@ def _categories(space: spaces.Space) -> tuple[NDArray, NDArray]:
     return np.zeros(space.shape, np.int64), np.full(space.shape, 2)
 
 
-def _layout(space: spaces.Box, n_symbols: int) -> ByteArray:
+def _layout(space: spaces.Box, n_symbols: int, is_guess: bool) -> ByteArray:
     shape, low, high = space.shape, float(space.low.min()), float(space.high.max())
     if is_byte_image(space):
         image, kind = _image_shape(shape), "symbols" if n_symbols else "pixels"
-        return ByteArray(image, kind, 0, 255, n_symbols or 256)
+        return ByteArray(image, kind, 0, 255, n_symbols or 256, were_symbols=is_guess and _is_small(image))
     if len(shape) == 3:
         return ByteArray(_image_shape(shape), "pixels", low, high)
     bounds = space.low.ravel().tolist(), space.high.ravel().tolist()

@@ -242,9 +242,10 @@ class Task:
     @cached_property
     def features(self) -> dict[str, Feature]:
         """Features that networks can read: each entry of the observation, and the status of each goal."""
-        symbols, entries = self.trial.symbols, self.trial.entries.items()
-        read = {name: feature_of(name, space, symbols.get(name, 0)) for name, (_, space) in entries}
-        return {**read, "goal-status": goal_status(len(self.goals))}
+        found, is_guess = self.trial.symbols, self.symbols is None
+        spaces = ((name, space) for name, (_, space) in self.trial.entries.items())
+        entries = {name: feature_of(name, space, found.get(name, 0), is_guess) for name, space in spaces}
+        return {**entries, "goal-status": goal_status(len(self.goals))}
 
     @cached_property
     def replayer(self) -> TaskReplayer:
