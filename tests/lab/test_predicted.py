@@ -26,7 +26,7 @@ def folder(tmp_path, monkeypatch):
 
 def save(key):
     saved_at(key).parent.mkdir(parents=True, exist_ok=True)
-    table = {one.method: one.to_dict() for one in (HIPPO, BONUS)}
+    table = {one.method: one.to_dict() for one in (HIPPO, BONUS, Prediction("ppo", "default"))}
     saved_at(key).write_text(to_json({"task": key, "predictions": table}))
 
 

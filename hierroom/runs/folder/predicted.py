@@ -119,7 +119,7 @@ def keep_prediction(config: TrainConfig, folder: Path) -> None:
         return
     task, predictions = _read(path)
     one = predictions.get(config.agents.method)
-    if one and task == key and one.preset == config.preset and config.resolved_method.meta in SCRIPTS:
+    if one and one.steps_to and task == key and one.preset == config.preset and config.resolved_method.meta in SCRIPTS:
         write_atomically(folder / FILE, to_json({"task": key, "predictions": {one.method: one.to_dict()}}))
 
 
