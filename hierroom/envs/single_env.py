@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from hierroom.goals import NO_GOAL
 from hierroom.meta import MetaController, take_turn
 from hierroom.support.errors import InputError, shown, warn_once
 from hierroom.support.schema import Whole
-from hierroom.turns.records import AGENTS, CONTROLLER, META, N_OUTCOMES, STEP
+from hierroom.turns.records import AGENTS, CONTROLLER, META, N_OUTCOMES, REPORTED
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig, fresh_seed
 from hierroom.worlds.world import whole_numbers
@@ -23,14 +22,8 @@ from hierroom.worlds.world import whole_numbers
 _ONLY, _TRUE = np.zeros(1, np.int64), np.ones(1, bool)
 _OUTCOMES = tuple(np.int64(outcome) for outcome in range(N_OUTCOMES))
 _AT_RESET = (NO_GOAL, 0, 0, 0, -1, 0.0, 0.0, False, False, False, NO_GOAL, False)
-_NAMES = (
-    *("events", "elapsed", "meta_elapsed", "lengths", "shortest", "rewards", "extrinsic"),
-    *("terminated", "truncated", "episode_ended", "goals", "success"),
-)
-"""The fields of a step's record that are reported to users."""
-_reported = itemgetter(*map(STEP.names.index, _NAMES))  # pyright: ignore[reportOptionalMemberAccess] - it is a record
-_RESULTS = slice(_NAMES.index("rewards"), _NAMES.index("truncated") + 1)
-_HAS_ENDED, _GOAL = _NAMES.index("episode_ended"), _NAMES.index("goals")
+_RESULTS = slice(REPORTED.index("rewards"), REPORTED.index("truncated") + 1)
+_HAS_ENDED, _GOAL = REPORTED.index("episode_ended"), REPORTED.index("goals")
 
 
 class SingleEnv:
@@ -45,8 +38,9 @@ class SingleEnv:
         self.has_begun = False
         self._choice = np.zeros(1, np.int64)
         self._all_legal = np.ones(self.turns.world.n_actions, np.int8)
+        self._is_discrete = self.turns.world.n_actions > 0
         self._waits = NO_GOAL, self.turns.world.goals.no_goal_action
-        self._last: tuple = _AT_RESET  # the results of the last step, as Python numbers
+        self._last: Any = _AT_RESET  # the results of the last step, as Python numbers
 
     def reset(self, seed: int | None, options: dict | None) -> dict[str, dict[str, Any]]:
         """Begin an episode, the first one of a seed or without a seed the next one, and return its first infos."""
@@ -85,10 +79,9 @@ class SingleEnv:
         if is_meta:
             observation["action_mask"] = turns.meta_masks()[0].view(np.int8)
             observation["outcome"] = _OUTCOMES[ledger.last_outcomes.item()]
-        elif len(self._all_legal):
-            is_masked = self.turns.world.action_masks is not None
-            mask = self.turns.action_masks(_ONLY)[0].view(np.int8) if is_masked else self._all_legal.copy()
-            observation["action_mask"] = mask
+        elif self._is_discrete:
+            masks = turns.world.action_masks
+            observation["action_mask"] = self._all_legal.copy() if masks is None else masks[0].astype(np.int8)
         return observation
 
     def choose(self, action: int) -> None:
@@ -109,15 +102,16 @@ class SingleEnv:
 
     def as_action(self, action: Any) -> Any:
         """Return an action of the controller in the form of its kind, or refuse it."""
-        return as_action(action) if len(self._all_legal) else self.turns.action_kind.read([action], 1)[0]
+        return as_action(action) if self._is_discrete else self.turns.action_kind.read([action], 1)[0]
 
     def act_alone(self, action: Any) -> tuple[float, float, bool, bool]:
         """Take the controller's action; return its reward, the extrinsic reward, and (terminated, truncated) flags.
 
         This is faster than `act`, because it makes no dicts by agent. The Gymnasium environment uses it.
         """
-        self.turns.actions[0] = self.as_action(action)
-        self._last = _reported(self.turns.step().records.item())
+        turns = self.turns
+        turns.actions[0] = as_action(action) if self._is_discrete else self.as_action(action)
+        self._last = turns.step().reported.item()
         if self._has_window:
             self._show()
         return self._last[_RESULTS]
@@ -143,7 +137,7 @@ class SingleEnv:
 
     def info(self, agent: str) -> dict[str, Any]:
         """Return the info of one agent: see `infos`."""
-        event, elapsed, meta_elapsed, length, shortest, *_, success = self._last
+        event, elapsed, meta_elapsed, length, shortest, _, _, _, _, _, _, success = self._last
         ledger, is_meta = self.turns.ledger, agent == META
         return {
             "goal_event": event,

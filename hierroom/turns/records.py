@@ -79,6 +79,12 @@ STEP = record_type(
 )
 """Record of a step in one environment: see the attributes of `Step`."""
 _STEP_NAMES = frozenset(STEP.names or ())
+REPORTED = (
+    *("events", "elapsed", "meta_elapsed", "lengths", "shortest", "rewards", "extrinsic"),
+    *("terminated", "truncated", "episode_ended", "goals", "success"),
+)
+"""The fields of a step that single environments report to users."""
+_REPORTED = STEP[list(REPORTED)]
 
 
 def ledger_schema(num_envs: int, n_goals: int, n_actions: int) -> Table:
@@ -149,7 +155,7 @@ class Step:
         illegal_actions: [N] int, controller actions so far this episode that do not exist.
     """
 
-    __slots__ = ("_lacks_visits", "after", "before", "n_goals", "records", "taken")
+    __slots__ = ("_lacks_visits", "after", "before", "n_goals", "records", "reported", "taken")
 
     def __init__(
         self,
@@ -163,6 +169,7 @@ class Step:
     ) -> None:
         self.records, self.n_goals, self.before, self.after = records, n_goals, before, after
         self._lacks_visits, self.taken = lacks_visits, taken
+        self.reported = records.view(_REPORTED)
 
     def __getattr__(self, name: str) -> Any:
         """Return a field by its name; fields are looked up only when read, because most never are."""

@@ -207,8 +207,10 @@ class Turns:
         outcomes = world.step(taken)
         self._written = self.last_step = None  # frees them for the next step
         records, _, step = self._steps.take()[0]
-        self.n_ended = self.ledger.record(outcomes, self.action_kind.codes(taken), records, self._rules)
-        if not world.n_actions:
+        if world.n_actions:
+            self.n_ended = self.ledger.record(outcomes, taken, records, self._rules)
+        else:
+            self.n_ended = self.ledger.record(outcomes, self.action_kind.codes(taken), records, self._rules)
             step.taken = freeze(taken.copy())
         self._written, self.last_step = records, step
         if reward.custom is not None:
