@@ -17,7 +17,9 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +32,7 @@ import hierroom
 from hierroom.support.tables import markdown_table
 
 ROWS = Path(__file__).parent / "results" / "others.csv"
-METHODS = ("hierroom", "ppo", "recurrent-ppo")
+METHODS = ("hierroom", "hippo", "ppo", "recurrent-ppo")
 LAST = 100
 """Episodes of a mean."""
 _CLASSIC = {"n_steps": 256, "batch_size": 64, "n_epochs": 4, "gae_lambda": 0.94, "num_envs": 16, "normalize": True}
@@ -51,6 +53,7 @@ class Other:
         by_success: whether the score is the share of episodes with a return above 0.
         options: arguments of the environment.
         ours: entries of our config other than the preset's.
+        goals: returns the goals of HiPPO, each of which needs the one before it; None if it does not take part.
     """
 
     id: str
@@ -61,11 +64,21 @@ class Other:
     by_success: bool = False
     options: Mapping[str, Any] = field(default_factory=dict)
     ours: Mapping[str, Any] = field(default_factory=dict)
+    goals: Callable[[], Mapping[str, Any]] | None = None
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """Return the methods that take part."""
+        return tuple(method for method in METHODS if self.goals or method != "hippo")
 
     def make(self, render_mode: str | None = None) -> gymnasium.Env:
         """Return a new environment."""
         if self.id.startswith("MiniGrid"):
             import minigrid  # noqa: F401 - it registers its environments
+        if self.id.startswith("PointMaze"):
+            import gymnasium_robotics  # pyright: ignore[reportMissingImports]
+
+            gymnasium.register_envs(gymnasium_robotics)
         env = gymnasium.make(self.id, render_mode=render_mode, **self.options)
         return env if self.factor == 1 else TransformReward(env, lambda reward: self.factor * float(reward))
 
@@ -82,6 +95,29 @@ _CARTPOLE = {
     **{"n_steps": 32, "batch_size": 256, "n_epochs": 20, "gamma": 0.98, "gae_lambda": 0.8},
     **{"learning_rate": _annealed(1e-3), "clip_range": _annealed(0.2)},
 }
+
+
+def _key_room() -> Mapping[str, Any]:
+    from benchmarks.arena.minigrid_levels import KEY_ROOM
+
+    return KEY_ROOM
+
+
+def _locked_door() -> Mapping[str, Any]:
+    from benchmarks.arena.minigrid_levels import LOCKED_DOOR
+
+    return LOCKED_DOOR
+
+
+def _bends() -> Mapping[str, Any]:
+    def is_near(place: tuple[float, float], env: gymnasium.Env, info: Mapping[str, Any]) -> bool:
+        ball = env.unwrapped.point_env.data.qpos[:2]  # pyright: ignore[reportAttributeAccessIssue]
+        return bool(np.linalg.norm(ball - place) <= 0.5)
+
+    bends = {"first bend": partial(is_near, (1, 1)), "second bend": partial(is_near, (1, -1))}
+    return {**bends, "end": lambda env, info: bool(info.get("success"))}
+
+
 _FROZEN = {"map_name": "8x8", "is_slippery": False}
 _PENDULUM = {
     **{"n_steps": 1024, "n_epochs": 10, "gamma": 0.9, "learning_rate": 1e-3, "num_envs": 4},
@@ -92,22 +128,30 @@ _CONTINUOUS_CAR = {
     **{"learning_rate": 7.77e-5, "clip_range": 0.1, "ent_coef": 0.00429, "vf_coef": 0.19, "max_grad_norm": 5},
     **{"use_sde": True, "normalize": True, "policy_kwargs": {"log_std_init": -3.29, "ortho_init": False}},
 }
+_FORCES = {"n_steps": 512, "batch_size": 64, "n_epochs": 10, "gae_lambda": 0.95, "normalize": True}
+_BENDS = [[1] * 5, [1, "r", 0, 0, 1], [1, 1, 1, 0, 1], [1, "g", 0, 0, 1], [1] * 5]  # from r to g
+_MAZE = {"maze_map": _BENDS, "max_episode_steps": 300}
 TASKS: Mapping[str, Other] = {
     "CartPole": Other("CartPole-v1", 100_000, 400, _CARTPOLE),
     "Acrobot": Other("Acrobot-v1", 100_000, -100, _CLASSIC),
     "MountainCar": Other("MountainCar-v0", 200_000, -150, {**_CLASSIC, "n_steps": 16, "gae_lambda": 0.98}),
     "Pendulum": Other("Pendulum-v1", 100_000, -200, _PENDULUM),
     "MountainCarContinuous": Other("MountainCarContinuous-v0", 100_000, 90, _CONTINUOUS_CAR),
+    "PointMaze dense": Other("PointMaze_UMazeDense-v3", 100_000, 150, _FORCES, options=_MAZE),
+    "PointMaze": Other(
+        *("PointMaze_UMaze-v3", 100_000, 0.9, _FORCES),
+        **{"by_success": True, "options": {**_MAZE, "continuing_task": False}, "goals": _bends},
+    ),
     "FrozenLake": Other("FrozenLake-v1", 100_000, 0.9, _TABLE, by_success=True, options=_FROZEN),
     "FrozenLake x 0.01": Other("FrozenLake-v1", 100_000, 0.9, _TABLE, 0.01, by_success=True, options=_FROZEN),
     "FrozenLake x 100": Other("FrozenLake-v1", 100_000, 0.9, _TABLE, 100.0, by_success=True, options=_FROZEN),
     "CliffWalking": Other("CliffWalking-v1", 100_000, -30, _TABLE, options={"max_episode_steps": 200}),
     "Taxi": Other("Taxi-v4", 200_000, 0, _TABLE),
     "Empty-8x8": Other("MiniGrid-Empty-8x8-v0", 60_000, 0.9, _MINIGRID, by_success=True),
-    "DoorKey-5x5": Other("MiniGrid-DoorKey-5x5-v0", 100_000, 0.9, _MINIGRID, by_success=True),
-    "DoorKey-6x6": Other("MiniGrid-DoorKey-6x6-v0", 150_000, 0.9, _MINIGRID, by_success=True),
+    "DoorKey-5x5": Other("MiniGrid-DoorKey-5x5-v0", 100_000, 0.9, _MINIGRID, by_success=True, goals=_key_room),
+    "DoorKey-6x6": Other("MiniGrid-DoorKey-6x6-v0", 150_000, 0.9, _MINIGRID, by_success=True, goals=_key_room),
     "LavaGap-S5": Other("MiniGrid-LavaGapS5-v0", 100_000, 0.9, _MINIGRID, by_success=True),
-    "Unlock": Other("MiniGrid-Unlock-v0", 100_000, 0.9, _MINIGRID, by_success=True),
+    "Unlock": Other("MiniGrid-Unlock-v0", 100_000, 0.9, _MINIGRID, by_success=True, goals=_locked_door),
     "MemoryS7": Other("MiniGrid-MemoryS7-v0", 150_000, 0.9, _MINIGRID, by_success=True, ours={"memory": "lstm"}),
 }
 
@@ -129,7 +173,7 @@ def measure(name: str, method: str, seed: int) -> Row:
     """Train once, and return the row."""
     task = TASKS[name]
     begun = time.process_time()
-    steps, returns = (_ours if method == "hierroom" else _theirs)(task, method, seed)
+    steps, returns = (_ours if method in ("hierroom", "hippo") else _theirs)(task, method, seed)
     seconds = time.process_time() - begun
     scores = pd.Series(task.score(returns), index=steps)
     means = scores.rolling(LAST).mean()
@@ -140,10 +184,16 @@ def measure(name: str, method: str, seed: int) -> Row:
 
 def _ours(task: Other, method: str, seed: int) -> tuple[np.ndarray, np.ndarray]:
     own = hierroom.Task(make=task.make, label=task.id, action_mask="")  # nobody else gets Taxi's
+    if method == "hippo":
+        assert task.goals is not None
+        goals = task.goals()
+        rules = {name: {"needs": before} for before, name in pairwise(goals)}
+        own = replace(own, goals=goals, rules={next(iter(goals)): {}, **rules}, target=[*goals][-1])
     sys.modules[__name__].__dict__["own"] = own  # a task is named by the module that holds it
     with tempfile.TemporaryDirectory() as folder:
         settings = {"steps": task.steps, "evaluations": 0, "film": False, "threads": 1, **task.ours}
-        hierroom.train(task=own, seed=seed, out=Path(folder) / "run", quiet=True, log="none", method="ppo", **settings)
+        settings |= {"seed": seed, "quiet": True, "log": "none", "method": "ppo" if method == "hierroom" else method}
+        hierroom.train(task=own, out=Path(folder) / "run", **settings)
         rows = pd.read_csv(Path(folder) / "run" / "episodes.csv")
     return rows["steps"].to_numpy(), rows["return"].to_numpy(float)
 
@@ -157,7 +207,7 @@ def _theirs(task: Other, method: str, seed: int) -> tuple[np.ndarray, np.ndarray
 
     torch.set_num_threads(1)
     settings = {"gamma": 0.99, **task.settings}
-    envs = make_vec_env(lambda: _one_hot(task.make()), settings.pop("num_envs", 8), seed=seed)
+    envs = make_vec_env(lambda: _flat(task.make()), settings.pop("num_envs", 8), seed=seed)
     if settings.pop("normalize", False):
         envs = VecNormalize(envs, gamma=settings["gamma"])
     if method == "ppo":
@@ -177,13 +227,16 @@ def _theirs(task: Other, method: str, seed: int) -> tuple[np.ndarray, np.ndarray
     return np.array(steps), np.array(returns)
 
 
-def _one_hot(env: gymnasium.Env) -> gymnasium.Env:
-    if not isinstance(env.observation_space, gymnasium.spaces.Dict):
+def _flat(env: gymnasium.Env) -> gymnasium.Env:
+    space = env.observation_space
+    if not isinstance(space, gymnasium.spaces.Dict):
         return env
+    if "image" not in space.spaces:
+        return gymnasium.wrappers.FlattenObservation(env)
     from minigrid.core.constants import COLOR_TO_IDX, OBJECT_TO_IDX, STATE_TO_IDX
 
     sizes = len(OBJECT_TO_IDX), len(COLOR_TO_IDX), len(STATE_TO_IDX)
-    n = env.observation_space["image"].shape[0] * env.observation_space["image"].shape[1] * sum(sizes) + 4
+    n = int(np.prod(space["image"].shape[:2])) * sum(sizes) + 4  # pyright: ignore[reportOptionalSubscript]
     tables = [np.eye(size, dtype=np.float32) for size in sizes]
 
     def flat(observation: Mapping[str, Any]) -> np.ndarray:
@@ -196,7 +249,9 @@ def _one_hot(env: gymnasium.Env) -> gymnasium.Env:
 
 def run(tasks: list[str], methods: list[str], seeds: int) -> None:
     """Train what the table lacks, each run in a process of its own, and write its row."""
-    for seed, name, method in ((s, t, m) for s in range(seeds) for t in tasks for m in methods):
+    for seed, name, method in (
+        (s, t, m) for s in range(seeds) for t in tasks for m in methods if m in TASKS[t].methods
+    ):
         done = pd.read_csv(ROWS) if ROWS.exists() else pd.DataFrame(columns=[*Row.__annotations__])
         if ((done.task == name) & (done.method == method) & (done.seed == seed)).any():
             continue
@@ -213,7 +268,7 @@ def ratios(rows: pd.DataFrame) -> pd.DataFrame:
         index="task", columns="method", values="reached", aggfunc="median", sort=False
     )
     steps = steps.reindex([name for name in TASKS if name in steps.index])
-    others = steps[[method for method in METHODS[1:] if method in steps]].min(axis=1)
+    others = steps[[method for method in ("ppo", "recurrent-ppo") if method in steps]].min(axis=1)
     return steps.assign(ratio=steps.hierroom / others)
 
 

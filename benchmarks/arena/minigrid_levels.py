@@ -90,23 +90,23 @@ def level(name, goals, max_steps, *, actions=7):
     return hierroom.Task(make, goals, rules, order[-1], max_steps)
 
 
-_DOOR = {"key": takes_key, "unlock": partial(unlocks, 0)}
-_FETCH = {**_DOOR, "drop": partial(drops, 0), "ball": takes_target}
-_KEY_ROOM = {"key": takes_key, "door": partial(opens, 1), "home": is_home}
+LOCKED_DOOR = {"key": takes_key, "unlock": partial(unlocks, 0)}
+_FETCH = {**LOCKED_DOOR, "drop": partial(drops, 0), "ball": takes_target}
+KEY_ROOM = {"key": takes_key, "door": partial(opens, 1), "home": is_home}
 _TWICE = {
     **{"key 1": takes_key, "unlock 1": partial(unlocks, 1), "drop 1": partial(drops, 1)},
     **{"key 2": takes_last_key, "unlock 2": partial(unlocks, 0), "drop 2": partial(drops, 0), "ball": holds("ball")},
 }
 TASKS = {
-    "door_key_6": level("MiniGrid-DoorKey-6x6-v0", _KEY_ROOM, 360),
-    "door_key_8": level("MiniGrid-DoorKey-8x8-v0", _KEY_ROOM, 360, actions=5),
-    "unlock": level("MiniGrid-Unlock-v0", _DOOR, 150, actions=5),
+    "door_key_6": level("MiniGrid-DoorKey-6x6-v0", KEY_ROOM, 360),
+    "door_key_8": level("MiniGrid-DoorKey-8x8-v0", KEY_ROOM, 360, actions=5),
+    "unlock": level("MiniGrid-Unlock-v0", LOCKED_DOOR, 150, actions=5),
     "multi_room_2": level("MiniGrid-MultiRoom-N2-S4-v0", {"door": partial(opens, 1), "home": is_home}, 100),
     "multi_room_4": level(
         "MiniGrid-MultiRoom-N4-S5-v0", {f"door {n}": partial(opens, n) for n in (1, 2, 3)} | {"home": is_home}, 240
     ),
     "key_corridor": level("MiniGrid-KeyCorridorS3R2-v0", {"door": partial(opens, 1), **_FETCH}, 270),
-    "key_in_box": level("BabyAI-KeyInBox-v0", {"box": opens_box, **_DOOR}, 300),
+    "key_in_box": level("BabyAI-KeyInBox-v0", {"box": opens_box, **LOCKED_DOOR}, 300),
     "unlock_to_unlock": level("BabyAI-UnlockToUnlock-v0", _TWICE, 1000),
     "obstructed": level("MiniGrid-ObstructedMaze-1Dl-v0", _FETCH, 288),
     "obstructed_box": level("MiniGrid-ObstructedMaze-1Dlh-v0", {"box": opens_box, **_FETCH}, 500),
