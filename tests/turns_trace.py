@@ -37,11 +37,7 @@ def trace() -> str:
                 env.step(None if observed[2] or observed[3] else int(rng.integers(-1, 15)))
                 if not env.agents:
                     env.reset()
-    for settings in (
-        {},
-        {"autoreset_mode": "NextStep"},
-        {"meta": "fixed-dfs", "subgoal_horizon": 6, "copy": False},
-    ):
+    for settings in ({}, {"autoreset_mode": "NextStep"}, {"meta": "fixed-dfs", "subgoal_horizon": 6, "copy": False}):
         envs, one = EscapeRooms(4, **SETTINGS, reward="bonus", **settings), EscapeRoom(**SHOP, meta="fixed-dfs")
         record([envs.reset(seed=2), one.reset(seed=2)])
         for _ in range(60):

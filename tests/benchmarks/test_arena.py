@@ -98,8 +98,7 @@ def test_no_run_without_a_prediction(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("code", "error"),
-    [("exit('no display')", "RuntimeError: no display"), ("import os; os.kill(os.getpid(), 9)", "")],
+    ("code", "error"), [("exit('no display')", "RuntimeError: no display"), ("import os; os.kill(os.getpid(), 9)", "")]
 )
 def test_a_run_that_fails_is_a_row_and_one_that_was_cut_off_is_none(code, error, tmp_path, monkeypatch):
     program = tmp_path / "python"

@@ -12,12 +12,7 @@ from scipy import stats
 from small_mdps import lock, play_gorp, random_mdp, slow_minimum_k
 
 from benchmarks.measures.covering import covering_length
-from benchmarks.measures.effective_horizon import (
-    effective_horizon,
-    effective_planning_window,
-    minimum_k,
-    samples_of,
-)
+from benchmarks.measures.effective_horizon import effective_horizon, effective_planning_window, minimum_k, samples_of
 from benchmarks.measures.gorp import Gorp
 from benchmarks.measures.mdp import enumerate_env, graph_mdp
 from hierroom.complexity import AugmentedGraph

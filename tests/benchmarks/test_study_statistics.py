@@ -5,11 +5,7 @@ import pytest
 from study_tables import measured_rows, run_rows
 
 from benchmarks.study.bootstrap import Bootstrap
-from benchmarks.study.correlations import (
-    correlations,
-    estimates,
-    interval,
-)
+from benchmarks.study.correlations import correlations, estimates, interval
 from benchmarks.study.trained import medians, read_trained
 
 

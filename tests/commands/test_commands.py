@@ -62,12 +62,7 @@ def test_help_is_printed_without_loading_torch(name):
 
 @pytest.mark.parametrize(
     ("choices", "table"),
-    [
-        (MethodName, METHODS),
-        (RewardName, REWARDS),
-        (GoalMaskName, GOAL_MASKS),
-        (PresetName, PRESETS),
-    ],
+    [(MethodName, METHODS), (RewardName, REWARDS), (GoalMaskName, GOAL_MASKS), (PresetName, PRESETS)],
     ids=["method", "reward", "goal mask", "preset"],
 )
 def test_command_line_has_every_choice(choices, table):

@@ -39,14 +39,8 @@ def trades(n):
 @pytest.mark.parametrize(
     ("rules", "advice"),
     [
-        (
-            with_capacity(stone=10**6, wood=3),
-            r"lower the capacity of stone \(1,000,000\), w",
-        ),
-        (
-            with_capacity(wood=10**9),
-            r"lower the capacity of wood \(1,000,000,000\), or leave",
-        ),
+        (with_capacity(stone=10**6, wood=3), r"lower the capacity of stone \(1,000,000\), w"),
+        (with_capacity(wood=10**9), r"lower the capacity of wood \(1,000,000,000\), or leave"),
         (many(20), "these 21 rules over 21 facts give more; leave out rules"),
         (many(90), "these 91 rules over 91 facts give more; leave out rules"),
         (pipeline(61), "these 62 rules over 62 facts give more; leave out rules"),

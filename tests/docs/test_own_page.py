@@ -39,8 +39,7 @@ def test_page_lists_the_fields_of_a_level():
 
 
 @pytest.mark.parametrize(
-    ("view", "heading", "page"),
-    [(LevelView, "`situation.`", PAGE), (BaseView, "`situation.` in a task", TASKS)],
+    ("view", "heading", "page"), [(LevelView, "`situation.`", PAGE), (BaseView, "`situation.` in a task", TASKS)]
 )
 def test_page_lists_the_fields_of_a_situation(view, heading, page):
     known = {field.name for kind in (Situation, view) for field in fields(kind)}

@@ -135,8 +135,7 @@ def test_vector_env_equals_gymnasiums_sync_vector_env(case, mode):
     metas = [Script(plays) for _ in range(n + 1)] if mode == AutoresetMode.SAME_STEP else ["fixed-dfs"] * (n + 1)
     ours = EscapeRooms(n, **keywords(config, meta=metas[n], autoreset_mode=mode))
     theirs = SyncVectorEnv(
-        [lambda i=i: EscapeRoom(**keywords(config, env_index=i, meta=metas[i])) for i in range(n)],
-        autoreset_mode=mode,
+        [lambda i=i: EscapeRoom(**keywords(config, env_index=i, meta=metas[i])) for i in range(n)], autoreset_mode=mode
     )
     assert ours.metadata["autoreset_mode"] == theirs.metadata["autoreset_mode"]
     (observations, infos), (expected, expected_infos) = ours.reset(seed=SEED), theirs.reset(seed=[SEED] * n)

@@ -100,12 +100,7 @@ def test_episodes_end_with_the_environment_and_are_no_success():
 
 
 def test_fixed_dfs_pursues_the_deepest_goal_that_is_legal_and_missing():
-    rules = {
-        "wood": {},
-        "table": {"uses": {"wood": 1}},
-        "axe": {"needs": "table", "uses": {"wood": 1}},
-        "nap": {},
-    }
+    rules = {"wood": {}, "table": {"uses": {"wood": 1}}, "axe": {"needs": "table", "uses": {"wood": 1}}, "nap": {}}
     task = hierroom.Task(make=chest_task.Chest, goals=dict.fromkeys(rules, lambda env, info: 0), rules=rules)
     world = task.make_world(hierroom.EnvConfig(task=task), 5, seed=0)
     achieved = ([], ["wood"], ["wood", "nap", "table"], ["wood", "table", "wood"], ["nap"])

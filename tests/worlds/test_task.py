@@ -206,10 +206,7 @@ def test_recorded_episode_is_replayed_and_drawn():
         ({"max_steps": 0}, "max_steps must be at least 1, not 0"),
         ({"vectors": {"coin": [1.0]}}, "vectors of a task are equally many finite numbers for each goal"),
         ({"rules": None, "capacity": {"coin": 2}}, "there are no rules"),
-        (
-            {"rules": replace(chest.rules, target="key")},
-            "target 'chest' does not give the target of its rules, 'key'",
-        ),
+        ({"rules": replace(chest.rules, target="key")}, "target 'chest' does not give the target of its rules, 'key'"),
         ({"label": "two\nlines"}, "the label of a task must be a text of one line, not 'two"),
     ],
 )

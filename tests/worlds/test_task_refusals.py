@@ -95,10 +95,7 @@ def stops(env, info):
         ({"make": Unobserved}, "make of task fails: AttributeError: "),
         ({"make": Old}, "reset of task must return a tuple (observation, info), not a dict"),
         ({"make": lambda: Shown(5)}, "shows 'place' outside its observation space: 5 in Discrete(6, start=-1)"),
-        (
-            {"make": lambda: Shown(1j)},
-            "shows 'place' outside its observation space: an array of complex128",
-        ),
+        ({"make": lambda: Shown(1j)}, "shows 'place' outside its observation space: an array of complex128"),
         ({"make": Parted}, "task shows 'held_coins' outside its observation space: KeyError: 'held' in Box("),
         *[
             ({"make": lambda shown=shown: Seen([shown], 1, dtype=bool)}, f"observation space: {text} in Box(")
@@ -108,10 +105,7 @@ def stops(env, info):
             {"make": lambda: Seen([2.0**64], dtype=np.uint64)},
             "outside its observation space: 1.8446744073709552e+19 in",
         ),
-        (
-            {"make": lambda: Seen(0.5, 1, (3,), np.float32)},
-            "an array of float64 and shape () in Box(",
-        ),
+        ({"make": lambda: Seen(0.5, 1, (3,), np.float32)}, "an array of float64 and shape () in Box("),
         (
             {"make": lambda: Seen([1e300], np.inf, dtype=np.float32)},
             "task shows 'observation' with 1e+300; a network reads finite numbers up",
