@@ -24,7 +24,7 @@ def play_turns(env, actions):
         if not env.agents:
             env.reset()
         observation, *result = env.last()
-        yield observation, *result
+        yield observation, *result, env.observe("meta_0")
         if result[1] or result[2]:
             env.step(None)
         else:

@@ -8,6 +8,8 @@ import gymnasium
 import numpy as np
 import pytest
 import torch
+from api_kinds import KINDS, actions, begin
+from plain_values import plain
 
 import hierroom
 from hierroom.gym_env import EscapeRoom
@@ -32,31 +34,19 @@ def play(env, rng, episodes):
     return observed
 
 
-def equal(one, other):
-    if isinstance(one, dict):
-        return one.keys() == other.keys() and all(equal(one[key], other[key]) for key in one)
-    if isinstance(one, (tuple, list)):
-        return len(one) == len(other) and all(equal(a, b) for a, b in zip(one, other, strict=True))
-    if isinstance(one, np.ndarray) and one.dtype == object:
-        return equal([*one], [*other])
-    if isinstance(one, np.ndarray):
-        return one.dtype == other.dtype and np.array_equal(one, other)
-    return type(one) is type(other) and one == other
-
-
 def make(seed, **settings):
     env = hierroom.env(**{"graph": "d", "size": 11, "max_steps": 60, "drop_key": True, **settings})
     env.reset(seed=seed)
     return env
 
 
-def test_fifty_episodes_repeat_only_with_the_same_seed():
-    observed, again, other = (play(make(seed), np.random.default_rng(0), 50) for seed in (3, 3, 4))
-    assert len(observed) > 50 * 60
-    assert equal(observed, again)
-    assert not equal(observed[0], other[0])
+def test_twenty_episodes_repeat_only_with_the_same_seed():
+    observed, again, other = (play(make(seed), np.random.default_rng(0), 20) for seed in (3, 3, 4))
+    assert len(observed) > 20 * 60
+    assert plain(observed) == plain(again)
+    assert plain(observed[0]) != plain(other[0])
     starts = {repr(entry[1]) for entry in observed if entry[0] == "meta_0" and entry[5]["elapsed"] == 0}
-    assert len(starts) > 25
+    assert len(starts) > 10
 
 
 def test_an_episode_of_five_options_has_two_agents():
@@ -112,45 +102,16 @@ def arrays_of(thing):
             yield from arrays_of(value)
 
 
-APIS = {
-    "aec": lambda: hierroom.env(graph="a", size=11, max_steps=25, subgoal_horizon=6),
-    "parallel": lambda: hierroom.parallel_env(graph="a", size=11, max_steps=25, subgoal_horizon=6),
-    "gymnasium": lambda: EscapeRoom("a", meta="fixed-dfs", size=11, max_steps=25),
-    "vector": lambda: EscapeRooms(3, "a", meta="fixed-dfs", size=11, max_steps=25),
-}
-
-
-def advance(env, rng):
-    if hasattr(env, "last"):
-        has_ended = any(env.last()[2:4])
-        env.step(None if has_ended else int(rng.integers(env.action_space(env.agent_selection).n)))
-        if not env.agents:
-            env.reset()
-        return *env.last(), env.observe("meta_0")
-    if hasattr(env, "possible_agents"):
-        if not env.agents:
-            return env.reset()
-        return env.step({"meta_0": int(rng.integers(14)), "controller_0": int(rng.integers(5))})
-    actions = rng.integers(5, size=getattr(env, "num_envs", None))
-    result = env.step(actions)
-    return env.reset() if isinstance(env, EscapeRoom) and (result[2] or result[3]) else result
-
-
-@pytest.mark.parametrize("api", APIS)
-def test_returned_arrays_belong_to_the_caller(api):
-    env, twin = APIS[api](), APIS[api]()
-    rng, twin_rng = np.random.default_rng(0), np.random.default_rng(0)
-    spoil(env.reset(seed=7))
-    twin.reset(seed=7)
-    kept = []
-    for _ in range(120):
-        observed, expected = advance(env, rng), advance(twin, twin_rng)
-        assert equal(observed, expected)
-        arrays = [*arrays_of(observed)]
-        assert not any(np.shares_memory(one, other) for one, other in itertools.combinations(arrays, 2))
+@pytest.mark.parametrize("kind", KINDS)
+def test_returned_arrays_belong_to_the_caller(kind):
+    make, play = KINDS[kind]
+    env, twin = make(), make()
+    for each in (env, twin):
+        begin(each)
+    for observed, expected in zip(play(env, actions(120)), play(twin, actions(120)), strict=True):
+        assert plain(observed) == plain(expected)
+        assert not any(np.shares_memory(one, other) for one, other in itertools.combinations(arrays_of(observed), 2))
         spoil(observed)
-        kept.append((expected, copy.deepcopy(expected)))
-    assert equal(*map(list, zip(*kept, strict=True)))
 
 
 @pytest.mark.parametrize("copies", [True, False])

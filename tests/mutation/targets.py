@@ -10,8 +10,8 @@ TARGETS: Mapping[str, tuple[str, str, int]] = {
     "tree": ("goals/tree.py", "goals goals_enumeration complexity_graph_set", 1),
     "hitting": ("complexity/chains/hitting.py", "complexity_hitting", 7),
     "elimination": ("complexity/chains/elimination.py", "complexity_elimination", 21),
-    "ledger": ("turns/ledger.py", "options option_ends crafted_states", 24),
-    "turn_kernels": ("turns/kernels.py", "options option_ends turn_kernels rewards api_vector", 6),
+    "ledger": ("turns/ledger.py", "options turn_kernels crafted_states", 24),
+    "turn_kernels": ("turns/kernels.py", "options turn_kernels rewards api_vector", 6),
     "turns": ("turns/turns.py", "turns turns_masks turns_state turns_curriculum rewards", 4),
     "step": ("worlds/escape_room/step_kernels.py", "world_keys world_minigrid world_batch features novelty", 0),
     "view": (

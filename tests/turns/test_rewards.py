@@ -88,6 +88,7 @@ def test_shipped_rewards_equal_the_same_rewards_as_user_code(name):
         for field in ("rewards", "return_terminated", "return_truncated", "is_novel"):
             np.testing.assert_array_equal(getattr(one, field), getattr(other, field), err_msg=field)
     assert sum(step.rewards.sum() for step in own) > 0
+    assert make_reward(name).ends_with_option == (name == "intrinsic")
 
 
 def test_reading_is_novel_requires_the_visited_memory():
