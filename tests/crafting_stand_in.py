@@ -1,87 +1,44 @@
 """An environment with a world as in HierarchyCraft: a raft is built of wood, and sails from the shore."""
 
-from dataclasses import dataclass, field
+from collections import namedtuple
 from enum import Enum
 from types import SimpleNamespace
-from typing import NamedTuple
 
 import gymnasium
 
 Owner = Enum("Owner", {"PLAYER": "player", "CURRENT": "current_zone", "DESTINATION": "destination", "ZONES": "zones"})
 Operation = Enum("Operation", {"MIN": "min", "MAX": "max", "REMOVE": "remove", "ADD": "add"})
-
-
-class Zone(NamedTuple):
-    name: str
-
-
-class Item(NamedTuple):
-    name: str
-
-
-class Stack(NamedTuple):
-    item: Item
-    quantity: int = 1
-
-
-@dataclass
-class Transformation:
-    name: str
-    zone: Zone | None = None
-    destination: Zone | None = None
-    inventory_changes: dict = field(default_factory=dict)
-
-
+MIN, MAX, REMOVE, ADD = Operation
+Zone, Item = (namedtuple(kind, ["name"]) for kind in ("Zone", "Item"))
+Stack = namedtuple("Stack", ["item", "quantity"], defaults=[1])
 SHORE, FOREST, ISLAND = map(Zone, ("shore", "forest", "island"))
 WOOD, AXE, RAFT, FLAG = map(Item, ("wood", "axe", "raft", "flag"))
-WORLD = SimpleNamespace(
-    zones=[SHORE, FOREST, ISLAND],
-    start_zone=SHORE,
-    start_items=[Stack(AXE)],
-    start_zones_items={ISLAND: [Stack(FLAG)]},
-    transformations=[
-        Transformation("to-forest", SHORE, FOREST),
-        Transformation("to-shore", FOREST, SHORE),
-        Transformation(
-            "chop",
-            FOREST,
-            inventory_changes={
-                Owner.PLAYER: {
-                    Operation.MIN: [Stack(AXE)],
-                    Operation.MAX: [Stack(WOOD, 1)],
-                    Operation.ADD: [Stack(WOOD, 2)],
-                }
-            },
-        ),
-        Transformation(
-            "build",
-            inventory_changes={
-                Owner.PLAYER: {Operation.MIN: [Stack(WOOD, 2)], Operation.REMOVE: [Stack(WOOD, 2)]},
-                Owner.CURRENT: {Operation.ADD: [Stack(RAFT)]},
-            },
-        ),
-        Transformation(
-            "sail",
-            SHORE,
-            ISLAND,
-            {
-                Owner.CURRENT: {Operation.MIN: [Stack(RAFT)], Operation.REMOVE: [Stack(RAFT)]},
-                Owner.DESTINATION: {Operation.ADD: [Stack(RAFT)]},
-            },
-        ),
-        Transformation(
-            "take",
-            inventory_changes={
-                Owner.CURRENT: {Operation.MIN: [Stack(FLAG)], Operation.REMOVE: [Stack(FLAG)]},
-                Owner.PLAYER: {Operation.ADD: [Stack(FLAG)]},
-            },
-        ),
-        Transformation("sing"),
-    ],
-)
+
+
+def transformation(name, zone=None, to=None, **changes):
+    """Return a transformation; changes are pairs (operation, item and perhaps count) by owner."""
+    by_owner = {
+        Owner[owner.upper()]: {operation: [Stack(*items)] for operation, *items in several}
+        for owner, several in changes.items()
+    }
+    return SimpleNamespace(name=name, zone=zone, destination=to, inventory_changes=by_owner)
 
 
 class Crafting(gymnasium.Env):
     """It is only asked for its world."""
 
-    world = WORLD
+    world = SimpleNamespace(
+        zones=[SHORE, FOREST, ISLAND],
+        start_zone=SHORE,
+        start_items=[Stack(AXE)],
+        start_zones_items={ISLAND: [Stack(FLAG)]},
+        transformations=[
+            transformation("to-forest", SHORE, FOREST),
+            transformation("to-shore", FOREST, SHORE),
+            transformation("chop", FOREST, player=[(MIN, AXE), (MAX, WOOD, 1), (ADD, WOOD, 2)]),
+            transformation("build", player=[(MIN, WOOD, 2), (REMOVE, WOOD, 2)], current=[(ADD, RAFT)]),
+            transformation("sail", SHORE, ISLAND, current=[(MIN, RAFT), (REMOVE, RAFT)], destination=[(ADD, RAFT)]),
+            transformation("take", current=[(MIN, FLAG), (REMOVE, FLAG)], player=[(ADD, FLAG)]),
+            transformation("sing"),
+        ],
+    )

@@ -2,17 +2,11 @@
 
 import numpy as np
 import pytest
-from study_tables import measured_rows, run_rows
 
-from benchmarks.study.bootstrap import Bootstrap
-from benchmarks.study.correlations import correlations, estimates, interval
-from benchmarks.study.trained import medians, read_trained
-
-
-def trained_of(steps, twins=()):
-    graphs = [graph for graph in steps if not graph.endswith("-twin")]
-    (trained,) = read_trained(run_rows(steps), measured_rows(graphs, twins), "steps_to_95")
-    return trained
+from benchmarks.study.correlations import correlations, interval
+from benchmarks.study.random_work import random_steps
+from benchmarks.study.trained import medians
+from hierroom import Rules, workshop
 
 
 def test_medians_take_never_reached_as_infinite():
@@ -44,31 +38,6 @@ def test_never_reached_ranks_last_and_tied():
     assert table["x", "kendall"] == pytest.approx(5 / np.sqrt(30))
 
 
-def test_the_bootstrap_draws_graphs_and_seeds():
-    graphs = [f"g{i}" for i in range(20)]
-    goals, x = np.repeat([5.0, 7.0], 10), np.arange(20.0)
-    rng = np.random.default_rng(1)
-    sure = trained_of({graph: [10 * i + 10] * 5 for i, graph in enumerate(graphs)})
-    drawn = 10 * np.arange(20)[:, None] + 10 + rng.integers(0, 200, (20, 5))
-    noisy = trained_of(dict(zip(graphs, drawn.tolist(), strict=True)))
-    of_sure = estimates(sure, {"x": x, "goals": goals}, goals, Bootstrap(200))
-    of_noisy = estimates(noisy, {"x": x, "goals": goals}, goals, Bootstrap(200))
-    assert of_sure["x", "spearman"] == pytest.approx((1, 1, 1))
-    assert of_sure["goals", "minus goals"] == (0, 0, 0)
-    value, low, high = of_noisy["x", "spearman"]
-    assert low < value < 1
-    assert high - low > 0.1
-    assert estimates(noisy, {"x": x}, goals, Bootstrap(200))["x", "kendall"] == of_noisy["x", "kendall"]
-    only_graphs = estimates(
-        trained_of({graph: [m] * 5 for graph, m in zip(graphs, np.median(drawn, axis=1), strict=True)}),
-        {"x": x, "goals": goals},
-        goals,
-        Bootstrap(200),
-    )["x", "spearman"]
-    assert only_graphs.value == pytest.approx(value)
-    assert only_graphs.high - only_graphs.low < high - low
-
-
 def test_interval_is_corrected_for_bootstrap_bias():
     """The resamples 0.50, 0.51, ... 0.70 have a mean of 0.60, and their 5% and 95% points are 0.51 and 0.69."""
     resamples = np.linspace(0.5, 0.7, 21)
@@ -80,3 +49,10 @@ def test_interval_is_corrected_for_bootstrap_bias():
     few = np.where(np.arange(21) < 3, np.nan, resamples)
     assert str(interval(0.6, few, 0.9)) == "0.60"
     assert str(interval(np.nan, resamples, 0.9)) == "-"
+
+
+def test_random_steps_of_one_recipe_by_hand():
+    # Three actions: put the source, work, clear. From an empty bench the source is put in 3 steps on average; then
+    # work ends it, clear begins again and a second put changes nothing: m = 3 + n, n = 1 + n / 3 + m / 3, so m = 9.
+    recipes = workshop(Rules({"wood": {"gives": "wood"}}, target="wood")).book.recipes
+    assert random_steps(recipes) == pytest.approx(9)

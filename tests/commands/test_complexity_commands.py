@@ -10,6 +10,7 @@ import pytest
 from children import run_child
 
 from hierroom.commands.complexity import main
+from hierroom.complexity import analyze
 from hierroom.support.errors import InputError
 
 
@@ -120,3 +121,12 @@ def test_complexity_notes_equal_graphs(tmp_path, printed, capsys):
     (tmp_path / "mine.toml").write_text('name = "mine"\nkey_rooms = [2, 0]\nexit_room = 1\n')
     main(["--graph", "c", str(tmp_path / "mine.toml")])
     assert capsys.readouterr().err.startswith("warning: goal graphs c and mine are the same")
+
+
+def test_walk_option_changes_the_list_and_csv_is_precise(capsys):
+    main(["--graph", "a", "c", "--walk", "0.5", "0.4", "0.1"])
+    assert "c 4 1 9 14 10.61 60.8 53.2" in " ".join(capsys.readouterr().out.split())
+    main(["--graph", "a", "c", "--csv"])
+    assert capsys.readouterr().out.splitlines()[1].split(",")[-2] == repr(analyze("a").expected_steps)
+    with pytest.raises(InputError, match=r"must sum to 1, not 1\.3"):
+        main(["--walk", "0.5", "0.4", "0.4"])

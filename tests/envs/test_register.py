@@ -1,4 +1,4 @@
-"""Gymnasium ids for custom goal graphs, in this process and in others."""
+"""Gymnasium ids, also for custom goal graphs, in this process and in others, and their specs."""
 
 import sys
 import warnings
@@ -11,7 +11,10 @@ from gymnasium.envs.registration import EnvSpec
 
 import hierroom
 from hierroom import GoalGraph, InputError
+from hierroom.gym_env import EscapeRoom
+from hierroom.vector_env import EscapeRooms
 
+ROOM = "hierroom/EscapeRoom-b-v0"
 FORK = GoalGraph((0, 1, 1), 3, label="fork")
 MODULE = """import hierroom
 
@@ -115,3 +118,40 @@ def test_an_invalid_name_raises_input_error(name):
         "the name of an environment must be letters, digits, _, . and -, and not one of the letters "
         f"a, b, c, d, e, f, g, which are the paper's graphs; not {name!r}"
     )
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+def test_action_masks_method_equals_the_observed_mask(drop_key):
+    env = gymnasium.make(ROOM, size=11, drop_key=drop_key)
+    observation, _ = env.reset(seed=0)
+    masks = env.get_wrapper_attr("action_masks")()
+    assert masks.dtype == bool
+    assert masks.tolist() == observation["action_mask"].astype(bool).tolist() == [True] * (5 + drop_key)
+
+
+def test_spec_has_the_step_limit():
+    env = gymnasium.make(ROOM, max_steps=77)
+    assert env.spec.max_episode_steps == 77
+    assert env.unwrapped.spec.max_episode_steps == 77
+    assert gymnasium.make_vec(ROOM, 2, max_steps=77).spec.max_episode_steps == 77
+    assert EscapeRoom("f").spec is EscapeRooms(2, "f").spec is None
+    again = gymnasium.make(env.spec)
+    assert again.spec.max_episode_steps == 77
+    assert '"max_episode_steps": 77' in env.spec.to_json()
+    again.reset(seed=0)
+    ends = [again.step(1)[2:4] for _ in range(77)]
+    assert ends == [(False, False)] * 76 + [(False, True)]
+
+
+def test_make_vec_takes_specs_and_the_smaller_limit():
+    single = gymnasium.make(ROOM, max_steps=7)
+    many = gymnasium.make_vec(ROOM, 2, max_steps=7)
+    shorter = gymnasium.make_vec(ROOM, 2, max_episode_steps=7)
+    longer = gymnasium.make_vec(ROOM, 2, max_steps=7, max_episode_steps=9)
+    for envs in (gymnasium.make_vec(single.spec, 2), gymnasium.make_vec(many.spec), shorter, longer):
+        assert envs.spec.max_episode_steps == 7
+        envs.reset(seed=0)
+        assert [envs.step([1, 1])[3].all() for _ in range(7)] == [False] * 6 + [True]
+    for wrong in (0, "7", 7.0):
+        with pytest.raises(InputError, match="max_episode_steps must be"):
+            gymnasium.make_vec(ROOM, 2, max_episode_steps=wrong)

@@ -1,14 +1,8 @@
 """Goal graphs: the paper's table, errors for invalid graphs, files, and open goals."""
 
-import json
-from pathlib import Path
-from tempfile import TemporaryDirectory
-
 import networkx as nx
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from hierroom.goals import (
     EXIT_GOAL,
@@ -68,6 +62,12 @@ def test_goal_graph_is_hashable_and_immutable():
     assert repr(GoalGraph((0, 1), 2, "mine")) == "GoalGraph(key_rooms=(0, 1), exit_room=2)"
 
 
+HUGE = (
+    (10**5000, 2, r"key_rooms takes a list of whole numbers \(rooms\), not a huge int"),
+    ((0,), 10**5000, "the exit must be in a room from 1 to 1, behind a door, not in a huge int"),
+)
+
+
 @pytest.mark.parametrize(
     ("key_rooms", "exit_room", "message"),
     [
@@ -84,6 +84,7 @@ def test_goal_graph_is_hashable_and_immutable():
         ((True,), 1, "key_rooms takes whole numbers"),
         (None, 1, r"key_rooms takes a list of whole numbers \(rooms\), not None"),
         ((0,), "1", "exit_room takes whole numbers"),
+        *(pytest.param(*case, id=f"huge int {n}") for n, case in enumerate(HUGE)),
         ((10**5000,), 1, "the key of room 1 must be in a room from 0 to 1, not in a huge int"),
         (np.array("a"), 2, r"key_rooms takes a list of whole numbers \(rooms\), not a ndarray"),
         ((0,), np.array("a"), "exit_room takes whole numbers"),
@@ -93,13 +94,6 @@ def test_invalid_goal_graph_raises_input_error(key_rooms, exit_room, message):
     with pytest.raises(InputError, match=message) as caught:
         GoalGraph(key_rooms, exit_room)
     assert "\n" not in str(caught.value)
-
-
-def test_room_with_thousands_of_digits_raises_input_error():
-    with pytest.raises(InputError, match=r"key_rooms takes a list of whole numbers \(rooms\), not a huge int"):
-        GoalGraph(10**5000, 2)
-    with pytest.raises(InputError, match="the exit must be in a room from 1 to 1, behind a door, not in a huge int"):
-        GoalGraph((0,), 10**5000)
 
 
 @pytest.mark.parametrize("graph", [*NAMED_GRAPHS.values(), GoalGraph((0, 1, 2, 3, 4, 5, 6, 7, 8), 9)])
@@ -153,17 +147,6 @@ def test_file_named_like_another_graph_keeps_its_suffix(name, tmp_path):
     assert GoalGraph.from_toml(path).name == name
 
 
-@settings(max_examples=25)
-@given(st.text(min_size=1).filter(lambda text: text.isprintable() and text.strip() and text not in NAMED_GRAPHS))
-def test_a_label_survives_files_and_json(label):
-    graph = GoalGraph((0, 1), 1, label)
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "other.toml"
-        graph.to_toml(path)
-        assert GoalGraph.from_toml(path).name == label
-    assert as_goal_graph(json.loads(json.dumps(graph.to_dict()))).name == label
-
-
 def test_label_is_validated_and_ignored_by_equality():
     assert GoalGraph((0,), 1, "x") == GoalGraph((0,), 1)
     assert hash(GoalGraph((0,), 1, "x")) == hash(GoalGraph((0,), 1))
@@ -174,8 +157,9 @@ def test_label_is_validated_and_ignored_by_equality():
 
 def test_as_goal_graph_takes_a_dict():
     assert as_goal_graph({"key_rooms": [0, 1], "exit_room": 2}) == GoalGraph.named("c")
-    with pytest.raises(InputError, match="a goal graph has key_rooms"):
-        as_goal_graph({"key_rooms": [0, 1]})
+    for table in ({"key_rooms": [0, 1]}, 5, ["key_rooms", "exit_room"], None):
+        with pytest.raises(InputError, match="a goal graph has key_rooms, exit_room and perhaps a name"):
+            GoalGraph.from_dict(table)
 
 
 def test_unreadable_file_raises_input_error(tmp_path):
@@ -190,11 +174,8 @@ def test_unreadable_file_raises_input_error(tmp_path):
 def test_unknown_graph_raises_input_error(graph):
     with pytest.raises(InputError, match="a graph must be a letter from a to g, a name such as keys-0-1-exit-2"):
         as_goal_graph(graph)
-
-
-def test_unknown_letter_raises_input_error():
-    with pytest.raises(InputError, match=r"by a letter from a to g, or like .*, not 'h'"):
-        GoalGraph.named("h")
+    with pytest.raises(InputError, match=r"by a letter from a to g, or like .*, not"):
+        GoalGraph.named(graph)
 
 
 def test_every_graph_is_found_by_its_name():
@@ -252,9 +233,3 @@ def test_to_networkx_gives_the_papers_dependency_graph():
 def test_unwritable_toml_file_raises_input_error(tmp_path):
     with pytest.raises(InputError, match=r"cannot write .*c\.toml: No such file or directory"):
         GoalGraph.named("c").to_toml(tmp_path / "nowhere" / "c.toml")
-
-
-def test_goal_graph_from_another_type_raises_input_error():
-    for table in (5, ["key_rooms", "exit_room"], None):
-        with pytest.raises(InputError, match="a goal graph has key_rooms, exit_room and perhaps a name"):
-            GoalGraph.from_dict(table)

@@ -8,6 +8,7 @@ import pytest
 import hierroom
 from hierroom.runs import session
 from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.presets import PRESETS
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trained_agent import load
 from hierroom.runs.trainer import Trainer
@@ -157,3 +158,27 @@ def test_one_line_gives_short_printable_text(name):
     assert line.isprintable()
     assert len(line) < 1100
     line.encode()
+
+
+def test_config_with_missing_entry_raises_input_error():
+    table = SMALL.to_dict()
+    assert TrainConfig.from_dict(table) == SMALL
+    for part, entry in (("ppo", "gamma"), ("env", "subgoal_horizon")):
+        lacking = {name: value for name, value in table[part].items() if name != entry}
+        with pytest.raises(InputError, match=rf"missing required field `{entry}` - at `\$\.{part}`$"):
+            TrainConfig.from_dict({**table, part: lacking})
+
+
+def test_paper_preset_matches_section_3():
+    paper = PRESETS["paper"]
+    assert (paper.steps, paper.num_envs, paper.env.max_steps) == (10_000_000, 128, 1000)
+    assert (paper.ppo.hidden_size, paper.ppo.learning_rate) == (64, 2.5e-4)
+    assert (paper.ppo.gamma, paper.ppo.gae_lambda) == (0.9, 0.95)
+    assert paper.agents.features == ("view-ids", "goal")
+
+
+def test_ppo_with_goal_features_alone_raises_input_error():
+    with pytest.raises(
+        InputError, match=r"method ppo does not see goals, so features must name more than goal, symbol$"
+    ):
+        Trainer(SMALL.changed(method="ppo", features=("goal", "symbol")))

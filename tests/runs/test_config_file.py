@@ -170,12 +170,6 @@ def test_config_entry_names_are_unique():
     assert len(names) == len(set(names))
 
 
-def test_config_file_in_docs_is_read():
-    page = (Path(__file__).parents[2] / "docs" / "runs.md").read_text()
-    config = read_config(write_config(page.split("```toml\n")[1].split("```")[0]))
-    assert (config.preset, config.env.graph, config.num_envs, config.meta_ppo.gamma) == ("long", "f", 32, 0.99)
-
-
 def test_preset_of_a_config_cannot_be_changed(tmp_path):
     config = find_preset("default")
     with pytest.raises(InputError, match="one from default cannot be changed to large"):

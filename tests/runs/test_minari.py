@@ -9,20 +9,8 @@ import pytest
 from odd_names import counter
 
 import hierroom
-from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
-
-MAZE = """
-###########
-#@ #  b   #
-#  R      #
-#  ########
-#r B   #  #
-#  #   #  #
-#  #  g GE#
-###########
-"""
 
 
 @pytest.mark.parametrize("config", [EnvConfig("c", max_steps=50), EnvConfig(task="workshop:6", max_steps=20)])
@@ -81,13 +69,7 @@ def test_minari_dataset_has_episodes_and_recovers_their_environment(tmp_path, mo
     ("player", "config"),
     [
         ("c", EnvConfig("c", max_steps=50, reward="extrinsic")),
-        (
-            "random",
-            EnvConfig(["a", GoalGraph((0, 0), 1, label="a > b")], exclude="a", size=11, max_steps=9, env_index=3),
-        ),
-        ("random", EnvConfig(layout=MAZE, max_steps=9, drop_key=True, novelty_bonus=0.5)),
         ("random", EnvConfig(task="workshop:4", max_steps=30)),
-        ("random", EnvConfig(task="workshop:4", max_steps=1000, goal_mask="none", subgoal_horizon=7)),
         ("random", EnvConfig(task="odd_names:counter", max_steps=4, levels="training")),
     ],
 )

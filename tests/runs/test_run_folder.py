@@ -1,7 +1,5 @@
 """The folder of a run: whole files, honest errors, nothing executed."""
 
-import errno
-import json
 import re
 
 import pytest
@@ -82,20 +80,3 @@ def test_broken_table_leaves_all_tables_unchanged(tmp_path):
     with pytest.raises(InputError, match=r"evaluations\.csv is broken: line 2: success_rate .* 'abc'; mend it, or"):
         RunFolder(folder.path).keep_rows({"tables": dict.fromkeys(checkpoint.TABLES, 1), "steps": 64})
     assert [table.path.read_text() for table in folder.tables] == before
-
-
-def test_full_disk_raises_input_error_and_keeps_old_file(tmp_path, monkeypatch):
-    folder = RunFolder.create(tmp_path / "run", SMALL)
-    folder.save_summary({"steps": 1})
-    folder.metrics.append([{"steps": 1, "episodes": 0}])
-
-    def full(*_):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr("hierroom.support.files.os.replace", full)
-    for write in (lambda: folder.save_summary({"steps": 2}), lambda: folder.save_checkpoint({"steps": 2})):
-        with pytest.raises(InputError, match="No space left on device"):
-            write()
-    assert json.loads((folder.path / "summary.json").read_text()) == {"steps": 1}
-    assert not list(folder.path.rglob("*.part"))
-    assert not list(folder.checkpoints.iterdir())

@@ -19,7 +19,6 @@ from hierroom.support import errors, kernel
 from hierroom.support.clocks import LINE
 
 PACKAGE = Path(hierroom.__file__).parent
-DIGEST = kernel.digest_of_kernels(PACKAGE)[:16]
 PRINT_FOLDER = """
 import hierroom
 from hierroom.worlds.random_kernels import mix

@@ -70,17 +70,6 @@ def test_stage_rises_with_escapes_and_falls_without(stages):
     assert play_on(turns, turn_left) <= easy
 
 
-def test_curriculum_stays_at_the_last_stage(stages):
-    turns = make(INTERVAL, N_ENVS, seed=4, **SETTINGS)
-    oracle = OraclePlayer()
-    play_to_the_next_stage(turns, oracle.step)
-    first = turns.world.state.levels["episode"].copy()
-    while (turns.world.state.levels["episode"] - first).sum() < 2 * EPISODES_PER_STAGE:
-        oracle.step(turns)
-        assert stage_of(turns) == 1
-    assert graphs_of(turns, np.arange(N_ENVS)) <= stages[1]
-
-
 def test_one_stage_draws_from_the_whole_interval(stages):
     turns = make(INTERVAL, 1000, seed=4)
     assert graphs_of(turns, np.arange(1000)) == stages[0] | stages[1]

@@ -189,8 +189,3 @@ def test_task_refuses_entries_of_escape_rooms(entries, said):
     with pytest.raises(InputError) as refused:
         EnvConfig(**{"task": chest, **entries})
     assert said in str(refused.value)
-
-
-def test_task_refuses_memories_of_escape_rooms():
-    with pytest.raises(InputError, match="chest_task:chest does not remember what a feature or a reward asks for"):
-        make(reward="novelty")

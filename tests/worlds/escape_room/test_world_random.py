@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from splitmix import BITS, GOLDEN, below, key_of, mixed, shuffled
+from splitmix import BITS, GOLDEN, key_of, mixed, shuffled
 
 from hierroom.worlds.escape_room.layout import LEVEL
-from hierroom.worlds.random_kernels import mix, random_below, shuffle, stream_key, turn_uniforms
+from hierroom.worlds.random_kernels import mix, shuffle, stream_key, turn_uniforms
 
 KEYS = (0, 1, 2**63, BITS, 0x0123456789ABCDEF)
 
@@ -28,15 +28,6 @@ def test_mix_equals_splitmix64():
 @pytest.mark.parametrize("numbers", [(0, 0, 0), (7, 3, 2), (2**62, 127, 2**31), (1, 0, 0), (0, 1, 0), (0, 0, 1)])
 def test_stream_key_equals_plain_python(numbers):
     assert int(stream_key(*numbers)) == key_of(*numbers)
-
-
-@pytest.mark.parametrize("key", KEYS)
-def test_random_below_equals_plain_python(key):
-    own = level(key)
-    assert [random_below(own, bound) for bound in (1, 2, 5, 64, 10**6)] == [
-        below(key, n, bound) for n, bound in enumerate((1, 2, 5, 64, 10**6), start=1)
-    ]
-    assert own.n_drawn == 5
 
 
 @pytest.mark.parametrize("key", KEYS)
