@@ -2,6 +2,7 @@
 
 import time
 
+import gymnasium
 import numpy as np
 import pytest
 
@@ -70,6 +71,43 @@ def test_clock_of_play_does_not_count_what_the_first_step_takes(monkeypatch):
     costs = measure_costs(EnvConfig(task="workshop:4:9"), seconds=0.5)
     assert costs.steps > 5_000
     assert costs.steps_per_second > 10_000
+
+
+class Walk(gymnasium.Env):
+    """Walk right for 12 steps of three with chance 1 / 2, slowly."""
+
+    observation_space, action_space = gymnasium.spaces.Box(0, 99, (1,)), gymnasium.spaces.Discrete(2)
+    steps, seconds = 0, 0.0
+
+    def reset(self, *, seed=None, options=None):
+        self.at = 0
+        return np.zeros(1, np.float32), {}
+
+    def step(self, action):
+        Walk.steps += 1
+        time.sleep(self.seconds)
+        self.at = max(0, self.at + 2 * int(action) - 1)
+        return np.full(1, self.at, np.float32), 0.0, False, False, {}
+
+
+def walk_task():
+    goals = {f"at {n}": lambda env, info, n=n: env.unwrapped.at >= n for n in (4, 8, 12)}
+    return hierroom.Task(make=Walk, goals=goals, target="at 12", max_steps=600, label="walk")
+
+
+def test_steps_that_go_back_to_a_state_are_few_and_part_of_the_budget(monkeypatch):
+    monkeypatch.setattr(Walk, "steps", 0)
+    costs = measure_costs(EnvConfig(task=walk_task()), play_steps=8000)
+    assert 8000 <= costs.steps < 8200
+    assert Walk.steps == pytest.approx(costs.steps, abs=50)
+    assert np.isfinite(costs.expected_steps.value)
+
+
+def test_slow_play_ends_in_time(monkeypatch):
+    monkeypatch.setattr(Walk, "seconds", 0.02)
+    monkeypatch.setattr(Walk, "steps", 0)
+    measure_costs(EnvConfig(task=walk_task()), seconds=0.4)
+    assert Walk.steps <= 20 + 16 + 10
 
 
 def test_limit_of_the_task_or_of_its_environment_applies():

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hierroom.lab.advise.play import Budget, Progress, RandomPlay
+from hierroom.lab.advise.play import Achieved, Budget, Progress, RandomPlay
 from hierroom.lab.advise.stages import Trials
 from hierroom.support.errors import InputError
 from hierroom.support.intervals import Interval, wilson_interval
@@ -51,10 +51,9 @@ class PlayCosts:
         random_success: share of episodes of ``limit`` steps that reach the target, with Wilson's interval.
         episodes: how many these are.
         limit: steps of an episode.
-        stages: number of stages seen.
         steps: primitive steps played.
         steps_per_second: their speed here.
-        sequences: the step and name of each achieved goal of each episode, in order, to check rules.
+        sequences: of each episode, to check rules: see `play.Achieved`.
         is_interrupted: whether Ctrl-C ended play.
     """
 
@@ -63,10 +62,9 @@ class PlayCosts:
     random_success: Interval
     episodes: int
     limit: int
-    stages: int
     steps: int
     steps_per_second: float
-    sequences: Sequence[Sequence[tuple[int, str]]] = field(default=(), repr=False)
+    sequences: Sequence[Achieved] = field(default=(), repr=False)
     is_interrupted: bool = False
 
     @property
@@ -126,7 +124,6 @@ def measure_costs(
         wilson_interval(share, episodes.n, LEVEL) if episodes.n else Interval(np.nan, 0.0, 1.0),
         episodes.n,
         limited.limit,
-        len(trials.numbers),
         budget.steps,
         speed,
         episodes.sequences,

@@ -85,11 +85,6 @@ class Model:
     fits: Mapping[tuple[str, str, str], Fit]
     tasks: Mapping[str, tuple[float, float]]
 
-    @property
-    def methods(self) -> list[str]:
-        """The methods that it predicts."""
-        return [*dict.fromkeys(method for method, _, _ in self.fits)]
-
 
 @cache
 def read_model(path: Path = FILE) -> Model:

@@ -109,7 +109,10 @@ class Advice:
         if self.method is not None:
             command = f"python -m hierroom train {self.train} --steps {self.steps:_}"
             command += "" if self.method == "hippo" else f" --method {self.method}"
-            lines.append(_row("advice", f"{NAMES[self.method]}, {self.steps:,} steps:  {command}"))
+            one = self.predictions[self.method]
+            *_, last = one.steps_to.values()
+            twice = ", twice the median" if math.isinf(last.high) and (self.steps or 0) < one.horizon else ""
+            lines.append(_row("advice", f"{NAMES[self.method]}, {self.steps:,} steps{twice}:  {command}"))
         if self.similar:
             lines.append(_row("similar tasks", ", ".join(f"{name} ({in_short(one)})" for name, one in self.similar)))
         return "\n".join(lines)
@@ -187,14 +190,15 @@ def similar(known: Known, model: Model, n: int = 3) -> list[tuple[str, float]]:
 def best_of(predictions: Mapping[str, Prediction]) -> tuple[str | None, int | None]:
     """Return the method that is expected to reach 50% first, and steps that suffice for 95%, with two digits.
 
-    None if every method is expected to take longer than the horizon.
+    They are the interval's end, or twice the median if that end is beyond the horizon, but at most the horizon. None
+    if every method is expected to take longer than the horizon.
     """
     times = {name: one.steps_to_50 for name, one in predictions.items() if one.steps_to_50 is not None}
     name = min(times, key=times.__getitem__, default=None)
     if name is None or math.isinf(times[name]):
         return None, None
     one = predictions[name]
-    enough = (one.steps_to_95 or times[name]).high
-    steps = min(enough, one.horizon)
-    digits = 10 ** (len(str(int(steps))) - 2)
+    *_, last = one.steps_to.values()
+    steps = round(min(2 * last if math.isinf(last.high) else last.high, one.horizon))
+    digits = 10 ** (len(str(steps)) - 2)
     return name, int(math.ceil(steps / digits) * digits)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import Rules
+from hierroom.lab.advise.play import Achieved
 from hierroom.lab.advise.played_rules import PlayedRules
 from hierroom.support.errors import InputError
 
@@ -77,22 +78,23 @@ class RuleCheck:
 
 def check_rules(
     rules: Rules | None,
-    episodes: Sequence[Sequence[tuple[int, str]]],
+    episodes: Sequence[Achieved],
     goals: Sequence[str],
     target: str,
     once: Sequence[str] = (),
 ) -> RuleCheck:
     """Compare rules, with one rule for each goal, with episodes.
 
+    A goal that is true at reset is not achieved there, and gives its fact from the start.
+
     Args:
         rules: the rules, or None.
-        episodes: for each episode the steps and names of its achievements, in order. Those of one step may come in any
-            order.
+        episodes: the achievements of each episode, in order. Those of one step may come in any order.
         goals: names of all goals.
         target: the goal that ends an episode.
         once: goals that count at most once in an episode.
     """
-    names = [[goal for _, goal in episode] for episode in episodes]
+    names = [[goal for _, goal in episode] for _, episode in episodes]
     played = PlayedRules.of(names, goals, target, set(once))
     if rules is None:
         return RuleCheck(None, played, Counter(goal for one in names for goal in one), {}, {}, {})
@@ -101,10 +103,10 @@ def check_rules(
     unused: Counter[str] = Counter()
     legal: Counter[str] = Counter()
     missing: dict[str, Counter[str]] = {}
-    for episode in episodes:
+    for start, episode in episodes:
         if achieved.total() >= MOST:
             break
-        marking, kept = rules.start_marking, rules.start_marking  # kept: as if nothing were used up
+        marking = kept = rules.start_marking if start is None else start  # kept: as if nothing were used up
         seen: set[str] = set()
         for _, group in groupby(episode, key=lambda one: one[0]):
             seen |= _legal(rules, marking)

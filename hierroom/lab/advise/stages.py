@@ -58,9 +58,6 @@ class Trials:
         self._by_kind: list[NDArray[np.int64]] = []  # [2, K + 1] steps and goals reached
         self._everywhere = np.arange(num_envs)
 
-    def __len__(self) -> int:
-        return len(self._rows)
-
     def number_of(self, kinds: tuple[int, ...]) -> int:
         """Return the number of a stage; a new one gets the next number."""
         if kinds not in self.numbers:
@@ -76,14 +73,10 @@ class Trials:
             self._reached[envs, pursued[envs]] += 1
 
     def leave(self, env: int, stage: int) -> None:
-        """End a trial, and begin one in the next stage."""
+        """End a trial, and begin one in the next stage; after `CUT` in stage 0."""
         self._rows.append((env, self.stage[env], stage))
         self._by_kind.append(np.stack([self._steps[env], self._reached[env]]))
         self.enter(env, max(stage, 0))
-
-    def cut(self, env: int) -> None:
-        """Note a trial that ends before its stage is left; the next one begins in stage 0."""
-        self.leave(env, CUT)
 
     def enter(self, env: int, stage: int) -> None:
         """Begin a trial in a stage, without counting what came before."""
@@ -94,18 +87,15 @@ class Trials:
     def close(self) -> None:
         """Note the unfinished trials."""
         for env in self._everywhere.tolist():
-            self.cut(env)
+            self.leave(env, CUT)
 
     def totals(self) -> NDArray[np.int64]:
         """Return the steps that pursued goals of each kind, and how often these were reached: [2, K + 1]."""
-        return np.sum(self._by_kind, axis=0) if self._by_kind else np.zeros((2, self._steps.shape[1]), np.int64)
+        return np.sum(self._by_kind, axis=0)
 
     def flow(self, weights: NDArray[np.float64] | None = None) -> Flow:
-        """Return the expectations over natural play; ``weights`` [N] count each environment's trials so often."""
+        """Return the expectations over natural play, after `close`; ``weights`` [N] count environments so often."""
         n = len(self.numbers)
-        if not self._rows:
-            nothing = np.zeros(self._steps.shape[1])
-            return Flow(np.inf, nothing, nothing, np.zeros(n))
         env, stage, after = np.array(self._rows).T
         weight = np.ones(len(env)) if weights is None else weights[env]
         counts = np.array(self._by_kind, float)  # [R, 2, K + 1]
