@@ -23,8 +23,8 @@ from benchmarks.study.lead import sentence as lead_sentence
 from benchmarks.study.paired import Paired, median_ratios, pair
 from benchmarks.study.tables import Row, first_seeds, measures_for, read_rows
 from benchmarks.study.trained import Milestone, measures_of
+from benchmarks.study.trend import TRENDS, trends
 from benchmarks.study.trend import sentence as trend_sentence
-from benchmarks.study.trend import trends
 from hierroom.lab.sweep.summary import steps_text
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
@@ -52,7 +52,7 @@ class Options:
             got there on more than a third of the graphs.
         by: the rows of the table: the number of goals before the exit (exit depth), the largest number of rooms at the
             same depth (width, 1 for a chain), or the number of rooms.
-        hardest_by: the measure that says which graphs are the hardest.
+        hardest_by: the measure that says which graphs are the hardest; by default the mean steps of random play.
         seeds: only seeds 0, 1, ..., so many of them, as of a sweep that goes on; all by default.
         bootstrap: how intervals are computed.
         out: a CSV file with a row for each graph.
@@ -64,7 +64,7 @@ class Options:
     measures: Path | None = None
     outcome: Milestone | None = None
     by: Grouping = "exit_depth"
-    hardest_by: str = "play_expected_steps"
+    hardest_by: str | None = None
     seeds: int | None = None
     bootstrap: tyro.conf.OmitArgPrefixes[Bootstrap] = field(default_factory=Bootstrap)
     out: Path | None = None
@@ -212,9 +212,11 @@ def _works(found: Sequence[Comparison], measured: Sequence[Row], options: Option
     Raises:
         InputError: as `hardest`.
     """
-    few = hardest(found, measured, options.hardest_by)
+    known = measures_of([one.graph for one in found], measured)
+    measure = options.hardest_by or next((name for name in reversed(TRENDS) if name in known), TRENDS[-1])
+    few = hardest(found, measured, measure)
     with_hierarchy, without = _working(few)
-    where = f"Hardest tenth by {options.hardest_by}, with ties {len(few)} of {len(found)} goal graphs"
+    where = f"Hardest tenth by {measure}, with ties {len(few)} of {len(found)} goal graphs"
     ends = f"{options.hierarchical} ends above {ENOUGH:.0%} success on {with_hierarchy}, {options.flat} on {without}"
     return f"{where}: {ends}."
 

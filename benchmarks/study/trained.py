@@ -30,6 +30,7 @@ MEASURES: Mapping[str, int] = {
     "expected_steps": 1,
     "play_hitting_time": 1,
     "play_expected_steps": 1,
+    "random_steps": 1,
     "play_success": -1,
     "random_success": -1,
     "effective_horizon": 1,

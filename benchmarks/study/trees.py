@@ -81,7 +81,7 @@ def measured_tree(n_goals: int, seed: int, shape: Shape) -> dict[str, str | floa
         "fewest": report.fewest,
         "hitting_time": report.hitting_time,
         "expected_steps": report.expected_steps,
-        "play_expected_steps": random_steps(recipes),
+        "random_steps": random_steps(recipes),
         "settings": "exact",
     }
 
@@ -113,11 +113,9 @@ def main() -> int:
     every = [(n, seed, shape) for n in GOALS for shape in get_args(Shape) for seed in range(SEEDS)]
     found = [row for one in track(every, "measuring", transient=True) if (row := measured_tree(*one))]
     # What has all measures alike is most often the same tree with other names.
-    rows = [
-        *{
-            tuple(f"{row[name]:.9g}" for name in (*APART, "play_expected_steps")): row for row in reversed(found)
-        }.values()
-    ][::-1]
+    rows = [*{tuple(f"{row[name]:.9g}" for name in (*APART, "random_steps")): row for row in reversed(found)}.values()][
+        ::-1
+    ]
     if len(rows) <= options.trees:
         raise InputError(f"there are {len(rows)} candidates, and more than {options.trees} are needed")
     columns = np.array([[row[name] for name in APART] for row in rows], float)

@@ -12,8 +12,8 @@ from benchmarks.study.correlations import Estimate, interval, rank_correlations,
 from benchmarks.study.paired import Paired, ratios
 from benchmarks.study.trained import medians
 
-TRENDS = ("exit_depth", "width", "hitting_time", "play_expected_steps")
-"""The measures with which the ratio is correlated."""
+TRENDS = ("exit_depth", "width", "hitting_time", "play_expected_steps", "random_steps")
+"""The measures with which the ratio is correlated; the last one that a table has says which graphs are the hardest."""
 
 
 def trends(found: Paired, measures: Mapping[str, NDArray[np.float64]], bootstrap: Bootstrap) -> dict[str, Estimate]:
