@@ -3,9 +3,8 @@
     python -m benchmarks.prediction.play
 
 A row a task, in benchmarks/results/prediction/play.csv. Rows that are there already are kept. Equal seeds and steps
-give equal rows. The committed rows were played for 600,000, 1,000,000 or 1,500,000 steps (column ``settings``), most of
-them before the order of random numbers changed, so that playing again repeats them up to chance only. In workshops
-``random_success`` is of other 250,000 steps, as play had episodes of 1000 steps there, and the runs 400.
+give equal rows: with ``--out again.csv`` every task is played for as many steps as its committed row was, 600,000,
+1,000,000 or 1,500,000 (column ``settings``), and the tables are equal.
 """
 
 from __future__ import annotations
@@ -43,12 +42,12 @@ class Options:
     """Play in every task.
 
     Args:
-        play_steps: of each task.
+        play_steps: of each task; by default as many as in its committed row, or a million.
         seed: of levels and actions.
         out: the table.
     """
 
-    play_steps: int = 1_000_000
+    play_steps: int | None = None
     seed: int = 0
     out: Path = PLAY
 
@@ -100,12 +99,12 @@ def tasks() -> Iterator[tuple[str, dict[str, str]]]:
         yield "new", row
 
 
-def played_row(config: EnvConfig, use: str, options: Options) -> dict[str, Any]:
+def played_row(config: EnvConfig, use: str, play_steps: int, seed: int) -> dict[str, Any]:
     """Play in a task and return its row."""
-    costs = measure_costs(config, play_steps=options.play_steps, seed=options.seed)
+    costs = measure_costs(config, play_steps=play_steps, seed=seed)
     known = Known.of(costs, make_world(config, 1).rules)
     interval = {"expected_low": costs.expected_steps.low, "expected_high": costs.expected_steps.high}
-    settings = f"play_steps={options.play_steps} seed={options.seed}"
+    settings = f"play_steps={play_steps} seed={seed}"
     return {"task": config.key, "use": use, **asdict(known), **interval, "settings": settings}
 
 
@@ -114,13 +113,15 @@ def main() -> int:
     options = tyro.cli(Options, description=__doc__)
     options.out.parent.mkdir(parents=True, exist_ok=True)
     rows: dict[str, dict[str, Any]] = {row["task"]: row for row in read_rows(options.out)}
+    steps = {row["task"]: int(row["settings"].split()[0].split("=")[1]) for row in read_rows(PLAY)}
     with progress_bar() as bar:
         for use, row in bar.track([*tasks()], description="playing"):
             config = config_of(row)
             if config.key in rows:
                 continue
             try:
-                rows[config.key] = played_row(config, use, options)
+                n = options.play_steps or steps.get(config.key, 1_000_000)
+                rows[config.key] = played_row(config, use, n, options.seed)
             except InputError as error:
                 print(f"{config.key}: {error}")
                 continue
