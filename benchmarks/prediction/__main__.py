@@ -2,7 +2,8 @@
 
     python -m benchmarks.prediction.play     # random play in every task (an hour of one core)
     python -m benchmarks.prediction          # the tables, and hierroom/lab/advise/model.json
-    python -m benchmarks.prediction --new    # predictions of tasks that nobody has trained on
+    python -m benchmarks.prediction --new    # predictions of tasks that nobody has trained on; once, before their runs
+    python -m benchmarks.prediction.judge    # these predictions, and the runs that were made afterwards
 
 Two tables of each measure, method and milestone: fitted on one world and tried on the other, and fitted on both worlds
 with tasks left out, ten times a tenth. A third one tries the chosen fits on other levels, which no fit has seen.
@@ -29,6 +30,7 @@ from hierroom.lab.advise.measures import MEASURES, Known
 from hierroom.lab.advise.outside import OTHER, outside
 from hierroom.lab.advise.prediction import predict
 from hierroom.support.cli import run
+from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
 from hierroom.support.tables import csv_text
 
@@ -204,6 +206,8 @@ def main() -> int:
     options = tyro.cli(Options, description=__doc__)
     known, uses = known_tasks()
     if options.new:
+        if (FOLDER / "new.csv").exists():
+            raise InputError(f"predictions are made once, before the runs: {FOLDER / 'new.csv'} is there already")
         rows = [*new_predictions(known)]
         write_atomically(FOLDER / "new.csv", csv_text(rows, [*dict.fromkeys(name for row in rows for name in row)]))
         print(f"predictions of {len(rows)} tasks are in {FOLDER / 'new.csv'}")

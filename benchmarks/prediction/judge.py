@@ -1,0 +1,71 @@
+"""Judge the predictions of the tasks that nobody had trained on, by the runs that were made afterwards.
+
+    python -m benchmarks.prediction.judge
+
+A row for each method, milestone and world, of the runs that there are; tasks without a prediction are only counted. A
+prediction of no number is wrong by an infinite factor where the run got there. ``never`` counts runs that did not get
+there within a million steps: of those, how many were predicted so, and of the others, how many wrongly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tyro
+
+from benchmarks.prediction.__main__ import FOLDER, WANTED, rounded, write_and_print
+from benchmarks.prediction.fit import score
+from benchmarks.prediction.play import RESULTS, config_of, read_rows
+from benchmarks.prediction.rows import Runs, times
+from hierroom.support.cli import run
+
+
+@dataclass(frozen=True)
+class Options:
+    """Judge the predictions of benchmarks/results/prediction/new.csv.
+
+    Args:
+        trees: the runs in tech trees.
+        rooms: the runs in EscapeRooms.
+    """
+
+    trees: Path = RESULTS / "predicted_trees" / "sweep.csv"
+    rooms: Path = RESULTS / "predicted_rooms" / "sweep.csv"
+
+
+def judged(options: Options) -> Iterator[dict[str, Any]]:
+    """Yield a row for each method, milestone and world."""
+    new = {row["task"]: row for row in read_rows(FOLDER / "new.csv")}
+    worlds = {"workshop": read_rows(options.trees), "escape_room": read_rows(options.rooms)}
+    for method, milestone in WANTED:
+        of_method = {world: [row for row in rows if row["method"] == method] for world, rows in worlds.items()}
+        for world, rows in {"both": [*of_method["workshop"], *of_method["escape_room"]], **of_method}.items():
+            names = [f"{method} {milestone}{end}" for end in ("", "_low", "_high")]
+            found = [(key, row, new[key]) for row in rows if (key := config_of(row).key) in new]
+            found = [(key, row, [float(one[name]) for name in names]) for key, row, one in found if one[names[0]]]
+            if not found:
+                continue
+            ends = [times(row[milestone], float(row["steps"])) for _, row, _ in found]
+            runs = Runs(np.array([key for key, *_ in found]), np.full(len(found), world), *np.array(ends).T)
+            middle, low, high = np.log([steps for *_, steps in found]).T
+            is_never, is_said = np.isinf(runs.high), np.isinf(middle)
+            yield {
+                **{"method": method, "milestone": milestone, "world": world, "runs": len(rows)},
+                **rounded(score(runs, middle, low, high)),
+                "never": f"{(is_never & is_said).sum()} of {is_never.sum()}",
+                "never, wrongly": f"{(~is_never & is_said).sum()} of {(~is_never).sum()}",
+            }
+
+
+def main() -> int:
+    """Run the command."""
+    write_and_print([*judged(tyro.cli(Options, description=__doc__))], "judged.csv")
+    return 0
+
+
+if __name__ == "__main__":
+    run(main)

@@ -1,0 +1,23 @@
+"""Predictions of new tasks, judged by runs that are made up."""
+
+import csv
+
+from benchmarks.prediction.judge import Options, judged
+
+
+def test_predictions_are_judged_by_hand(tmp_path):
+    runs = [  # HiPPO is predicted 17,050 [7,907, 53,640] and 38,580 [17,770, beyond], PPO+Bonus 31,000 [9,380, beyond]
+        {"method": "hippo", "steps_to_50": "34100", "steps_to_95": ""},
+        {"method": "ppo-bonus", "steps_to_50": "9000", "steps_to_95": ""},
+    ]
+    trees = tmp_path / "trees.csv"
+    with trees.open("w", newline="") as file:
+        writer = csv.DictWriter(file, ["graph", "steps", *runs[0]])
+        writer.writeheader()
+        writer.writerows({"graph": "workshop:4:4493:mixed", "steps": "1000448", **run} for run in runs)
+    rows = {(row["method"], row["milestone"]): row for row in judged(Options(trees, tmp_path / "rooms.csv"))}
+    assert {key: (row["factor"], row["coverage"], row["never"]) for key, row in rows.items()} == {
+        ("hippo", "steps_to_50"): ("2", "1", "0 of 0"),
+        ("hippo", "steps_to_95"): ("nan", "1", "0 of 1"),
+        ("ppo-bonus", "steps_to_50"): ("3.44", "0", "0 of 0"),
+    }
