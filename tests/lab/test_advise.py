@@ -11,6 +11,7 @@ import pytest
 import hierroom
 from hierroom.__main__ import main
 from hierroom.lab.advise.check import check
+from hierroom.lab.advise.costs import measure_costs
 from hierroom.lab.advise.measures import MEASURES, Known, w_kinds
 from hierroom.lab.advise.model import Fit, Model, read_model
 from hierroom.lab.advise.outside import outside, world_of
@@ -249,6 +250,14 @@ def test_advice_stays_if_the_training_for_its_speed_is_interrupted(monkeypatch):
 
     monkeypatch.setattr("hierroom.lab.advise.advise.training_speed", interrupted)
     advice = hierroom.advise("a", play_steps=100_000)
+    assert (advice.training_speed, advice.method) == (None, "hippo")
+
+
+def test_speed_of_training_is_not_measured_in_slow_tasks(monkeypatch):
+    slow = replace(measure_costs(hierroom.EnvConfig("a"), play_steps=100_000), steps_per_second=100.0)
+    monkeypatch.setattr("hierroom.lab.advise.advise.measure_costs", lambda *_: slow)
+    monkeypatch.setattr("hierroom.lab.advise.advise.training_speed", lambda config: pytest.fail("it trained"))
+    advice = hierroom.advise("a")
     assert (advice.training_speed, advice.method) == (None, "hippo")
 
 

@@ -28,6 +28,9 @@ from hierroom.worlds.make import make_world, name_in_module
 RULES_ONLY = "rules alone have nothing to play; give a task or a goal graph, and steps are predicted"
 PROVISIONAL = "no run was made in this world: its intervals are provisional, from two other worlds"
 
+SLOW = 200
+"""Steps a second of play; with fewer, the update that the speed of training is measured by takes too long."""
+
 
 def advise(
     graph: Any = None,
@@ -80,21 +83,18 @@ def advise(
 
 def _of_play(config: EnvConfig, world: BaseWorld, costs: PlayCosts) -> Advice:
     check = _check(world, costs)
-    rules = world.rules
-    if rules is None and check is not None:
-        rules = check.suggested
+    rules = check.suggested if check is not None and world.rules is None else world.rules
     model, where = read_model(), world_of(config)
     known = Known.of(costs, rules)
     predictions, reason = predict(known, where, model)
     speed = None
-    if predictions and not costs.is_interrupted:
+    if predictions and not costs.is_interrupted and costs.steps_per_second > SLOW:
         with suppress(KeyboardInterrupt):
             speed = training_speed(find_preset(model.preset).changed(env=config))
     method, steps = best_of(predictions)
-    is_outside = not predictions
-    if not is_outside and where == OTHER:
+    if predictions and where == OTHER:
         reason = PROVISIONAL
-    facts = (predictions, costs, check, method, steps, is_outside, reason, model.name, _chain(rules))
+    facts = (predictions, costs, check, method, steps, not predictions, reason, model.name, _chain(rules))
     return Advice(config.key, _words(config, model.preset), *facts, speed, similar(known, model) if predictions else ())
 
 
