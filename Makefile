@@ -22,11 +22,11 @@ check: $(VENV)/.installed ## ruff and pyright; nothing is changed
 
 test: $(VENV)/.installed ## ruff, pyright and the tests that guard a rule of the package
 	$(MAKE) --no-print-directory --jobs=2 compile check
-	$(BIN)/python -m pytest -n 2 --durations=20 -m "not slow" --cases 2
+	$(BIN)/python -m pytest -n 2 --dist worksteal --durations=20 -m "not slow" --cases 2
 
 test-all: $(VENV)/.installed ## everything, as CI runs it: slow tests, and a few mutants
 	$(MAKE) --no-print-directory --jobs=2 compile check
-	$(BIN)/python -m pytest -n 2 --durations=20
+	$(BIN)/python -m pytest -n 2 --dist worksteal --durations=20
 	$(MAKE) --no-print-directory mutate MODULES="gae sampling --sample 20"
 
 test-random: $(VENV)/.installed ## the tests in random order and in parallel; the seed is printed, SEED=n repeats it

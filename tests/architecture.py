@@ -6,6 +6,7 @@ A part is a file or a folder of hierroom/; a room is a folder at any depth, or a
 import ast
 import re
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import networkx as nx
@@ -22,6 +23,7 @@ def files() -> list[Path]:
     return sorted(PACKAGE.rglob("*.py"))
 
 
+@cache
 def file_imports() -> nx.DiGraph:
     """An arrow from each file to each file of the package that it imports, wherever in the file it does so."""
     modules = {module_of(path): path for path in files()}
@@ -50,6 +52,7 @@ def room_of(path: Path) -> str:
     return path.stem if folder == "." else folder
 
 
+@cache
 def imports_between(place_of: Callable[[Path], str]) -> nx.DiGraph:
     """An arrow from each part, or room, to each one that it imports."""
     imports, graph = file_imports(), nx.DiGraph()

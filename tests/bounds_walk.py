@@ -27,10 +27,8 @@ OF_BOTH = [name for name in FEATURES if name != "goal-outcome"]
 
 
 def walk(mask: str, *, drop_key: bool, size: int, num_envs: int, n_steps: int) -> None:
-    config = hierroom.EnvConfig(
-        ALL_GRAPHS, goal_mask=mask, drop_key=drop_key, size=size, max_steps=60, subgoal_horizon=9
-    )
-    turns = Turns(config, num_envs, seed=size, measure_shortest=size == MIN_SIZE, memories=tuple(MEMORIES))
+    env = hierroom.EnvConfig(ALL_GRAPHS, goal_mask=mask, drop_key=drop_key, size=size, max_steps=60, subgoal_horizon=9)
+    turns = Turns(env, num_envs, seed=size, measure_shortest=size == MIN_SIZE, memories=tuple(MEMORIES))
     rng = np.random.default_rng(size)
     features = {META: Features(WORLD, [*FEATURES], META), CONTROLLER: Features(WORLD, OF_BOTH)}
     for t in range(n_steps):

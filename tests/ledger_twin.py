@@ -36,32 +36,20 @@ class LedgerTwin:
         option_ended = reached | timed_out | ended
         return_terminated = terminated | reached if return_ends_with_option else terminated
         return_truncated = truncated | timed_out if return_ends_with_option else truncated
-        step = {
-            "actions": v["previous_actions"].copy(),
-            "goals": goals,
-            "events": events,
-            "achieved_bits": achieved,
-            "n_first": outcomes["n_first"].astype(np.int64),
-            "elapsed": np.ones(len(events), np.int64),
-            "is_discovery": outcomes["is_discovery"].copy(),
-            "is_novel": outcomes["is_novel"].copy(),
-            "extrinsic": outcomes["reward"].copy(),
-            "reached": reached,
-            "timed_out": timed_out,
-            "option_ended": option_ended,
+        step = {"actions": v["previous_actions"].copy(), "goals": goals, "events": events, "achieved_bits": achieved}
+        step |= {name: outcomes[name].copy() for name in ("is_discovery", "is_novel")}
+        step |= {"n_first": outcomes["n_first"].astype(np.int64), "elapsed": np.ones(len(events), np.int64)}
+        step |= {"extrinsic": outcomes["reward"].copy(), "lengths": outcomes["length"].astype(np.int64)}
+        step |= {"reached": reached, "timed_out": timed_out, "option_ended": option_ended}
+        step |= {
             "meta_rewards": np.where(option_ended, v["option_rewards"], 0.0),
             "meta_elapsed": v["option_steps"].copy(),
             "achieved_instead": np.where(option_ended & ~reached, v["first_events"], NO_GOAL),
-            "terminated": terminated,
             "success": terminated & (outcomes["achieved"] >> EXIT_GOAL & 1 == 1),
-            "truncated": truncated,
-            "episode_ended": ended,
-            "return_terminated": return_terminated,
-            "return_truncated": return_truncated & ~return_terminated,
-            "lengths": outcomes["length"].astype(np.int64),
-            "shortest": v["shortest"].copy(),
-            "illegal_actions": v["illegal_actions"].copy(),
         }
+        step |= {"terminated": terminated, "truncated": truncated, "episode_ended": ended}
+        step |= {"return_terminated": return_terminated, "return_truncated": return_truncated & ~return_terminated}
+        step |= {name: v[name].copy() for name in ("shortest", "illegal_actions")}
         outcome = np.where(reached, REACHED, np.where(timed_out, TIMED_OUT, OTHER))
         v["is_meta_turn"] = option_ended & ~ended
         for name, value in (("last_goals", goals), ("last_outcomes", outcome), ("goals", NO_GOAL)):

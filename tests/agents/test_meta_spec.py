@@ -144,16 +144,9 @@ def test_a_coroutine_function_raises_input_error_without_a_warning(outside, recw
     assert not recwarn.list
 
 
-ALL_METHODS = {
-    "reset": "None",
-    "choose": "np.zeros(len(_[1]), int)",
-    "observe": "None",
-    "learn": "None",
-    "state_dict": "{}",
-    "load_state_dict": "None",
-    "for_play": "self",
-    "statistics": "{'gain': 1}",
-}
+ALL_METHODS = dict.fromkeys(("reset", "observe", "learn", "load_state_dict"), "None")
+ALL_METHODS |= {"choose": "np.zeros(len(_[1]), int)", "state_dict": "{}", "for_play": "self"}
+ALL_METHODS |= {"statistics": "{'gain': 1}"}
 
 
 @pytest.mark.parametrize("method", [name for name in ALL_METHODS if name != "load_state_dict"])

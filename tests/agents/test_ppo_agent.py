@@ -20,18 +20,9 @@ from hierroom.worlds.escape_room.oracle import shortest_actions
 
 META_PPO = PPOConfig(sequence_length=4, sequences_per_update=4, minibatches=2, epochs=2, hidden_size=8)
 PRESET = find_preset("learned")
-SMALL = PRESET.changed(
-    graph="a",
-    size=11,
-    max_steps=60,
-    subgoal_horizon=10,
-    num_envs=8,
-    steps=4096,
-    threads=1,
-    ppo=PPOConfig(sequence_length=16, minibatches=2, epochs=2, hidden_size=8),
-    meta_ppo=META_PPO,
-    meta_start_success=0.0,
-)
+SMALL = PRESET.changed(graph="a", size=11, max_steps=60, subgoal_horizon=10, num_envs=8, steps=4096, threads=1)
+SMALL = SMALL.changed(ppo=PPOConfig(sequence_length=16, minibatches=2, epochs=2, hidden_size=8))
+SMALL = SMALL.changed(meta_ppo=META_PPO, meta_start_success=0.0)
 FLAGS = ["--meta", "learned", "--graph", "a", "--size", "11", "--max-steps", "60", "--num-envs", "8"]
 FLAGS += ["--sequence-length", "16", "--minibatches", "2", "--epochs", "2", "--threads", "1"]
 

@@ -93,7 +93,5 @@ def test_measures_of_the_papers_walk():
     assert found.at_exit == pytest.approx(stationary_distribution(chain.weights)[-1])
     assert (found.nodes, found.cover_error) == (9, 0.0)
     assert found.cover >= chain.expected_steps
-    start_leaves = chain.weights[[0]].sum()
-    assert found.at_exit * 0.01 == pytest.approx(
-        stationary_distribution(chain.weights)[0] * start_leaves * found.escape
-    )
+    leaves = chain.weights[[0]].sum()
+    assert found.at_exit * 0.01 == pytest.approx(stationary_distribution(chain.weights)[0] * leaves * found.escape)

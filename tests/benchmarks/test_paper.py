@@ -104,9 +104,7 @@ def test_method_orders_follow_means_and_intervals():
         Compared(cells, {}), 20
     )
     lengths = compared(("ppo", 0, 1, 90), ("ppo-sketch", 0, 1, 20), ("hippo", 0, 1, 80))
-    assert pair_counts(lengths, "length") == PairCounts(same=1, opposite=1, open=0), (
-        "PPO and PPO+Sketch tie in the paper"
-    )
+    assert pair_counts(lengths, "length") == PairCounts(same=1, opposite=1, open=0), "PPO and Sketch tie in the paper"
 
 
 def test_prediction_ranks_hitting_time_against_results():

@@ -47,8 +47,7 @@ def test_unknown_command_error_suggests_similar_names():
 
 
 def test_hierroom_train_module_is_the_train_command():
-    done = run_python("-m", "hierroom.train", "--help")
-    assert done.stdout == help_of("train")[0]
+    assert run_python("-m", "hierroom.train", "--help").stdout.startswith("usage: python -m hierroom train [-h]")
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -116,16 +115,18 @@ def test_list_options_refuse_missing_and_repeated_values():
         main(["train", "--meta_features", "view", "--meta-features", "goal"])
 
 
-def test_lists_has_every_list_option():
-    helps = [help_of(name)[0] for name in COMMANDS] + [help_of("complexity", "--rules")[0]]
-    found = {option for text in helps for option in re.findall(r"(--[\w-]+) (?:[A-Z]+ )?\[", text)}
+def test_lists_has_every_list_option(capsys):
+    for words in (*([name] for name in COMMANDS), ["complexity", "--rules"]):
+        with pytest.raises(SystemExit):
+            main([*words, "--help"])
+    found = {*re.findall(r"(--[\w-]+) (?:[A-Z]+ )?\[", capsys.readouterr().out)}
     assert found == set(LISTS)
 
 
-def test_bash_completes_commands_options_and_choices(tmp_path):
-    script = run_python("-m", "hierroom", "train", "--tyro-print-completion", "bash")
-    assert script.returncode == 0, script.stderr
-    (tmp_path / "completion.bash").write_text(script.stdout)
+def test_bash_completes_commands_options_and_choices(tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        main(["train", "--tyro-print-completion", "bash"])
+    (tmp_path / "completion.bash").write_text(capsys.readouterr().out)
     lines = ["train --warm-s", "train --method ppo-b", "ev", "evaluate --goal-m"]
     asked = "\n".join(f"COMP_WORDS=(hierroom {line}); complete_it" for line in lines)
     (tmp_path / "ask.bash").write_text(

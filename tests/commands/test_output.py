@@ -42,6 +42,7 @@ def test_train_survives_lost_output(command, code, tmp_path):
     assert len(list((tmp_path / "run").glob("*.gif"))) == (code == 0)
 
 
+@pytest.mark.slow
 def test_closed_terminal_saves_the_run(tmp_path):
     """Its commands get SIGHUP, sometimes twice, and can print no more."""
     import pty
@@ -192,6 +193,7 @@ def test_system_error_is_shown_with_its_file(error, shown, capsys):
     assert capsys.readouterr().err == f"error: {shown}\n"
 
 
+@pytest.mark.slow
 def test_full_standard_error_keeps_the_exit_code(tmp_path):
     command = f"{sys.executable} -m hierroom"
     for words, code in (("trian", 2), ("complexity --graph c b keys-0-1-exit-2 --csv", 0)):

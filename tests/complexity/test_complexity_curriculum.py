@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from hierroom.complexity import Curriculum, GraphSet
-from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room.graph_sampler import EPISODES_PER_STAGE, GraphSampler
 from hierroom.worlds.escape_room.layout import LEVEL
@@ -90,16 +89,3 @@ def test_one_graph_has_no_stages():
     sampler = GraphSampler("c", (), False, N_ENVS)
     assert not any(end(sampler, True) for _ in range(EPISODES_PER_STAGE))
     assert sampler.graphs == sampler.everything
-
-
-def test_several_graphs_are_staged_by_expected_steps():
-    """By expected steps: b 62.9 and c 73.8, the custom graph 127.1, and g 154.5 excluded."""
-    own = GoalGraph((0, 1, 1), 2, label="own")
-    sampler = GraphSampler(["c", own, "g", "b"], "g", False, N_ENVS, n_stages=2)
-    assert [graph.name for graph in sampler.everything] == ["b", "c", "own"]
-    assert (sampler.stage, sampler.n_stages) == (0, 2)
-    assert [graph.name for graph in sampler.graphs] == ["b", "c"]
-    while not end(sampler, True):
-        pass
-    assert sampler.stage == 1
-    assert sampler.graphs == (own,)

@@ -1,6 +1,6 @@
 """The package as it is installed: built from the source, and used where there is no source tree."""
 
-import ast
+import re
 import sys
 import tomllib
 import zipfile
@@ -45,10 +45,7 @@ def wheel(source, tmp_path_factory) -> Path:
 
 def test_package_imports_nothing_that_the_wheel_lacks():
     for path in architecture.files():
-        for node in ast.walk(ast.parse(path.read_text())):
-            named = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-            named += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-            assert not {name.split(".")[0] for name in named} & {"benchmarks", "examples", "tests"}, path
+        assert not re.search(r"^ *(from|import) (benchmarks|examples|tests)\b", path.read_text(), re.MULTILINE), path
 
 
 @pytest.mark.slow

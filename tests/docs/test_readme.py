@@ -4,11 +4,8 @@ import re
 from dataclasses import fields
 from pathlib import Path
 
-import pytest
 from escape_room import FEATURES
 
-from hierroom.complexity import analyze
-from hierroom.goals import NAMED_GRAPHS
 from hierroom.learners.config import PPOConfig
 from hierroom.runs.config.config import OF_META
 from hierroom.runs.config.presets import PRESETS
@@ -18,45 +15,32 @@ OWN, ENVIRONMENTS = ((ROOT / "docs" / f"{name}.md").read_text() for name in ("ow
 PRESETS_PAGE = (ROOT / "docs" / "presets.md").read_text()
 
 
-@pytest.mark.parametrize("letter", NAMED_GRAPHS)
-def test_complexity_table_equals_analyze(letter):
-    report = analyze(letter)
-    graph = report.graph
-    row = (
-        f"| `hierroom/EscapeRoom-{letter}-v0` | {', '.join(map(str, graph.key_rooms))} | {graph.exit_room} | "
-        f"{report.exit_depth} | {report.width} | {report.hitting_time:.2f} | {report.expected_steps:.1f} |"
-    )
-    assert row in ENVIRONMENTS
-
-
 def test_the_presets_are_documented_value_by_value():
     table = PRESETS_PAGE.split("\n## ")[0]
     rows = re.findall(r"^\| (`.*?) \| (.*?) \| (.*?) \|", table, re.MULTILINE)
-    documented = {}
+    shown = {}
     for entries, *values in rows:
         names = re.findall(r"`(\w+)`", entries)
         for preset, value in zip(("default", "paper"), values, strict=True):
             for name, one in zip(names, value.split(", "), strict=False):
-                documented[preset, name] = one.strip("`")
+                shown[preset, name] = one.strip("`")
     entries = {field.name for field in fields(PPOConfig)} - {"sequences_per_update"}
     for preset in ("default", "paper"):
         flat = PRESETS[preset].entries
         for name in entries | {"steps", "num_envs", "size", "max_steps", "subgoal_horizon", "goal_mask"}:
-            assert documented[preset, name] == str(flat[name]), (preset, name)
+            assert shown[preset, name] == str(flat[name]), (preset, name)
     for name in PRESETS["default"].agents.features:
         assert f"`{name}`" in PRESETS_PAGE
 
 
 def test_entries_of_only_some_methods_are_documented_value_by_value():
     section = PRESETS_PAGE.split("## What only some methods use")[1].split("\n## ")[0]
-    documented = {
-        entry: value.strip(" `") for entry, value in re.findall(r"^\| `(.*?)` \|(.*?)\|", section, re.MULTILINE)
-    }
+    shown = {entry: value.strip(" `") for entry, value in re.findall(r"^\| `(.*?)` \|(.*?)\|", section, re.MULTILINE)}
     usual = {f"{OF_META}{name}": value for name, value in vars(PRESETS["default"].ppo).items()}
     for config in (preset for name, preset in PRESETS.items() if name != "algorithm1"):
         of_meta = {n: str(v) for n, v in config.entries.items() if n.startswith(OF_META) and v != usual[n]}
         alone = {n: str(config.entries[n]) for n in ("meta_start_success", "novelty_bonus", "curiosity_weight")}
-        assert documented == {**of_meta, **alone, "meta_features": ", ".join(config.agents.meta_features)}
+        assert shown == {**of_meta, **alone, "meta_features": ", ".join(config.agents.meta_features)}
 
 
 def test_algorithm_1_differs_from_the_paper_s_preset_as_documented():
@@ -71,18 +55,18 @@ def test_algorithm_1_differs_from_the_paper_s_preset_as_documented():
 
 def test_entries_that_other_presets_change_are_documented_value_by_value():
     section = PRESETS_PAGE.split("## What the other presets change")[1].split("\n## ")[0]
-    documented = {}
+    shown = {}
     for entry, *values in re.findall(r"^\| `(\w+)` \|(.*?)\|(.*?)\|(.*?)\|", section, re.MULTILINE):
         for preset, value in zip(("long", "large", "learned"), values, strict=True):
             if value.strip():
-                documented[preset, entry] = value.strip(" `")
+                shown[preset, entry] = value.strip(" `")
     default, changed = PRESETS["default"].entries, {}
     for preset in ("long", "large", "learned"):
         entries = PRESETS[preset].entries
         for name, usual in default.items():
             if name != "preset" and entries[name] != usual:
                 changed[preset, name] = ", ".join(entries[name]) if name == "features" else str(entries[name])
-    assert documented == changed
+    assert shown == changed
 
 
 def test_every_feature_is_documented_with_its_count():

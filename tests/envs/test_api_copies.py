@@ -81,6 +81,7 @@ def in_another_process(kind, env, seed, results):
     results.put([plain(one) for one in KINDS[kind][1](env, actions(20, seed))])
 
 
+@pytest.mark.slow
 def test_spawned_process_continues_the_episode():
     context = multiprocessing.get_context("spawn")
     results = context.Queue()
@@ -94,6 +95,7 @@ def test_spawned_process_continues_the_episode():
     assert there == [plain(one) for one in KINDS["parallel"][1](env, actions(20, 5))]
 
 
+@pytest.mark.slow
 def test_cloudpickle_sends_functions_that_use_the_package():
     """Gymnasium's async vector, Stable-Baselines3 and Ray use cloudpickle."""
     make = KINDS["gymnasium"][0]

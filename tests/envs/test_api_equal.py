@@ -17,16 +17,8 @@ SEED = 5
 REWARDS = ("intrinsic", "extrinsic", "bonus")
 MASKS = ("reachable", "existing", "seen", "none", "reachable")
 CASES = [
-    EnvConfig(
-        graph=graph,
-        size=11,
-        max_steps=90,
-        drop_key=drop_key,
-        reward=REWARDS[i % 3],
-        subgoal_horizon=horizon,
-        goal_mask=MASKS[i % 5],
-    )
-    for i, (graph, drop_key, horizon) in enumerate(itertools.product("abcdefg", (False, True), (None, 7)))
+    EnvConfig(graph, 11, max_steps=90, drop_key=drop, reward=REWARDS[i % 3], **own, goal_mask=MASKS[i % 5])
+    for i, (graph, drop, own) in enumerate(itertools.product("abcdefg", (False, True), ({}, {"subgoal_horizon": 7})))
 ]
 
 

@@ -44,22 +44,7 @@ CONFIGS = {
 
 NUMBERS = (-1, 0, 1, 2, 3, 5, 6, 7, 12, 13, 14, 22, 63, 64, 127, 128, 255, 256, 10**7, 2**31 - 1, 2**31, 2**63 - 1)
 NUMBERS += (-2, -5, -128, -(2**31), -(2**63), 2**64, 10**5000, 0.5, -0.0, 1e-320, 1e308, float("nan"), float("inf"))
-OTHERS = (
-    None,
-    True,
-    False,
-    "",
-    "x",
-    b"",
-    [],
-    {},
-    (),
-    [[]],
-    {"x": 1},
-    {1: 2, "x": 3},
-    torch.zeros(0),
-    torch.zeros(2, 2),
-)
+OTHERS = (None, True, False, "", "x", b"", [], {}, (), [[]], {"x": 1}, {1: 2, "x": 3}, *map(torch.zeros, (0, (2, 2))))
 DTYPES = (torch.bool, torch.uint8, torch.int8, torch.int32, torch.int64, torch.float32, torch.float64, torch.complex64)
 
 

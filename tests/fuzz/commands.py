@@ -170,9 +170,7 @@ def report(description: str | None, what: str, attempts: Attempts) -> int:
             if problem is not None:
                 n_wrong += 1
                 print(f"\n{tried!r:.2000}\n{problem[-3000:]}", flush=True)
-    print(
-        f"{arguments.count} of {what} (seed {arguments.seed}): {n_wrong} ended neither with 0 nor with 2 and one line"
-    )
+    print(f"{arguments.count} of {what} (seed {arguments.seed}): {n_wrong} ended neither with 0 nor 2 and one line")
     return int(n_wrong > 0)
 
 

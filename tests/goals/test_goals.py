@@ -109,10 +109,10 @@ def test_toml_round_trip(graph, tmp_path):
         ("key_rooms = [0", "is not a TOML file"),
         ("", "has key_rooms, .* a name; this has nothing"),
         ("name = 3\nkey_rooms = [0]\nexit_room = 1", "graph.toml: the name of a goal graph must be a text of one line"),
-        ('name = "c"\nkey_rooms = [0]\nexit_room = 1', "graph.toml: c is the name of another goal graph"),
+        ('name = "c"\nkey_rooms = [0]\nexit_room = 1', "graph.toml: c is the name of another goal"),
         (
             'name = "keys-0-0-exit-1"\nkey_rooms = [0]\nexit_room = 1',
-            "keys-0-0-exit-1 is the name of another goal graph",
+            "keys-0-0-exit-1 is the name of another goal",
         ),
         ('name = "keys-9-exit-1"\nkey_rooms = [0]\nexit_room = 1', "the key of room 1 must be in a room from 0 to 1"),
         ('name = "rooms:3"\nkey_rooms = [0]\nexit_room = 1', "graph.toml: 'rooms:3' means a set of goal graphs; give"),

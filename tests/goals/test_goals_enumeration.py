@@ -19,10 +19,8 @@ def counts_by_generating_function(n_max):
     """
     trees = [0, 1]
     for n in range(1, n_max):
-        total = sum(
-            sum(d * trees[d] for d in range(1, k + 1) if k % d == 0) * trees[n - k + 1] for k in range(1, n + 1)
-        )
-        trees.append(total // n)
+        full = sum(sum(d * trees[d] for d in range(1, k + 1) if k % d == 0) * trees[n - k + 1] for k in range(1, n + 1))
+        trees.append(full // n)
     assert trees[:9] == [0, 1, 1, 2, 4, 9, 20, 48, 115]  # OEIS A000081
     # Down the path to the marked node stand k >= 2 trees: T^2 + T^3 + ...
     power, counts = trees, [0] * (n_max + 1)

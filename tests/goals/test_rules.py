@@ -99,7 +99,7 @@ def test_rules_are_hashable_and_survive_files(rules, tmp_path):
         (({"a": {"gives": {"x": True}}}, "x"), "'gives' of rule 'a' for 'x' must be a whole number, not True"),
         (
             ({"a": {"gives": {"x": 10**5000}}}, "x"),
-            "'gives' of rule 'a' for 'x' must be at most 1000000000, not a huge",
+            "'gives' of rule 'a' for 'x' must be at most 1000000000, not a",
         ),
         (({"a": {"gives": ["x", ""]}}, "x"), "a fact in 'gives' of rule 'a' must be a text of one line, not ''"),
         ((A, "y"), r"the target must name facts of the rules \(x\), not 'y'"),

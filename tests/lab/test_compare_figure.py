@@ -9,7 +9,7 @@ from pictures import has_colour, pixels
 from hierroom.lab.compare.style import COLOURS
 
 
-@pytest.mark.parametrize(("graphs", "size"), [("c", 1), ("abcdefg", 8)])
+@pytest.mark.parametrize(("graphs", "size"), [("c", 1), pytest.param("abcdefg", 8, marks=pytest.mark.slow)])
 def test_compare_figure_size_colours_and_fonts(tmp_path, compare, graphs, size):
     for n, meta in enumerate(("fixed-dfs", "random")):
         for graph in graphs:

@@ -133,7 +133,7 @@ def test_graph_met_in_a_single_evaluation_is_not_compared(tmp_path, compare, ref
     printed = compare(make_sparse_run(tmp_path / "once", (0, "b"), (10**5, "b"), (10**6, "b")))
     assert "not compared, as no run met it in two evaluations: graph b" in printed
     assert {one["graph"]: one["steps"] for one in rows("compare/summary.csv")} == dict.fromkeys(
-        ["all", "a", "c"], "1000000"
+        ("all", *"ac"), "1000000"
     )
     apart = make_sparse_run(tmp_path / "apart", *[(steps, graph) for steps in (10**5, 10**6) for graph in "abc"])
     table = apart / "evaluations.csv"

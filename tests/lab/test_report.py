@@ -26,7 +26,7 @@ from hierroom.support.errors import InputError
 def runs(tmp_path_factory):
     """A folder of three small runs: two seeds, and another meta-controller that learns."""
     out = tmp_path_factory.mktemp("reported")
-    common = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 16, "minibatches": 2, "steps": 2048}
+    common = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 16, "minibatches": 2, "steps": 1024, "film": False}
     common |= {"evaluations": 3, "evaluation_episodes": 10}
     for seed in (0, 1):
         hierroom.train(meta="fixed-dfs", seed=seed, out=out / "runs" / f"dfs{seed}", **common)

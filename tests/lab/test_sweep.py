@@ -70,6 +70,7 @@ def test_excluded_graphs_are_evaluated(tmp_path):
     assert "excluded graphs" not in summarise(plan("seed=0").runs(), rows[:0]).headings
 
 
+@pytest.mark.slow
 def test_failed_run_is_reported_and_others_continue(tmp_path):
     sweep = Sweep(plan("meta=fixed-dfs,none", "seed=0"), tmp_path / "out")
     config = tmp_path / "out" / "runs" / sweep.plan.runs()[0].name / "config.json"
@@ -189,7 +190,7 @@ def test_empty_shard_does_nothing(tmp_path, capsys):
         (("--task", "workshop:3"), "a sweep takes entries of training as words: task=workshop:3, not --task$"),
         (
             ("method=ppo", "--num-envs=8,16"),
-            "a sweep takes entries of training as words: num_envs=8,16, not --num-envs$",
+            "takes entries of training as words: num_envs=8,16, not --num-envs$",
         ),
         (("graph=a", "--list", "--markdown"), "--list and --markdown print different things; choose one"),
         (("graph=a", "--ray", "auto", "--processes", "2"), "--processes is for this machine, and --ray trains on a"),

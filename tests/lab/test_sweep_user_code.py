@@ -36,9 +36,7 @@ def test_row_has_the_digest_of_user_code(user_code, tmp_path, capsys):
     assert main(words) == 0
     said = capsys.readouterr().err
     assert said.startswith("warning: own code has changed since ")
-    assert said.endswith(
-        "was trained; to train again, delete the rows from out/sweep.csv, and the folders in out/runs\n"
-    )
+    assert said.endswith("trained; to train again, delete the rows from out/sweep.csv, and the folders in out/runs\n")
     assert results(tmp_path / "out" / "sweep.csv") == rows
 
 

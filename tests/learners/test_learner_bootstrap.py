@@ -66,13 +66,11 @@ def learned_from(learner):
 
 @both_paths
 def test_bootstrap_and_act_give_equal_next_values(network):
-    waiting, expected = filled(network)
-    states = waiting._states.copy()
-    np.testing.assert_allclose(
-        value_by(waiting.network, NEXT, states)[GOES_ON], expected[GOES_ON], rtol=1e-5, atol=1e-6
-    )
-    waiting.bootstrap(ENVS, NEXT)
-    by_bootstrap = learned_from(waiting)
+    later, expected = filled(network)
+    states = later._states.copy()
+    np.testing.assert_allclose(value_by(later.network, NEXT, states)[GOES_ON], expected[GOES_ON], rtol=1e-5, atol=1e-6)
+    later.bootstrap(ENVS, NEXT)
+    by_bootstrap = learned_from(later)
     check_same(network, by_bootstrap.next_values[-1], expected)
 
     acting, same = filled(network, n_sequences=2 * N)
@@ -84,7 +82,7 @@ def test_bootstrap_and_act_give_equal_next_values(network):
     check_same(network, by_acting.next_values[-1, :N], expected)
     np.testing.assert_array_equal(by_acting.next_values[-1, :N][GOES_ON], by_acting.values[0, N:][GOES_ON])
 
-    now = value_by(waiting.network, NEXT, states)
+    now = value_by(later.network, NEXT, states)
     assert (np.abs(now - expected)[GOES_ON] > 1e-4).all()  # the weights after the update give another value
 
 
@@ -100,7 +98,7 @@ def test_bootstrap_changes_no_state_and_draws_nothing(network):
 @both_paths
 def test_an_update_before_the_bootstrap_is_refused(network):
     learner, expected = filled(network)
-    for envs in ([], [0], [1, 2]):  # 3 is still waiting
+    for envs in ([], [0], [1, 2]):  # 3 is still later
         learner.bootstrap(np.array(envs, int), NEXT[envs])
         assert learner.ready
         with pytest.raises(RuntimeError, match=r"before bootstrap\(\)"):

@@ -23,9 +23,7 @@ def advantages(rewards, values, next_values, *, elapsed=None, terminated=(), tru
         pytest.param([1, 0, 2], [2, 4, 6], [4, 6, 8], {"gae_lambda": 0.5}, [0.75, -1, 0], id="three plain turns"),
         pytest.param([1], [2], [4], {"gae_lambda": 0.5}, [1], id="one turn"),  # 1 + .5*4 - 2
         # gamma^3 = .125. deltas: 1 + .125*8 - 1 = 1; 3 + .5*2 - 8 = -4. A1 = -4; A0 = 1 + .125*1*-4.
-        pytest.param(
-            [1, 3], [1, 8], [8, 2], {"elapsed": [3, 1], "gae_lambda": 1.0}, [0.5, -4], id="three steps a turn"
-        ),
+        pytest.param([1, 3], [1, 8], [8, 2], {"elapsed": [3, 1], "gae_lambda": 1.0}, [0.5, -4], id="three steps"),
         # The next value 100 is not read. deltas: 1 - 2 = -1; 0 + .5*2 - 4 = -3.
         pytest.param([1, 0], [2, 4], [100, 2], {"terminated": [0], "gae_lambda": 0.9}, [-1, -3], id="terminated"),
         # deltas: 1 + .5*10 - 2 = 4; 0 + .5*2 - 4 = -3; the -3 stays out of the first.

@@ -107,9 +107,7 @@ def test_weights_with_too_large_outputs_raise_divergence_error(network):
         learn(learner)
 
 
-@pytest.mark.parametrize(
-    "settings", [{}, {"method": "ppo-rnd"}, {"meta": "learned", "meta_start_success": 0.0}], ids=str
-)
+@pytest.mark.parametrize("settings", [{}, {"method": "ppo-rnd"}, {"meta": "learned", "meta_start_success": 0.0}])
 def test_health_checks_do_not_change_training(monkeypatch, settings):
     small = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 8, "sequence_length": 16, "minibatches": 2}
     config = TrainConfig().changed(**small, epochs=2, steps=1024, **settings)

@@ -22,7 +22,7 @@ SMALL += ["--steps", "1280", "--evaluations", "2", "--evaluation-episodes", "4",
 KINDS = {"box": [], "multi": [], "binary": ["--memory", "lstm"]}
 
 
-@pytest.fixture(scope="module", params=KINDS)
+@pytest.fixture(scope="module", params=["box", *(pytest.param(k, marks=pytest.mark.slow) for k in ("multi", "binary"))])
 def run(request, tmp_path_factory):
     out = tmp_path_factory.mktemp("runs") / request.param
     assert train(["--task", f"dial_tasks:{request.param}", *SMALL, *KINDS[request.param], "--out", str(out)]) == 0

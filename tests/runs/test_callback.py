@@ -11,7 +11,7 @@ from hierroom.support.errors import InputError
 from hierroom.train import main
 
 SMALL = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 8, "sequence_length": 16, "minibatches": 2}
-SMALL |= {"steps": 1024, "evaluations": 2, "evaluation_episodes": 4, "log": "none"}
+SMALL |= {"steps": 512, "film": False, "evaluations": 2, "evaluation_episodes": 4, "log": "none"}
 
 
 def stop_at(steps, seen):
@@ -24,16 +24,16 @@ def stop_at(steps, seen):
 
 def test_run_stopped_by_callback_resumes_exactly(tmp_path, capsys):
     seen, whole = [], []
-    agent = hierroom.train(**SMALL, out=tmp_path / "stopped" / "run", callback=stop_at(384, seen))
+    agent = hierroom.train(**SMALL, out=tmp_path / "stopped" / "run", callback=stop_at(256, seen))
     assert "stopped by the callback and saved; go on with:" in capsys.readouterr().out
-    assert (agent.steps, agent.is_finished, [steps for steps, *_ in seen]) == (384, False, [128, 256, 384])
+    assert (agent.steps, agent.is_finished, [steps for steps, *_ in seen]) == (256, False, [128, 256])
     assert seen[-1][1].episodes == 4
     assert {"success_rate", "episode_return", "policy_loss", "steps"} <= seen[-1][2].keys()
     assert not (tmp_path / "stopped" / "run" / "summary.json").exists()
     assert main(["--resume", str(tmp_path / "stopped" / "run"), "--log", "none"]) == 0
-    agent = hierroom.train(**SMALL, out=tmp_path / "whole" / "run", callback=stop_at(1024, whole))
+    agent = hierroom.train(**SMALL, out=tmp_path / "whole" / "run", callback=stop_at(512, whole))
     assert agent.is_finished, "a stop after the last update has no effect"
-    assert len(whole) == 8
+    assert len(whole) == 4
     assert differences(tmp_path / "stopped" / "run", tmp_path / "whole" / "run") == []
 
 
@@ -59,7 +59,7 @@ def test_quiet_run_prints_only_its_callback_output(tmp_path, capfd, monkeypatch)
     entries = SMALL | {"features": ["view", "direction"], "method": "ppo", "subgoal_horizon": 9}
     agent = hierroom.train(**entries, out=tmp_path / "run", quiet=True, callback=lambda trainer: print("mine"))
     out, err = capfd.readouterr()
-    assert (out, err) == ("mine\n" * 8, "")
+    assert (out, err) == ("mine\n" * 4, "")
     assert agent.is_finished
     hierroom.train(**entries, out=tmp_path / "loud")
     out, err = capfd.readouterr()

@@ -102,14 +102,14 @@ def test_invalid_content_with_valid_digest_raises_input_error(value, said):
 
 def test_checkpoint_stores_numpy_values_as_plain_types():
     mine = {
-        "rate": np.float64(0.5),
-        "long": np.longdouble(0.25),
-        "n": [np.int32(3)],
-        "name": np.str_("x"),
-        "is": np.True_,
-        "counts": np.arange(3.0),
-        "big-endian": np.arange(3, dtype=">i4"),
-        "backwards": np.arange(4)[::-2],
+        **{
+            "rate": np.float64(0.5),
+            "long": np.longdouble(0.25),
+            "n": [np.int32(3)],
+            "name": np.str_("x"),
+            "is": np.True_,
+        },
+        **{"counts": np.arange(3.0), "big-endian": np.arange(3, dtype=">i4"), "backwards": np.arange(4)[::-2]},
         np.int64(4): (True, None),
         (np.int8(1), "a"): np.uint64(2**63),
     }

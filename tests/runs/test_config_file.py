@@ -139,19 +139,10 @@ def test_unreadable_config_file_raises_input_error(path, said):
     assert "\n" not in str(caught.value)
 
 
-def test_resume_refuses_the_config_option():
-    RunFolder.create("run", TrainConfig())
-    for option in ("own.toml", "run/config.json"):
-        with pytest.raises(InputError, match="a resumed run keeps its config"):
-            train(["--resume", "run", "--config", option])
-
-
 @pytest.mark.parametrize("graph", ["a", "mine.toml", "hitting_time:8..13"])
 def test_a_run_is_repeated_from_its_folder(graph, tmp_path):
     GoalGraph((0, 1, 1), 3).to_toml("mine.toml")
-    Path("own.toml").write_text(
-        f'size = 13\nnum_envs = 4\nminibatches = 2\ngraph = "{graph}"\npreset = "paper"', encoding="utf-8"
-    )
+    write_config(f'size = 13\nnum_envs = 4\nminibatches = 2\ngraph = "{graph}"\npreset = "paper"')
     _, first = session.begin(parse(["--config", "own.toml"]).config, None)
     Path("mine.toml").unlink()
     Path("own.toml").unlink()

@@ -226,15 +226,3 @@ def test_link_in_place_of_table_is_not_followed(table):
         with pytest.raises(InputError, match="cannot write"):
             write(CSVTable(table.path))
     assert mine.read_bytes() == before
-
-
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
-def test_pipe_in_place_of_table_raises_input_error(table):
-    table.path.unlink()
-    os.mkfifo(table.path)
-    reader = os.open(table.path, os.O_RDONLY | os.O_NONBLOCK)
-    with pytest.raises(InputError, match=r"cannot write .*metrics\.csv: it is no regular file"):
-        table.append(ROWS)
-    os.close(reader)
-    with pytest.raises(InputError, match=r"cannot write .*metrics\.csv"):
-        table.append(ROWS)

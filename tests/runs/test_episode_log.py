@@ -19,18 +19,13 @@ def ended(*successes: bool, length: int = 10) -> Any:
     """A step that ended one episode in each of these environments, and none in one more."""
     flags = np.array([*successes, False])
     n = len(flags)
+    ends, columns = np.arange(n) < n - 1, {"lengths": length, "rewards": 0.5, "shortest": -1, "goals": -1}
     return SimpleNamespace(
-        episode_ended=np.arange(n) < n - 1,
-        option_ended=np.arange(n) < n - 1,
-        terminated=flags,
-        reached=flags,
-        success=flags,
-        lengths=np.full(n, length),
-        rewards=np.full(n, 0.5),
-        shortest=np.full(n, -1),
+        **dict.fromkeys(("episode_ended", "option_ended"), ends),
+        **dict.fromkeys(("terminated", "reached", "success"), flags),
+        **{name: np.full(n, value) for name, value in columns.items()},
         achieved_bits=np.where(flags, 1 << 12, 0),
         achieved=flags[:, None] & (np.arange(13) == 12),
-        goals=np.full(n, -1),
     )
 
 

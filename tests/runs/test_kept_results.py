@@ -21,11 +21,7 @@ from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
 
 LENGTHS = (1, 2, 64, 65)  # the recorder's arrays have room for 64 steps at first
-WORLDS = {
-    "escape room": {"graph": "a", "size": 11},
-    "workshop": {"task": "workshop:4"},
-    "task": {"task": chest_task.chest},
-}
+WORLDS = {"rooms": {"graph": "a", "size": 11}, "workshop": {"task": "workshop:4"}, "task": {"task": chest_task.chest}}
 
 
 def passing(step):
@@ -92,7 +88,7 @@ def play_with_agent(env, actions):
 DIRECT = {
     **{
         name: (
-            lambda entries=entries, n=n: Turns(EnvConfig(**entries, max_steps=7, subgoal_horizon=3), n),
+            lambda e=entries, n=n: Turns(EnvConfig(**e, max_steps=7, subgoal_horizon=3), n),
             play_directly,
         )
         for world, entries in WORLDS.items()
@@ -114,7 +110,7 @@ def test_kept_results_never_change(kind):
     assert [plain(results) for results, _ in kept] == [then for _, then in kept]
 
 
-@pytest.mark.parametrize("entries", [WORLDS["escape room"], {"task": "chest_task:chest"}])
+@pytest.mark.parametrize("entries", [WORLDS["rooms"], {"task": "chest_task:chest"}])
 def test_kept_state_of_a_trainer_never_changes(entries):
     tiny = {"num_envs": 4, "minibatches": 2, "sequence_length": 8, "hidden_size": 8, "max_steps": 20}
     trainer, kept = Trainer(TrainConfig().changed(**tiny, **entries)), []

@@ -15,6 +15,7 @@ from hierroom.runs.trainer import Trainer
 
 STEPS = dict.fromkeys(METHODS, 150_000) | {"ppo": 200_000, "hippo": 100_000}
 BOUND = 0.7
+pytestmark = pytest.mark.slow
 SMALL = {"graph": "a", "size": 11, "max_steps": 100, "num_envs": 64, "threads": 1, "evaluation_episodes": 200}
 
 
@@ -30,19 +31,15 @@ def success_rate(preset: str = "default", **entries) -> float:
         torch.set_num_threads(n_threads)
 
 
-@pytest.mark.parametrize(
-    "method", [pytest.param(name, marks=[pytest.mark.slow] * (name != "hippo")) for name in METHODS]
-)
+@pytest.mark.parametrize("method", METHODS)
 def test_each_method_learns(method):
     assert success_rate(method=method, steps=STEPS[method]) > BOUND
 
 
-@pytest.mark.slow
 def test_hippo_learns_with_a_learned_meta_controller():
     assert success_rate("learned", steps=100_000) > BOUND
 
 
-@pytest.mark.slow
 def test_shuffled_advantages_learn_nothing(monkeypatch):
     estimate, random = ppo.generalized_advantages, np.random.default_rng(0)
 
@@ -54,7 +51,6 @@ def test_shuffled_advantages_learn_nothing(monkeypatch):
     assert success_rate(method="hippo", steps=STEPS["hippo"]) < BOUND / 2
 
 
-@pytest.mark.slow
 def test_hippo_beats_flat_ppo_on_graph_c():
     """Keys are behind doors there. Success within 300 steps: 100 and 0% after 75,000 steps of training."""
     hippo, flat = (success_rate(method=m, graph="c", max_steps=300, steps=100_000) for m in ("hippo", "ppo"))

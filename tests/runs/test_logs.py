@@ -22,7 +22,7 @@ from hierroom.runs.logs.scalars import tag
 from hierroom.support.errors import InputError
 from hierroom.train import main
 
-TINY = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 16, "minibatches": 2, "steps": 1024}
+TINY = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 16, "minibatches": 2, "steps": 1024, "film": False}
 OPTIONS = "--graph a --size 11 --max-steps 60 --num-envs 16 --minibatches 2 --evaluation-episodes 5".split()  # noqa: SIM905
 
 

@@ -21,9 +21,7 @@ def test_rollout_observations_equal_those_of_the_environment(config):
     assert {episode.success for episode in episodes} == ({True, False} if config.task is None else {False})
     for episode in episodes:
         entries = vars(config) | {"env_index": episode.env, "levels": "evaluation"}
-        env = gymnasium.make(
-            "hierroom/EscapeRoom-v0", meta="none" if isinstance(player, str) else "fixed-dfs", **entries
-        )
+        env = gymnasium.make("hierroom/EscapeRoom-v0", meta="none" if type(player) is str else "fixed-dfs", **entries)
         observation, _ = env.reset(seed=4)
         for _ in range(episode.number):
             observation, _ = env.reset()

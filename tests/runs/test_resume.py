@@ -5,6 +5,8 @@ import os
 import shutil
 import signal
 import sys
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -42,14 +44,19 @@ def trained(name: str, factory: pytest.TempPathFactory) -> Whole:
     return options, out
 
 
-@pytest.fixture(scope="module", params=RUNS)
-def whole(request, tmp_path_factory) -> Whole:
-    return trained(request.param, tmp_path_factory)
-
-
 @pytest.fixture(scope="module")
-def fixed(tmp_path_factory) -> Whole:
-    return trained("fixed", tmp_path_factory)
+def whole_of(tmp_path_factory) -> Callable[[str], Whole]:
+    return cache(lambda name: trained(name, tmp_path_factory))
+
+
+@pytest.fixture(scope="module", params=RUNS)
+def whole(request, whole_of) -> Whole:
+    return whole_of(request.param)
+
+
+@pytest.fixture
+def fixed(whole_of) -> Whole:
+    return whole_of("fixed")
 
 
 @pytest.mark.usefixtures("heeded_hangup")
@@ -90,13 +97,13 @@ def test_differences_finds_every_change(fixed, tmp_path):
     changed.save_checkpoint({**changed.load_checkpoint(512), "steps": 1024})
     shutil.copy(next(out.glob("events*")), out / "events.out.tfevents.9999999999.again.1.0")
     found = differences(folder, out)
-    expected = [
+    wanted = [
         "more is in other only",
         "checkpoints/000000001024.pt differs",
         "metrics.csv differs",
         "the events differ",
     ]
-    assert [line[: len(said)] for line, said in zip(found, expected, strict=True)] == expected
+    assert [line[: len(said)] for line, said in zip(found, wanted, strict=True)] == wanted
 
 
 def full(*_, **__):

@@ -20,14 +20,6 @@ def state_after(steps, **mine):
     return {**outline, "tables": tables, "steps": steps, "seconds": 0.0, "compile_seconds": 0.0}
 
 
-def test_config_with_lone_surrogate_raises_input_error(tmp_path):
-    folder = RunFolder.create(tmp_path / "run", SMALL)
-    path = folder.path / "config.json"
-    path.write_text(path.read_text().replace('"steps": 1000000', r'"steps": "\udcff"'))
-    with pytest.raises(InputError, match=r"config\.json: .*surrogates not allowed"):
-        folder.config()
-
-
 def test_renamed_checkpoint_raises_checkpoint_error(tmp_path):
     folder = RunFolder.create(tmp_path / "run", SMALL)
     for steps in (64, 128):

@@ -122,7 +122,9 @@ def test_curriculum_stage_is_printed_and_stored(tmp_path, monkeypatch, capsys):
     assert len(graphs) > 3  # of all stages
 
 
-@pytest.mark.parametrize("option", [["--graph", "b"], ["--preset", "paper"], ["--out", "elsewhere"]])
+@pytest.mark.parametrize(
+    "option", [["--graph", "b"], ["--preset", "paper"], ["--out", "elsewhere"], ["--config", "own.toml"]]
+)
 def test_resume_takes_no_other_options(trained, option):
     with pytest.raises(InputError, match="keeps its config"):
         train(["--resume", str(trained), *option])
@@ -177,7 +179,7 @@ def test_evaluate_shows_graphs_that_one_player_met(monkeypatch, capsys):
         (["--resume", "nowhere"], "is not a run folder"),
         (
             ["--out", "broken.toml"],
-            "cannot create the run folder broken.toml: broken.toml is not a folder; choose another",
+            "cannot create the run folder broken.toml: broken.toml is not a folder; choose",
         ),
         (["--out", "broken.toml/x"], "cannot create the run folder broken.toml/x: broken.toml is not a folder; choose"),
         (["--out", "."], "is not an empty folder"),

@@ -11,6 +11,7 @@ import hierroom
 from hierroom.support.errors import InputError
 
 SMALL = {"graph": "b", "size": 11, "max_steps": 100, "num_envs": 8, "minibatches": 2, "steps": 512}
+SMALL |= {"evaluations": 2, "evaluation_episodes": 8}
 
 
 def test_train_from_python_returns_the_agent(tmp_path, monkeypatch, capsys):

@@ -66,10 +66,12 @@ def test_entries_of_a_preset_are_not_reported(preset):
 def test_commands_warn_of_unread_entries(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     words = ["--steps", "300", "--size", "11", "--num-envs", "4", "--minibatches", "1", "--max-steps", "40"]
+    words += ["--evaluations", "0", "--film", "False"]
     assert train([*words, "--meta-ppo.gamma", "0.5", "--novelty-bonus", "9", "--out", "run"]) == 0
     said = "warning: meta_ppo.gamma, novelty_bonus have no effect on hippo with meta-controller fixed-dfs and reward "
     assert said + "intrinsic\n" in capsys.readouterr().err
     entries = {"steps": 300, "size": 11, "num_envs": 4, "minibatches": 1, "max_steps": 40, "evaluations": 0}
+    entries["film"] = False
     hierroom.train(graph=("a", "keys-0-exit-1"), method="ppo", subgoal_horizon=7, out="from-python", **entries)
     said = capsys.readouterr().err
     assert "warning: subgoal_horizon has no effect on ppo" in said

@@ -79,6 +79,7 @@ def test_warm_up_of_a_learned_meta_ends_with_options_that_reach_their_goals():
     assert warm_up.has_ended
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("task", AGENTS)
 def test_stopped_run_resumes_exactly(task, runs, tmp_path, monkeypatch):
     stop_at_update(monkeypatch, signal.SIGINT, 3)
@@ -134,9 +135,7 @@ def test_summary_of_a_sweep_has_what_counts(task, score, shown):
 
 @pytest.mark.parametrize("option", ["--method=hippo", "--method=ppo-bonus", "--meta=random"])
 def test_methods_with_goals_are_refused(option, tmp_path):
-    with pytest.raises(
-        InputError, match=r"chest_task:balance has (no goals to pick, so train|none; give it the reward)"
-    ):
+    with pytest.raises(InputError, match=r"balance has (no goals to pick, so train|none; give it the reward)"):
         train(["--task", "chest_task:balance", *SMALL, option, "--out", str(tmp_path / "run")])
 
 
@@ -148,6 +147,7 @@ def test_episode_has_no_success_and_its_return(task):
     assert episode.title.endswith(f": return {len(episode)}, {len(episode)} steps")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["ppo", "ppo-bonus", "ppo-sketch"])
 def test_every_method_trains(method, tmp_path):
     assert train(["--task", "chest_task:camp", *SMALL, "--method", method, "--out", str(tmp_path / "run")]) == 0

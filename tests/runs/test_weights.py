@@ -23,7 +23,7 @@ from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
 
 ROOM = "hierroom/EscapeRoom-g-v0"
-SHORT = {"size": 11, "max_steps": 40, "num_envs": 4, "steps": 300, "evaluations": 0, "log": "none"}
+SHORT = {"size": 11, "max_steps": 40, "num_envs": 4, "steps": 300, "evaluations": 0, "log": "none", "film": False}
 
 
 def played(agent: hierroom.TrainedAgent) -> list[list[int]]:

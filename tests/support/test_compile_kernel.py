@@ -69,6 +69,7 @@ def test_import_works_without_a_writable_package_or_home(unwritable, temporary):
     assert done.stdout.strip() == "None"
 
 
+@pytest.mark.slow
 def test_first_writable_cache_folder_is_used_without_a_warning(unwritable, temporary, tmp_path):
     chosen, cache = {"NUMBA_CACHE_DIR": str(tmp_path / "chosen")}, {"XDG_CACHE_HOME": str(tmp_path / "cache")}
     for variables, place in ((chosen | cache, "chosen"), (cache, "cache")):

@@ -25,9 +25,7 @@ def test_state_is_novel_at_its_first_visit(size, drop_key):
     for _ in range(6 if size == 11 else 2):
         entered = {state_of(world.state.levels[0])}
         while True:
-            outcome = world.step(
-                [well_or_wildly(rng, world) if size == 11 else rng.choice(5, p=[0.6, 0.1, 0.1, 0.1, 0.1])]
-            )[0]
+            outcome = world.step([well_or_wildly(rng, world) if size == 11 else rng.choice(5, p=[0.6, *[0.1] * 4])])[0]
             has_ended = outcome.terminated or outcome.truncated
             state = state_of(world.finals[0] if has_ended else world.state.levels[0])
             assert outcome.is_novel == (state not in entered)

@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from operator import attrgetter
 
 import numpy as np
 import pytest
@@ -18,67 +19,44 @@ from hierroom.vector_env import EscapeRooms
 from hierroom.worlds.env_config import EnvConfig
 
 EVERYWHERE = np.arange(3)
-OF_SITUATION = {
-    "envs": lambda s: s.envs,
-    "masks": lambda s: s.masks,
-    "legal": lambda s: s.legal,
-    "goals": lambda s: s.goals,
-    "uniforms": lambda s: s.uniforms,
-    "meta_turns": lambda s: s.meta_turns,
-    "previous_actions": lambda s: s.previous_actions,
-    "levels": lambda s: s.view.levels["n_rooms"],
-    "key_rooms": lambda s: s.key_rooms,
-    "colours": lambda s: s.colours,
-    "tiles": lambda s: s.tiles,
-    "grids": lambda s: s.state.grids,
-    "goal vectors": lambda s: s.goal_set.vectors,
-}
-OF_STEP = {
-    "records": lambda step, turns: step.records["rewards"],
-    "rewards": lambda step, turns: step.rewards,
-    "option_ended": lambda step, turns: step.option_ended,
-    "levels before": lambda step, turns: step.before.levels["n_rooms"],
-    "grids after": lambda step, turns: step.after.grids,
-}
-OF_TURNS = {
-    "levels": lambda step, turns: turns.world.state.levels["n_rooms"],
+
+
+def of_step(path):
+    return lambda step, turns: attrgetter(path)(step)
+
+
+def of_turns(path):
+    return lambda step, turns: attrgetter(path)(turns)
+
+
+SITUATION = "envs masks legal goals uniforms meta_turns previous_actions view.levels key_rooms colours tiles".split()  # noqa: SIM905
+OF_SITUATION = {path: attrgetter(path) for path in (*SITUATION, "state.grids", "goal_set.vectors")}
+OF_STEP = {path: of_step(path) for path in ("records", "rewards", "option_ended", "before.levels", "after.grids")}
+OF_TURNS = {path: of_turns(path) for path in ("goals", "ledger.records", "ledger.is_meta_turn", "last_step.goals")}
+OF_TURNS |= {"levels": of_turns("world.state.levels"), "grids": of_turns("world.state.grids")}
+OF_TURNS |= {path: of_turns(f"world.{path}") for path in ("outcomes", "finals", "everywhere", "goals.kind_of")}
+OF_TURNS |= {
     "a level": lambda step, turns: turns.world.state.levels[0].key_rooms,
-    "grids": lambda step, turns: turns.world.state.grids,
-    "outcomes": lambda step, turns: turns.world.outcomes["tiles"],
-    "finals": lambda step, turns: turns.world.finals["branches"],
     "clocks": lambda step, turns: turns.world.clocks(),
-    "everywhere": lambda step, turns: turns.world.everywhere,
-    "goals": lambda step, turns: turns.goals,
-    "ledger": lambda step, turns: turns.ledger.records["goals"],
-    "is_meta_turn": lambda step, turns: turns.ledger.is_meta_turn,
     "last records": lambda step, turns: turns.last_step.records["goals"],
-    "last step": lambda step, turns: turns.last_step.goals,
     "controller's view": lambda step, turns: turns.observe(CONTROLLER, turns.due(CONTROLLER)).view.levels["direction"],
     "controller's goals": lambda step, turns: turns.observe(CONTROLLER, turns.due(CONTROLLER)).goals,
     "view of some": lambda step, turns: turns.observe(CONTROLLER, np.array([1])).view.tiles,
     "final view": lambda step, turns: turns.final_observation(CONTROLLER, step, EVERYWHERE).view.levels["direction"],
     "meta's view": lambda step, turns: turns.situation(EVERYWHERE).view.levels["key_rooms"],
-    "kinds of goals": lambda step, turns: turns.world.goals.kind_of,
     "numbers of a feature": lambda step, turns: turns.world.features["view-ids"].vectors,
 }
 OF_WORKSHOPS = {
-    "things": lambda turns: turns.world.state.things,
-    "shops": lambda turns: turns.world.state.shops["achieved"],
+    **{path: attrgetter(f"world.{path}") for path in ("state.things", "state.shops", "outcomes", "rules.limits")},
+    "recipes": attrgetter("world.book.recipes.goals"),
     "clocks": lambda turns: turns.world.clocks(),
-    "outcomes": lambda turns: turns.world.outcomes["terminated"],
-    "recipes": lambda turns: turns.world.book.recipes.goals,
-    "limits": lambda turns: turns.world.rules.limits,
     "controller's view": lambda turns: turns.observe(CONTROLLER, turns.due(CONTROLLER)).view.things,
     "view of some": lambda turns: turns.observe(CONTROLLER, np.array([1])).view.shops["achieved"],
     "meta's view": lambda turns: turns.situation(EVERYWHERE).view.things,
     "final view": lambda turns: turns.final_observation(CONTROLLER, turns.last_step, EVERYWHERE).view.things,
 }
 OF_TASKS = {
-    **{
-        name: lambda turns, name=name: getattr(turns.world, name) for name in ("counts", "markings", "lengths", "seeds")
-    },
-    "outcomes": lambda turns: turns.world.outcomes["terminated"],
-    "limits": lambda turns: turns.world.rules.limits,
+    **{p: attrgetter(f"world.{p}") for p in ("counts", "markings", "lengths", "seeds", "outcomes", "rules.limits")},
     "meta's view": lambda turns: turns.situation(EVERYWHERE).view.entries["place"],
     "controller's view": lambda turns: turns.observe(CONTROLLER, turns.due(CONTROLLER)).view.counts,
     "final view": lambda turns: turns.final_observation(CONTROLLER, turns.last_step, EVERYWHERE).view.steps,
@@ -146,9 +124,7 @@ def test_observe_gets_a_read_only_step_and_turns(name):
     step = turns.step(np.zeros(3, int))
     expected = turns.get_state(), step.records.copy()
     of = OF_STEP[name] if name in OF_STEP else OF_TURNS[name]
-    with pytest.raises(
-        InputError, match=r"^the meta-controller Observing fails: ValueError: .*read-only \(line \d+ of"
-    ):
+    with pytest.raises(InputError, match=r"^the meta-controller Observing fails: ValueError: .*read-only \(line \d+"):
         show_step(Observing(of), turns)
     state = turns.get_state()
     assert all((state[field] == expected[0][field]).all() for field in state)
@@ -175,7 +151,7 @@ def test_other_worlds_and_their_copies_are_read_only(task, of, again):
 @pytest.mark.parametrize("name", OF_STEP)
 def test_reward_gets_a_read_only_step(name):
     turns = make("c", 3, reward=Rewarding(OF_STEP[name]))
-    with pytest.raises(InputError, match=r"^the reward Rewarding fails: ValueError: .*read-only \(line \d+ of"):
+    with pytest.raises(InputError, match=r"^the reward Rewarding fails: ValueError: .*read-only \(line \d+"):
         turns.step(np.zeros(3, int))
 
 
@@ -188,7 +164,7 @@ def test_writing_player_raises_input_error(name):
             return step
 
     episodes = hierroom.rollout(Writing(), EnvConfig("c", size=11, max_steps=5), 3)
-    with pytest.raises(InputError, match=r"^the player Writing fails: ValueError: .*read-only \(line \d+ of"):
+    with pytest.raises(InputError, match=r"^the player Writing fails: ValueError: .*read-only \(line \d+"):
         next(episodes)
 
 
@@ -220,9 +196,7 @@ def test_meta_controller_cannot_act_while_observing(act):
     turns.step(np.zeros(3, int))
     watcher = Observing(None)
     watcher.observe = lambda step, turns: act(turns)
-    with pytest.raises(
-        InputError, match=r"^the meta-controller Observing fails: RuntimeError: it took a step or began"
-    ):
+    with pytest.raises(InputError, match=r"^the meta-controller Observing fails: RuntimeError: it took a step or"):
         show_step(watcher, turns)
 
 
@@ -235,7 +209,16 @@ def test_copied_turns_are_read_only_and_independent(again):
     assert copied.world.clocks().tolist() == [3, 3, 3]
     assert copied.world.outcomes["length"].tolist() == [3, 3, 3]
     assert turns.world.clocks().tolist() == [0, 0, 0]
-    for name in ("levels", "grids", "outcomes", "finals", "goals", "ledger", "last records", "controller's view"):
+    for name in (
+        "levels",
+        "grids",
+        "outcomes",
+        "finals",
+        "goals",
+        "ledger.records",
+        "last records",
+        "controller's view",
+    ):
         with pytest.raises(ValueError, match="read-only"):
             write(OF_TURNS[name](None, copied))
 

@@ -65,9 +65,7 @@ def test_seen_mask_has_goals_that_came_into_view():
     assert most == 5
 
 
-@pytest.mark.parametrize(
-    "graph", [*enumerate_graphs(4), GoalGraph((0, 0, 1, 0, 2, 4), 5)], ids=lambda graph: graph.name
-)
+@pytest.mark.parametrize("graph", [*enumerate_graphs(4), GoalGraph((0, 0, 1, 0, 2, 4), 5)], ids=lambda one: one.name)
 def test_reachable_goals_are_the_open_goals_of_the_graph(graph):
     """With random keys held and random doors open, in levels with different colours."""
     n = 200

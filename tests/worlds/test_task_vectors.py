@@ -114,14 +114,12 @@ def test_elapsed_counts_in_the_step_that_ends_an_episode(mode):
     assert [world.step(np.array([1, 0]))["elapsed"].tolist() for _ in range(4)] == [[2, 2]] * 4
 
 
-@pytest.mark.parametrize("final", [{}, {"final_info": np.array([{"at": 3}] * 2)}])
-def test_infos_of_ended_episodes_must_be_there(final):
+@pytest.mark.parametrize("ends", [{}, {"final_info": np.array([{"at": 3}] * 2)}])
+def test_infos_of_ended_episodes_must_be_there(ends):
     class Unlike(SyncVectorEnv):
         def step(self, actions):
             *results, infos = super().step(actions)
-            return *results, {"at": infos["at"], "final_obs": infos["final_obs"], **final} if results[
-                2
-            ].any() else infos
+            return *results, {"at": infos["at"], "final_obs": infos["final_obs"], **ends} if results[2].any() else infos
 
     def make_vec(num_envs):
         return Unlike([Walk] * num_envs, autoreset_mode=AutoresetMode.SAME_STEP)
@@ -150,7 +148,7 @@ def test_restored_vector_begins_new_episodes_and_says_so():
         ({"make_vec": lambda num_envs: Walk()}, "must return a VectorEnv of 2 environments"),
         (
             {"make_vec": Walks, "goals": {"x": lambda env, infos: True}},
-            "one for each environment of the vector, not True",
+            "for each environment of the vector, not True",
         ),
         ({"make_vec": Walks, "goals": {"x": lambda env, infos: infos["at"] - 1}}, "counts of at least 0"),
         ({"make": Walk, "goals": {"x": lambda env, info: np.ones(2, bool)}}, "must return True, False or a count"),

@@ -83,21 +83,15 @@ class Reseeded(wrappers.ReseedWrapper):
         super().__init__(env, seeds=[1, 2])
 
 
+SAME = ("ImgObs", "DictObservationSpace", "ViewSize", "DirectionObs", "StochasticAction")
 WRAPPERS = {
-    wrappers.ImgObsWrapper: (7, 7, 3),
+    **dict.fromkeys([getattr(wrappers, f"{name}Wrapper") for name in SAME], (7, 7, 3)),
+    **dict.fromkeys((wrappers.ActionBonus, wrappers.PositionBonus, Reseeded), (7, 7, 3)),
+    **dict.fromkeys((wrappers.FullyObsWrapper, wrappers.SymbolicObsWrapper), (13, 13, 3)),
     wrappers.FlatObsWrapper: (2835,),
     wrappers.OneHotPartialObsWrapper: (7, 7, 20),
-    wrappers.FullyObsWrapper: (13, 13, 3),
     wrappers.RGBImgObsWrapper: (13 * 8, 13 * 8, 3),
     wrappers.RGBImgPartialObsWrapper: (7 * 8, 7 * 8, 3),
-    wrappers.SymbolicObsWrapper: (13, 13, 3),
-    wrappers.DictObservationSpaceWrapper: (7, 7, 3),
-    wrappers.ViewSizeWrapper: (7, 7, 3),
-    wrappers.DirectionObsWrapper: (7, 7, 3),
-    wrappers.ActionBonus: (7, 7, 3),
-    wrappers.PositionBonus: (7, 7, 3),
-    wrappers.StochasticActionWrapper: (7, 7, 3),
-    Reseeded: (7, 7, 3),
 }
 
 

@@ -38,7 +38,7 @@ def test_matrix_nodes_take_labels():
         (
             Chain.from_matrix,
             (torch.eye(2, requires_grad=True), 0, 1),
-            "W must be a square matrix of numbers: Can't call numpy",
+            "a square matrix of numbers: Can't call numpy",
         ),
     ],
 )

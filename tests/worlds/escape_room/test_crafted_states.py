@@ -130,10 +130,8 @@ def test_take_weights_refuses_non_finite_weights():
         learner.take_weights(state)
 
 
-def trainer_of(method="hippo", meta=None, **agents):
-    config = TrainConfig(
-        EnvConfig("a", size=11), AgentsConfig(method, meta, **agents), num_envs=4, ppo=PPO, meta_ppo=PPO
-    )
+def trainer_of(method="hippo", meta=None, **more):
+    config = TrainConfig(EnvConfig("a", size=11), AgentsConfig(method, meta, **more), num_envs=4, ppo=PPO, meta_ppo=PPO)
     return Trainer(config)
 
 

@@ -107,22 +107,10 @@ def test_distances_fall_into_thirteen_classes():
     assert places.tolist() == [[ahead, right] for ahead, right in zip(expected, expected[::-1], strict=True)]
 
 
-CARDINALITIES = {
-    "view": (22,) * 49,
-    "view-ids": (22,) * 49,
-    "goal": (4, 7),
-    "goal-in-view": (50,),
-    "goal-place": (14,) * 2,
-    "object-places": (14,) * 26,
-    "doorway-places": (14,) * 4,
-    "frontier-places": (14,) * 4,
-    "symbol": (14,),
-    "direction": (4,),
-    "keys": (2,) * 6,
-    "previous-action": (7,),
-    "goal-status": (3,) * 13,
-    "goal-outcome": (4,) * 13,
-}
+CARDINALITIES = {"view": (22,) * 49, "view-ids": (22,) * 49, "goal": (4, 7), "goal-in-view": (50,), "symbol": (14,)}
+CARDINALITIES |= {f"{name}-places": (14,) * n for name, n in {"object": 26, "doorway": 4, "frontier": 4}.items()}
+CARDINALITIES |= {"goal-place": (14,) * 2, "direction": (4,), "keys": (2,) * 6, "previous-action": (7,)}
+CARDINALITIES |= {"goal-status": (3,) * 13, "goal-outcome": (4,) * 13}
 
 
 @pytest.mark.parametrize("name", FEATURES)

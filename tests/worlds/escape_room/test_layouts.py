@@ -119,12 +119,7 @@ def test_invalid_map_file_raises_input_error(tmp_path):
     (tmp_path / "large.txt").write_bytes(b"#" * (2**20 + 1))
     (tmp_path / "empty.txt").write_bytes(b"")
     os.mkfifo(tmp_path / "pipe.txt")
-    said = {
-        "latin": "no text in UTF-8",
-        "large": "larger than 1 MiB",
-        "empty": "it is empty",
-        "pipe": "no regular file",
-    }
+    said = {"latin": "no text in UTF-8", "large": "larger than 1 MiB", "empty": "is empty", "pipe": "no regular file"}
     for name, why in {**said, "missing": "No such file"}.items():
         with pytest.raises(InputError, match=why):
             EnvConfig(layout=tmp_path / f"{name}.txt")

@@ -167,9 +167,7 @@ def test_step_takes_actions_as_arrays_or_lists():
     for actions in actions_of(40, 5):
         strided = np.zeros((5, 3), np.int64)
         strided[:, 1] = actions
-        for world, given in zip(
-            worlds, (actions, strided[:, 1], actions.astype(np.int32), actions.tolist()), strict=True
-        ):
+        for world, given in zip(worlds, (actions, strided[:, 1], actions.astype("i4"), actions.tolist()), strict=True):
             world.step(given)
     for world in worlds[1:]:
         assert same_state(world.state, worlds[0].state)

@@ -88,9 +88,7 @@ def test_paths_reach_goals_in_their_stated_length(graph, size):
                 continue
             path = shortest_actions(world.state, goal)
             assert len(path) == length > 0
-            events = [
-                int(world.step_within_episode(path[t : t + 1])[0].achieved).bit_length() - 1 for t in range(length)
-            ]
+            events = [int(world.step_within_episode(path[[t]])[0].achieved).bit_length() - 1 for t in range(length)]
             assert events[-1] == goal
             assert goal not in events[:-1]
             assert world.outcomes[0].terminated == (goal == EXIT_GOAL)
