@@ -48,7 +48,7 @@ def test_several_specs_are_the_union_of_each(specs):
     assert canonical(graphs) == canonical(GraphSet(specs[::-1] + specs).graphs)
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(st.lists(all_specs, min_size=1, max_size=3), st.lists(all_specs, min_size=1, max_size=2))
 def test_exclusion_is_a_set_difference_or_input_error(specs, exclude):
     whole, parts = canonical(GraphSet(specs).graphs), [canonical(GraphSet(spec).graphs) for spec in exclude]
@@ -60,7 +60,7 @@ def test_exclusion_is_a_set_difference_or_input_error(specs, exclude):
             GraphSet(specs, exclude)
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(st.integers(0, 8), st.integers(0, 99))
 def test_exclusion_ignores_the_numbering_of_rooms(index, seed):
     graph = enumerate_graphs(4)[index]
@@ -68,7 +68,7 @@ def test_exclusion_ignores_the_numbering_of_rooms(index, seed):
     assert set(GraphSet("rooms:4", other).graphs) == set(enumerate_graphs(4)) - {graph}
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(st.lists(all_specs, min_size=1, max_size=3), st.integers(1, 6))
 def test_stages_have_each_graph_once_and_get_harder(specs, n_stages):
     graphs = GraphSet(specs)

@@ -4,6 +4,7 @@ import dataclasses
 import json
 import pickle
 import time
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from hierroom.complexity import analyze, mean_first_passage_time
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.support.errors import InputError
+from hierroom.support.tables import html_table
 
 
 def test_to_dict_is_plain_and_agrees_with_the_properties():
@@ -61,8 +63,36 @@ def test_goal_sensitivity_equals_numerical_slope():
     assert (faster / report.expected_steps - 1) / 0.0001 == pytest.approx(change, rel=1e-3)
 
 
-def test_analyze_is_fast_for_seven_and_ten_rooms():
-    for n_rooms, seconds in ((7, 1.0), (10, 10.0)):
-        started = time.process_time()  # not slowed by what else runs
-        assert analyze(GoalGraph((0,) * (n_rooms - 1), 1), drop_key=True).to_dict()["nodes"] > 0
-        assert time.process_time() - started < seconds
+@pytest.mark.parametrize(("n_rooms", "seconds"), [(7, 1.0), pytest.param(10, 10.0, marks=pytest.mark.slow)])
+def test_analyze_is_fast(n_rooms, seconds):
+    started = time.process_time()  # not slowed by what else runs
+    assert analyze(GoalGraph((0,) * (n_rooms - 1), 1), drop_key=True).to_dict()["nodes"] > 0
+    assert time.process_time() - started < seconds
+
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def test_goal_graph_is_drawn_unless_it_is_large():
+    graph = GoalGraph((0, 0, 1), 3, label="<mine> & $yours$")
+    root = ElementTree.fromstring(graph._repr_svg_())
+    assert root.tag == f"{SVG}svg"
+    assert GoalGraph(tuple(range(2000)), 2000)._repr_svg_() is None
+
+
+def test_report_html_equals_its_printed_text():
+    report = analyze("f")
+    shown = ElementTree.fromstring(f"<div>{report._repr_html_()}</div>")
+    head, *lines = str(report).splitlines()
+    assert shown.find("table/caption").text == head
+    rows = [[cell.text or "" for cell in row] for row in shown.iter("tr")]
+    notes = [note.text for note in shown.iter("p")]
+    assert len(rows) > 5
+    for line, cells in zip(lines, [*rows, *([note] for note in notes)], strict=True):
+        assert line.split() == " ".join(cells).split()
+
+
+def test_html_table_escapes_texts():
+    table = html_table("<a>", ("b&",), [("<c>", "d<")], ["e>"])
+    texts = [text for text in ElementTree.fromstring(f"<div>{table}</div>").itertext() if text]
+    assert texts == ["<a>", "b&", "<c>", "d<", "e>"]

@@ -1,18 +1,27 @@
-"""Every example runs, and the user code in the examples works as documented."""
+"""Every example runs, the user code in the examples works as documented, and Algorithm 1 is in one file."""
 
+import ast
+import sys
+from argparse import Namespace
 from pathlib import Path
 
+import chest_task
 import numpy as np
 import pytest
+import torch
 from children import run_python
 from run_contents import check_picture, check_run
+from turns_helpers import make as make_rooms
 
 import hierroom
+from hierroom.goals import N_GOALS
+from hierroom.meta import take_turn
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trainer import Trainer
 from hierroom.train import main as train
-from hierroom.turns.records import META
+from hierroom.turns.records import CONTROLLER, META
+from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -94,3 +103,99 @@ def test_a_meta_controller_with_a_memory_is_resumed_exactly(meta):
     for one, other in zip(ours, theirs, strict=True):
         np.testing.assert_array_equal(one, other)
         assert np.any(np.asarray(one))
+
+
+FILE = EXAMPLES / "single_file.py"
+
+
+@pytest.fixture
+def single_file(one_thread):
+    import single_file
+
+    with torch.random.fork_rng(devices=[]):
+        yield single_file
+
+
+def settings(**others):
+    return Namespace(**({"meta": "learned", "graph": "c", "steps": 600_000, "seed": 0} | others))
+
+
+def test_single_file_has_at_most_300_lines():
+    assert len(FILE.read_text().splitlines()) <= 300
+
+
+@pytest.mark.slow
+def test_single_file_imports_no_learner():
+    imports = [node for node in ast.walk(ast.parse(FILE.read_text())) if isinstance(node, ast.ImportFrom | ast.Import)]
+    names = {getattr(node, "module", None) or node.names[0].name for node in imports}
+    others = {name.split(".")[0] for name in names} - set(sys.stdlib_module_names)
+    assert others == {"hierroom", "numpy", "torch"}
+    code = "import sys, single_file; print([n for n in sys.modules if n.startswith('hierroom.')])"
+    loaded = ast.literal_eval(run_python("-c", code, cwd=EXAMPLES).stdout)
+    assert "hierroom.turns.turns" in loaded
+    assert not [name for name in loaded if name.startswith(("hierroom.learners", "hierroom.runs"))]
+
+
+@pytest.mark.slow
+def test_both_agents_learn_to_escape(single_file):
+    few, many = settings(graph="a", steps=64), settings(graph="a", steps=200_000)
+    untrained, trained = single_file.train(few), single_file.train(many)
+    success, length = single_file.evaluate(many, trained)
+    assert success >= 0.95
+    for name in (META, CONTROLLER):
+        _, without = single_file.evaluate(many, {**trained, name: untrained[name]})
+        assert without > 1.2 * length, name
+
+
+SKETCH = {"network": "policy_sketches:PolicySketches", "features": ("symbol", "view", "direction", "keys")}
+
+
+@pytest.mark.parametrize("method", ["ppo-sketch", "hippo"])
+def test_the_goal_picks_the_sub_policy(method):
+    from policy_sketches import PolicySketches
+
+    config = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=512)
+    trainer = Trainer(config.changed(method=method, **SKETCH))
+    turns, agent = trainer.turns, trainer.controller
+    assert isinstance(agent.learner.network, PolicySketches)
+    assert len(agent.learner.network.parts) == N_GOALS + 1
+    situation = turns.observe(META, turns.due(META))
+    turns.act(META, situation, trainer.agents[META].act(situation))
+    assert (turns.goals >= 0).all()
+    observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
+    np.testing.assert_array_equal(agent.features.encode(observation)[:, 0], turns.goals)
+    turns.ledger.write_fields({"goals": -1})
+    observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
+    assert (agent.features.encode(observation)[:, 0] == N_GOALS).all()
+
+
+@pytest.fixture
+def asking():
+    """Return a function that makes a meta-controller that keeps its questions and gets the same answer to each."""
+    from asking_meta import AskingMeta
+
+    def make(answer):
+        questions = []
+        return AskingMeta(lambda question: questions.append(question) or answer), questions
+
+    return make
+
+
+@pytest.mark.parametrize(
+    ("answer", "goal", "not_understood"),
+    [("I'd take the KEY.", 1, 0), ("a boat", 0, 1), ("coin or key", 0, 1), ("", 0, 1), ("the chest", 0, 1)],
+)
+def test_only_an_answer_naming_one_legal_goal_counts(answer, goal, not_understood, asking):
+    turns, (meta, questions) = Turns(EnvConfig(task=chest_task.chest), 1, seed=0), asking(answer)
+    take_turn(meta, turns)
+    assert turns.goals.tolist() == [goal]
+    assert questions[0].splitlines()[1:3] == ["Achieved so far: nothing.", "Goals that can be chosen: coin, key."]
+    assert meta.statistics == {"asked": 1, "not_understood": not_understood}
+
+
+def test_single_goal_is_not_asked_for_and_names_within_names_are_told_apart(asking):
+    rooms, (meta, questions) = make_rooms("a", n=3), asking("?")
+    take_turn(meta, rooms)
+    assert (questions, (rooms.goals >= 0).all()) == ([], True)
+    names = {1: "key 1", 12: "key 12", 2: "key 2"}
+    assert [meta.named(text, names) for text in ("Key 12, please", "key 2", "key")] == [[12], [2], []]

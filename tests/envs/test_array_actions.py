@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 from dial_tasks import SPACES, Dials, dials
 from gymnasium import spaces
-from gymnasium.utils.env_checker import check_env
-from pettingzoo.test import api_test, parallel_api_test, seed_test
 
 import hierroom
 from hierroom.gym_env import EscapeRoom
@@ -15,16 +13,6 @@ from hierroom.vector_env import EscapeRooms
 from hierroom.worlds.actions import DiscreteActions, actions_of
 
 EVERY = pytest.mark.parametrize("space", SPACES.values(), ids=SPACES)
-
-
-@EVERY
-@pytest.mark.filterwarnings("ignore")
-def test_environments_pass_the_api_checkers(space):
-    task = dials(space)
-    api_test(hierroom.env(task), num_cycles=40)
-    parallel_api_test(hierroom.parallel_env(task), num_cycles=40)
-    seed_test(lambda: hierroom.env(task), num_cycles=20)
-    check_env(EscapeRoom(task, meta="fixed-dfs"), skip_render_check=True)
 
 
 @EVERY

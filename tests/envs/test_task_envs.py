@@ -5,6 +5,7 @@ import gymnasium
 import minigrid  # noqa: F401 - it registers its environments
 import numpy as np
 import pytest
+from dial_tasks import SPACES, dials
 from gymnasium import spaces
 from gymnasium.utils.env_checker import check_env
 from pettingzoo.test import api_test, parallel_api_test, seed_test
@@ -38,6 +39,7 @@ def task(request):
 
 
 @pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("task", [*TASKS.values(), *map(dials, SPACES.values())], ids=[*TASKS, *SPACES])
 def test_task_environments_pass_the_api_checkers(task):
     api_test(hierroom.env(task), num_cycles=40)
     parallel_api_test(hierroom.parallel_env(task), num_cycles=40)

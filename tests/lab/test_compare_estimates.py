@@ -102,7 +102,7 @@ def test_missing_values_are_not_estimated():
     assert found.values[[0, 2]] == pytest.approx([1.5, 3.5])
 
 
-@pytest.mark.parametrize("statistic", [interquartile_mean, mean])
+@pytest.mark.parametrize("statistic", [pytest.param(interquartile_mean, marks=pytest.mark.slow), mean])
 def test_intervals_cover_the_true_value(statistic):
     """Ten runs on each of three graphs: the true value is in nearly 95% of the intervals.
 

@@ -136,7 +136,7 @@ def test_a_network_that_starts_with_nan_is_refused():
         make_learner(network=Unborn)
 
 
-@pytest.mark.parametrize("steps", [0, 1024])
+@pytest.mark.parametrize("steps", [pytest.param(0, marks=pytest.mark.slow), 1024])
 def test_diverging_run_keeps_its_last_good_checkpoint(tmp_path, monkeypatch, capsys, steps):
     advance, out = Trainer.advance, tmp_path / "my run"
 

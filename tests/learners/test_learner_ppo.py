@@ -93,7 +93,7 @@ def test_a_turn_moves_only_its_own_environments(network):
 def test_no_masked_action_is_ever_sampled(network):
     learner = make_learner(network=network)
     envs = RandomEnvs(6, seed=4)
-    for _ in range(200):
+    for _ in range(100):
         _, masks, actions, _ = envs.tick(learner)
         assert masks[np.arange(len(actions)), actions].all()
 

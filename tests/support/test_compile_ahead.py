@@ -1,13 +1,19 @@
-"""After ``python -m hierroom compile`` nothing compiles any more, and a second call ends fast."""
+"""After ``python -m hierroom compile`` nothing compiles any more; what compiles is timed separately."""
 
 import os
+import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from children import run_python
+from numba import njit
 
 from hierroom.commands import compile
 from hierroom.commands.compile import is_complete
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.trainer import Trainer
+from hierroom.support.clocks import compile_clock
 from hierroom.support.kernel import kernel_folder
 
 LATER = """
@@ -97,3 +103,45 @@ def test_compile_with_disabled_jit_exits_with_an_error():
     done = run_python("-m", "hierroom", "compile", env={**os.environ, "NUMBA_DISABLE_JIT": "1"})
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "error: NUMBA_DISABLE_JIT is set, so there is nothing to compile; unset it\n"
+
+
+def test_compile_clock_runs_only_while_numba_compiles():
+    @njit
+    def inner(x):
+        return x + 1
+
+    @njit
+    def outer(x):
+        return inner(x) * 2
+
+    clock, before = compile_clock(), compile_clock().seconds
+    started = time.perf_counter()
+    assert outer(3) == 8
+    elapsed = time.perf_counter() - started
+    compiled = clock.seconds - before
+    assert 0.2 * elapsed < compiled <= elapsed  # the inner function is compiled within the outer one, and counted once
+    assert outer(4) == 10
+    time.sleep(0.01)
+    assert clock.seconds - before == compiled
+
+
+@pytest.mark.slow
+def test_compile_seconds_are_no_training_seconds(monkeypatch):
+    trainer = Trainer(TrainConfig(num_envs=4, steps=2000).changed(graph="a", size=11))
+    trainer.advance()
+    act = trainer.controller.act
+
+    @njit
+    def slow(x):
+        return np.sort(x)[::-1] + x.sum()
+
+    def compiling(observation):
+        slow(np.arange(3.0))
+        return act(observation)
+
+    monkeypatch.setattr(trainer.controller, "act", compiling)
+    seconds, compiled, started = trainer.seconds, trainer.compile_seconds, time.perf_counter()
+    trainer.advance()
+    elapsed = time.perf_counter() - started
+    assert trainer.compile_seconds - compiled > 0.05
+    assert trainer.seconds - seconds + trainer.compile_seconds - compiled <= elapsed

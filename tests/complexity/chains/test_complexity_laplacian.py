@@ -91,7 +91,7 @@ def test_hitting_time_saturates_at_inverse_restart_probability():
 def test_random_walks_equal_the_pseudo_inverse():
     rng = np.random.default_rng(3)
     several_ends = compared = 0
-    for _ in range(400):
+    for _ in range(200):
         n = int(rng.integers(2, 9))
         weights = rng.random((n, n)) * (rng.random((n, n)) < rng.choice([0.15, 0.3, 0.6]))
         source, target = rng.choice(n, 2, replace=False).tolist()
@@ -102,8 +102,8 @@ def test_random_walks_equal_the_pseudo_inverse():
             assert value == pytest.approx(dense_hitting_time(weights, source, target), rel=1e-6, abs=1e-7)
         else:
             assert mean_first_passage_time(weights / n, target)[source] == np.inf
-    assert compared > 100
-    assert several_ends > 20
+    assert compared > 50
+    assert several_ends > 10
 
 
 def test_unreachable_target_has_infinite_hitting_time():

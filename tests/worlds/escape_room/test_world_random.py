@@ -1,11 +1,13 @@
-"""The random numbers of an episode, compared with SplitMix64 in Python's integers, which never overflow."""
+"""The random numbers of an episode, compared with SplitMix64 in Python's integers, which never overflow, or numpy's."""
 
 import numpy as np
 import pytest
 from splitmix import BITS, GOLDEN, key_of, mixed, shuffled
 
+from hierroom.worlds.base_view import episode_states
 from hierroom.worlds.escape_room.layout import LEVEL
 from hierroom.worlds.random_kernels import mix, shuffle, stream_key, turn_uniforms
+from hierroom.worlds.task.replayer import seeds_of
 
 KEYS = (0, 1, 2**63, BITS, 0x0123456789ABCDEF)
 
@@ -44,3 +46,14 @@ def test_turn_uniforms_equal_plain_python():
     for key, turn, found in zip(KEYS, turns.tolist(), uniforms, strict=True):
         own = mixed(key ^ mixed((turn + GOLDEN) & BITS))
         assert found.tolist() == [(mixed((own + k * GOLDEN) & BITS) >> 11) / 2**53 for k in range(14)]
+
+
+def test_states_are_those_of_numpys_seed_sequence():
+    bits = np.random.default_rng(0).integers(1, 63, (200, 5))
+    rows = np.random.default_rng(1).integers(0, 1 << bits)
+    found = episode_states(rows[:, :3], 6, 2, rows[:, 3], rows[:, 4])
+    for (*episode, turn, other), states in zip(rows.tolist(), found, strict=True):
+        assert np.array_equal(np.random.SeedSequence([*episode, 2, turn, other]).generate_state(6, np.uint64), states)
+    episodes = [[0, 0, 0], [2**32, 3, 1], [2**63 - 1, 0, 2**32 - 1]]
+    seeds = [np.random.SeedSequence([*one, 1, 0]).generate_state(1).item() for one in episodes]
+    assert seeds_of(np.array(episodes), "training") == seeds
