@@ -17,7 +17,7 @@ SEED = 5
 REWARDS = ("intrinsic", "extrinsic", "bonus")
 MASKS = ("reachable", "existing", "seen", "none", "reachable")
 CASES = [
-    EnvConfig(graph, 11, max_steps=90, drop_key=drop, reward=REWARDS[i % 3], **own, goal_mask=MASKS[i % 5])
+    EnvConfig(graph, size=11, max_steps=90, drop_key=drop, reward=REWARDS[i % 3], **own, goal_mask=MASKS[i % 5])
     for i, (graph, drop, own) in enumerate(itertools.product("abcdefg", (False, True), ({}, {"subgoal_horizon": 7})))
 ]
 
