@@ -56,26 +56,22 @@ class Reader:
         browser.refresh()
         self.wait("document.documentElement.dataset.charts === 'drawn' || !document.querySelector('.chart')")
 
-    def ask(self, expression):
-        return self.browser.execute_script(f"return {expression}")
+    def ask(self, wanted):
+        return self.browser.execute_script(f"return {wanted}")
 
-    def wait(self, expression):
-        script = (
-            f"const done = arguments[0]; (function look() {{ ({expression}) ? done(true) : setTimeout(look, 20) }})()"
-        )
+    def wait(self, wanted):
+        script = f"const done = arguments[0]; (function look() {{ ({wanted}) ? done(true) : setTimeout(look, 20) }})()"
         assert self.browser.execute_async_script(script)
 
-    def click(self, identity):
-        self.browser.find_element("id", identity).click()
+    def click(self, ident):
+        self.browser.find_element("id", ident).click()
 
-    def choose(self, identity, value):
-        self.ask(f"(byId('{identity}').value = '{value}', byId('{identity}').dispatchEvent(new Event('change')))")
-        assert self.ask(f"byId('{identity}').value") == str(value)
+    def choose(self, ident, value):
+        self.ask(f"(byId('{ident}').value = '{value}', byId('{ident}').dispatchEvent(new Event('change')))")
+        assert self.ask(f"byId('{ident}').value") == str(value)
 
-    def press(self, keys, identity=None):
-        element = (
-            self.browser.find_element("id", identity) if identity else self.browser.find_element("tag name", "body")
-        )
+    def press(self, keys, ident=None):
+        element = self.browser.find_element("id", ident) if ident else self.browser.find_element("tag name", "body")
         element.send_keys(keys)
 
     @property
@@ -84,14 +80,14 @@ class Reader:
         assert self.ask("Number(byId('scrub').value)") == moment
         return moment
 
-    def picture(self, identity):
-        data = self.ask(f"byId('{identity}').toDataURL()")
+    def picture(self, ident):
+        data = self.ask(f"byId('{ident}').toDataURL()")
         with Image.open(io.BytesIO(base64.b64decode(data.partition(",")[2]))) as image:
             assert len(image.convert("RGB").getcolors(1 << 20)) > 3
         return data
 
-    def text(self, identity):
-        return self.ask(f"byId('{identity}').textContent")
+    def text(self, ident):
+        return self.ask(f"byId('{ident}').textContent")
 
     def assert_quiet(self):
         assert self.browser.get_log("browser") == []

@@ -17,11 +17,9 @@ SMALL = {"graph": "a", "size": 11, "max_steps": 9}
 def test_reset_takes_a_seed_for_each_environment():
     """An episode depends only on the seed and index of its environment; without a seed, the next episode begins."""
     lists, sevens, nines = EscapeRooms(3, **SMALL), EscapeRooms(3, **SMALL), EscapeRooms(3, **SMALL)
-    of_list, of_sevens, of_nines = (
-        env.reset(seed=seed)[0] for env, seed in ((lists, [7, 9, 7]), (sevens, 7), (nines, 9))
-    )
+    of_list, of_7, of_9 = (env.reset(seed=seed)[0] for env, seed in ((lists, [7, 9, 7]), (sevens, 7), (nines, 9)))
     for name, values in of_list.items():
-        for n, expected in enumerate((of_sevens, of_nines, of_sevens)):
+        for n, expected in enumerate((of_7, of_9, of_7)):
             np.testing.assert_array_equal(values[n], expected[name][n])
     again, of_next = lists.reset(seed=np.array([7, 9, 7]))[0], nines.reset()[0]
     same(again, of_list)

@@ -27,10 +27,8 @@ unlock = hierroom.Task(
     target="box",
     max_steps=60,
 )
-TASKS = {
-    **{name: getattr(chest_task, name) for name in ("chest", "free", "lake", "taxi", "pole", "balance")},
-    "unlock": unlock,
-}
+TASKS = {name: getattr(chest_task, name) for name in ("chest", "free", "lake", "taxi", "pole", "balance")}
+TASKS["unlock"] = unlock
 
 
 @pytest.fixture(params=TASKS)

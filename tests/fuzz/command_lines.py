@@ -31,10 +31,8 @@ START: Mapping[str, Sequence[str]] = {
     "play": ("--graph", "a"),
 }
 """A right and fast command line of each command."""
-NUMBERS = (
-    *("0", "-1", "1", "2", "7", "0.5", "1e-300", "1e300", "inf", "nan"),
-    *map(str, (2**31, 2**63 - 1, 2**63, 10**20)),
-)
+NUMBERS = ("0", "-1", "1", "2", "7", "0.5", "1e-300", "1e300", "inf", "nan")
+NUMBERS += tuple(map(str, (2**31, 2**63 - 1, 2**63, 10**20)))
 _FLAT = [name for name in TrainConfig().entries if name != "env_index"]
 _ARGUMENTS = {
     **{"evaluate": EvaluateArguments, "watch": WatchArguments, "compare": CompareArguments},

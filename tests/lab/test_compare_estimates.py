@@ -110,9 +110,7 @@ def test_intervals_cover_the_true_value(statistic):
     ``P(|t| < 1.96 sqrt(9 / 10))``, 92.6%; here within three standard errors of 400 experiments.
     """
     rng = np.random.default_rng(0)
-    found = [
-        estimate([rng.normal(size=(10, 1, 1)) for _ in range(3)], statistic, resamples=600, seed=n) for n in range(400)
-    ]
+    found = [estimate([*rng.normal(size=(3, 10, 1, 1))], statistic, resamples=600, seed=n) for n in range(400)]
     covered = np.mean([one.lows[0] <= 0 <= one.highs[0] for one in found])
     assert covered == pytest.approx(0.926, abs=0.04)
 

@@ -28,10 +28,8 @@ def test_search_without_optuna_says_how_to_install_it(tmp_path, monkeypatch):
 
 
 def test_score_is_mean_success_so_far(tmp_path):
-    folders = [
-        make_run(tmp_path / "half", {"a": line(1.0)}),
-        make_run(tmp_path / "begun", {"a": line(1.0)}, [0, 200_000]),
-    ]
+    folders = [make_run(tmp_path / "half", {"a": line(1.0)})]
+    folders += [make_run(tmp_path / "begun", {"a": line(1.0)}, [0, 200_000])]
     scores = scores_so_far(folders, [100_000, 500_000, 1_000_000], [*map(reference_of, folders)])
     assert scores == pytest.approx([0.005 / 2, 0.125 / 2, 0.5 / 2, (0.5 + 0.005) / 2])
 

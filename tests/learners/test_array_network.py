@@ -56,10 +56,8 @@ def test_categories_alone_use_the_compiled_network():
 
 
 def test_encoder_reads_numbers_and_ids_from_bytes():
-    space, numbers = (
-        space_of(ARRAYS["bounded numbers"], ARRAYS["ids"]),
-        np.array([[0.5, -2.0, 2.0, 0.0]] * 2, np.float32),
-    )
+    space = space_of(ARRAYS["bounded numbers"], ARRAYS["ids"])
+    numbers = np.array([[0.5, -2.0, 2.0, 0.0]] * 2, np.float32)
     ids = np.array([[3, 499], [0, 7]])
     rows = [ARRAYS["bounded numbers"].to_bytes(numbers), ARRAYS["ids"].to_bytes(ids)]
     features = torch.from_numpy(np.concatenate([[[4], [1]], *rows, [[2], [0]]], axis=1).astype(np.uint8))

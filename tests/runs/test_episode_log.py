@@ -73,11 +73,8 @@ def test_step_adds_rewards_and_load_state_dict_restores_log():
 
 def test_row_lists_the_achieved_goals_in_order():
     """Against a count by hand of the oracle's episodes on graph f, in environments that end at different steps."""
-    turns, log, player = (
-        make("f", n=5, size=13, max_steps=60, reward="bonus"),
-        EpisodeLog(WORLD.goals, np.zeros(5, int)),
-        OraclePlayer(),
-    )
+    turns, log = make("f", n=5, size=13, max_steps=60, reward="bonus"), EpisodeLog(WORLD.goals, np.zeros(5, int))
+    player = OraclePlayer()
     achieved: list[list[str]] = [[] for _ in range(5)]
     returns, expected = np.zeros(5), []
     for t in range(1, 90):
@@ -112,11 +109,8 @@ def test_row_names_each_milestone_and_counts_the_others():
 
 
 def test_options_are_counted_by_the_kind_of_their_goal():
-    turns, log, meta = (
-        make("c", n=6, subgoal_horizon=20),
-        EpisodeLog(WORLD.goals, np.zeros(6, int)),
-        make_meta("fixed-dfs"),
-    )
+    turns, log = make("c", n=6, subgoal_horizon=20), EpisodeLog(WORLD.goals, np.zeros(6, int))
+    meta = make_meta("fixed-dfs")
     kinds = {"key": range(6), "door": range(6, 12), "exit": [12], "new": [-1]}
     given, reached = dict.fromkeys(kinds, 0), dict.fromkeys(kinds, 0)
     rng = np.random.default_rng(0)

@@ -98,7 +98,7 @@ def test_differences_finds_every_change(fixed, tmp_path):
     shutil.copy(next(out.glob("events*")), out / "events.out.tfevents.9999999999.again.1.0")
     found = differences(folder, out)
     wanted = [
-        "more is in other only",
+        "more is in other",
         "checkpoints/000000001024.pt differs",
         "metrics.csv differs",
         "the events differ",

@@ -229,9 +229,9 @@ def test_wrong_tuple_raises_input_error(results, said):
     with pytest.raises(InputError) as refused:
         step_results(results, "task")
     assert str(refused.value) == said
-    for one, words in (((0, {}, {}), "3 values"), (np.zeros(2), "a ndarray"), ({}, "a dict")):
+    for one, given in (((0, {}, {}), "3 values"), (np.zeros(2), "a ndarray"), ({}, "a dict")):
         with pytest.raises(
-            InputError, match=rf"^reset of task must return a tuple \(observation, info\), not {words}$"
+            InputError, match=rf"^reset of task must return a tuple \(observation, info\), not {given}$"
         ):
             reset_results([(0, {}), one], "task")
 

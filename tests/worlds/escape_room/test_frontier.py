@@ -46,10 +46,8 @@ def test_explored_maps_and_frontiers_follow_the_views(size, graphs):
                     floor[n].add(cell)
             assert bits(level.explored) == seen[n]
         if step % 5 == 0:
-            found, places = (
-                nearest_frontiers(observation.levels, NO_MAPS),
-                FEATURES["frontier-places"].encode(observation),
-            )
+            found = nearest_frontiers(observation.levels, NO_MAPS)
+            places = FEATURES["frontier-places"].encode(observation)
             assert found.shape == (N_ENVS, 2, 2)
             for n, level in enumerate(observation.levels):
                 beside = [(0, 1), (1, 0), (0, -1), (-1, 0)]
