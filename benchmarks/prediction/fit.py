@@ -29,7 +29,11 @@ class Line(NamedTuple):
 
 
 class Score(NamedTuple):
-    """Hold how well predictions of unseen tasks fit: see `python -m benchmarks.prediction`."""
+    """Hold how well predictions of unseen tasks fit: see `python -m benchmarks.prediction`.
+
+    ``never_right`` is the share of the runs that did not get there which were predicted so; the last three count tasks:
+    where the median run did not get there, where this was predicted, and where it was predicted wrongly.
+    """
 
     tasks: int
     rank: float
@@ -38,6 +42,9 @@ class Score(NamedTuple):
     within_2: float
     coverage: float
     never_right: float
+    never: int
+    never_found: int
+    never_wrong: int
 
 
 def fit(x: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> Line:
@@ -99,6 +106,7 @@ def score(runs: Runs, predicted: NDArray[np.float64], low: NDArray[np.float64], 
     rank = spearmanr(middle, capped).statistic if len(middle) > 2 else np.nan
     never = late & (runs.low > 0)
     right = (predicted[never] >= runs.low[never]).mean() if never.any() else np.nan
+    is_said = middle >= runs.low[never].min(initial=np.inf)
     return Score(
         len(middle),
         float(rank),  # pyright: ignore[reportArgumentType] - the stub has a tuple only
@@ -107,6 +115,9 @@ def score(runs: Runs, predicted: NDArray[np.float64], low: NDArray[np.float64], 
         float((error <= np.log(2)).mean()) if len(error) else np.nan,
         float(inside.mean()),
         float(right),
+        int((~reached).sum()),
+        int((is_said & ~reached).sum()),
+        int((is_said & reached).sum()),
     )
 
 

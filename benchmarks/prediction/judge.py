@@ -3,8 +3,7 @@
     python -m benchmarks.prediction.judge
 
 A row for each method, milestone and world, of the runs that there are; tasks without a prediction are only counted. A
-prediction of no number is wrong by an infinite factor where the run got there. ``never`` counts runs that did not get
-there within a million steps: of those, how many were predicted so, and of the others, how many wrongly.
+prediction of no number is wrong by an infinite factor where the run got there.
 """
 
 from __future__ import annotations
@@ -52,13 +51,8 @@ def judged(options: Options) -> Iterator[dict[str, Any]]:
             ends = [times(row[milestone], float(row["steps"])) for _, row, _ in found]
             runs = Runs(np.array([key for key, *_ in found]), np.full(len(found), world), *np.array(ends).T)
             middle, low, high = np.log([steps for *_, steps in found]).T
-            is_never, is_said = np.isinf(runs.high), np.isinf(middle)
-            yield {
-                **{"method": method, "milestone": milestone, "world": world, "runs": len(rows)},
-                **rounded(score(runs, middle, low, high)),
-                "never": f"{(is_never & is_said).sum()} of {is_never.sum()}",
-                "never, wrongly": f"{(~is_never & is_said).sum()} of {(~is_never).sum()}",
-            }
+            facts = {"method": method, "milestone": milestone, "world": world, "runs": len(rows)}
+            yield facts | rounded(score(runs, middle, low, high))
 
 
 def main() -> int:
