@@ -22,12 +22,8 @@ COMMANDS = sorted(
 )
 SET = "runs/hippo-fixed-dfs-rooms-4-no-g-seed0"
 OF_TASK = "runs/hippo-fixed-dfs-my_tasks-taxi-seed0-steps300k"
-NAMES = {
-    "RUNS": "runs",
-    "[RUN": "runs/hippo-fixed-dfs-c-seed0",
-    "...]": None,
-    "runs/ppo-my_tasks-taxi-seed0-steps300k": None,
-}
+NAMES = {"RUNS": "runs", "[RUN": "runs/hippo-fixed-dfs-c-seed0", "...]": None}
+NAMES |= {"runs/ppo-my_tasks-taxi-seed0-steps300k": None}
 """Stand-ins for user-chosen names, and their values here."""
 
 

@@ -112,9 +112,7 @@ def make_sparse_run(path, *missing, seed=0):
     """Make a run on graphs a to c whose evaluations lack some of them, as (steps, graph)."""
     make_run(path, dict.fromkeys("abc", line(0.8)), (0, 10**5, 5 * 10**5, 10**6), graph=("a", "b", "c"), seed=seed)
     lines = (path / "evaluations.csv").read_text().splitlines(keepends=True)
-    left = [
-        one for one in lines if not any(one.startswith(f"{steps},") and f",{graph}," in one for steps, graph in missing)
-    ]
+    left = [s for s in lines if not any(s.startswith(f"{steps},") and f",{graph}," in s for steps, graph in missing)]
     (path / "evaluations.csv").write_text("".join(left))
     return path
 
@@ -135,9 +133,7 @@ def test_graph_met_in_a_single_evaluation_is_not_compared(tmp_path, compare, ref
     assert "b" in {one["graph"] for one in rows("compare/summary.csv")}
     printed = compare(make_sparse_run(tmp_path / "once", (0, "b"), (10**5, "b"), (10**6, "b")))
     assert "not compared, as no run met it in two evaluations: graph b" in printed
-    assert {one["graph"]: one["steps"] for one in rows("compare/summary.csv")} == dict.fromkeys(
-        ("all", *"ac"), "1000000"
-    )
+    assert {r["graph"]: r["steps"] for r in rows("compare/summary.csv")} == dict.fromkeys(("all", *"ac"), "1000000")
     apart = make_sparse_run(tmp_path / "apart", *[(steps, graph) for steps in (10**5, 10**6) for graph in "abc"])
     table = apart / "evaluations.csv"
     table.write_text("".join(one for n, one in enumerate(table.read_text().splitlines(True)) if n in (0, 1, 5)))

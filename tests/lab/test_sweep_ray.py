@@ -43,13 +43,9 @@ def test_unpacked_folder_replaces_a_partial_one(tmp_path, monkeypatch):
             patch.setattr(Path, "rename", fail)
             with pytest.raises(error):
                 _unpack(content[: len(content) // half], part)
-        assert {path.name: path.read_text() for path in part.iterdir()} == dict.fromkeys(
-            ["config.json", "metrics.csv"], "run"
-        )
+        assert {p.name: p.read_text() for p in part.iterdir()} == dict.fromkeys(["config.json", "metrics.csv"], "run")
     _unpack(content, part)
-    assert {path.name: path.read_text() for path in part.iterdir()} == dict.fromkeys(
-        ["config.json", "evaluations.csv"], "whole"
-    )
+    assert {p.name: p.read_text() for p in part.iterdir()} == dict.fromkeys(["config.json", "evaluations.csv"], "whole")
     assert [path.name for path in part.parent.iterdir()] == ["run"]
 
 

@@ -28,7 +28,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "examples"))
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=1024, ppo=PPOConfig(minibatches=2))
 
 
-@pytest.fixture(scope="module", params=["recurrent", OWN], ids=["compiled", "torch"])
+@pytest.fixture(scope="module", params=["recurrent", pytest.param(OWN, marks=pytest.mark.slow)])
 def run(request, tmp_path_factory) -> RunFolder:
     """A short run with a compiled or with a torch network."""
     config = SMALL.changed(network=request.param)

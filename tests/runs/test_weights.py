@@ -47,7 +47,7 @@ def test_shipped_agent_escapes(name):
     assert found.success_rate >= 0.95
 
 
-@pytest.mark.parametrize("meta", [None, "learned"])
+@pytest.mark.parametrize("meta", [None, pytest.param("learned", marks=pytest.mark.slow)])
 def test_saved_agent_plays_like_its_run(tmp_path, meta):
     settings = {**SHORT, "preset": "learned", "meta": meta, "meta_start_success": 0.0} if meta else SHORT
     agent = hierroom.train(graph="b", sequence_length=16, out=tmp_path / "run", **settings)

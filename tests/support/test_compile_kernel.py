@@ -132,7 +132,7 @@ from hierroom.inner import inner
 def outer():
     return inner() + NUMBER
 @numba.njit(cache=True)
-def of_a_user():
+def users():
     return 0
 """,
 }
@@ -144,13 +144,11 @@ def test_changed_kernel_file_recompiles_all_kernels(tmp_path, temporary):
     shutil.copytree(PACKAGE / "support", package / "support", ignore=shutil.ignore_patterns("__pycache__"))
     for name, content in SMALL_PACKAGE.items():
         (package / name).write_text(content)
-    code = (
-        "from hierroom.outer import *; print(outer(), sum(outer.stats.cache_hits.values()), of_a_user.stats.cache_path)"
-    )
+    code = "from hierroom.outer import *; print(outer(), sum(outer.stats.cache_hits.values()), users.stats.cache_path)"
 
     def run():
-        result, hits, of_a_user = run_there(tmp_path, temporary, code).stdout.split()
-        assert Path(of_a_user) == package / "__pycache__"  # Numba's own choice
+        result, hits, users = run_there(tmp_path, temporary, code).stdout.split()
+        assert Path(users) == package / "__pycache__"  # Numba's own choice
         (folder,) = (package / "__pycache__" / "hierroom").iterdir()  # that of earlier source is removed
         os.utime(folder, (0, 0))
         return int(result), int(hits), folder.name

@@ -130,12 +130,10 @@ def test_fixed_dfs_pursues_needed_goals_before_the_target():
 
 
 def test_task_episodes_do_not_depend_on_num_envs():
-    many, alone = make(n=5, seed=3), make(seed=3, env_index=2)
+    many, own = make(n=5, seed=3), make(seed=3, env_index=2)
     for action in [RIGHT, USE, RIGHT, RIGHT, USE] * 15:
-        step, one = play(many, [action])[0], play(alone, [action])[0]
-        assert (
-            many.world.shown(np.array([2]))["observation_goal"] == alone.world.shown(np.array([0]))["observation_goal"]
-        )
+        step, one = play(many, [action])[0], play(own, [action])[0]
+        assert many.world.shown(np.array([2]))["observation_goal"] == own.world.shown(np.array([0]))["observation_goal"]
         assert step.episode_ended[2] == one.episode_ended[0]
     assert len({*noise(many)}) > 1
     assert noise(make(seed=3, levels="evaluation")) != noise(make(seed=3))
