@@ -21,7 +21,7 @@ from benchmarks.searching import Searching
 from hierroom.agents.evaluation import evaluate
 from hierroom.goals import spec_names
 from hierroom.meta import make_meta
-from hierroom.runs.assembly import evaluation_seed, make_turns
+from hierroom.runs.assembly import derived_seed, make_turns
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.presets import find_preset
 from hierroom.runs.trainer import MAX_EVALUATION_ENVS
@@ -52,7 +52,7 @@ HEADINGS = ("graph", "shortest", "informed", "searching", "over informed", "succ
 
 def row_of(config: TrainConfig, episodes: int) -> tuple[str, ...]:
     """Return the table's row for the environments of a config."""
-    num_envs, seed = min(MAX_EVALUATION_ENVS, episodes), evaluation_seed(config.seed)
+    num_envs, seed = min(MAX_EVALUATION_ENVS, episodes), derived_seed(config.seed, "evaluation")
     meta = config.resolved_method.meta
     turns = make_turns(config, num_envs, seed, levels="evaluation", measure_shortest=True)
     informed = evaluate(Informed(make_meta(meta), num_envs), turns, episodes)

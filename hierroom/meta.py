@@ -181,16 +181,14 @@ def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integ
     """Return a meta-controller's goals [M]; where an episode begins, call its ``reset`` first."""
     beginning = situation.envs[situation.meta_turns == 0]
     observations, legal = situation.as_dict(), situation.legal.copy()
-    shown = situation if type(meta) in META_CONTROLLERS.values() else _unwritable(situation)
+    shown = situation
+    if type(meta) not in META_CONTROLLERS.values():
+        arrays = {name: read_only(value) for name, value in vars(situation).items() if isinstance(value, np.ndarray)}
+        shown = replace(situation, **arrays)
     with running(meta):
         if len(beginning) and hasattr(meta, "reset"):
             meta.reset(beginning)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
         return meta.choose(observations, legal, shown) if legal.shape[1] else np.full(len(legal), NO_GOAL)
-
-
-def _unwritable(situation: Situation) -> Situation:
-    arrays = {name: read_only(value) for name, value in vars(situation).items() if isinstance(value, np.ndarray)}
-    return replace(situation, **arrays)
 
 
 def take_turn(meta: MetaController, turns: Turns) -> None:

@@ -92,43 +92,20 @@ class EpisodeFacts:
                 self.achieved[numbers[row]].append((int(step.lengths[row]), goal))
         if not turns.n_ended:
             return _NONE
-        ended = np.flatnonzero(step.episode_ended)
-        facts = self._facts(step, turns, numbers, ended if counted is None else counted[step.episode_ended[counted]])
+        facts, ended = _NONE, np.flatnonzero(step.episode_ended)
+        rows = ended if counted is None else counted[step.episode_ended[counted]]
+        if len(rows):
+            envs, world = numbers[rows], turns.world
+            achieved = [self.achieved[env] for env in envs.tolist()]
+            goals = np.array([goal for one in achieved for _, goal in one], np.int64)
+            milestones = iter(world.milestones_of(np.repeat(rows, [len(one) for one in achieved]), goals).tolist())
+            numbered = [[(at, next(milestones)) for at, _ in one] for one in achieved]
+            of_step = step.success[rows], step.lengths[rows], step.shortest[rows]
+            facts = EndedEpisodes(rows, envs, world.variants_of(rows), *of_step, self.returns[envs], numbered)
         self.returns[numbers[ended]] = 0.0
         for env in numbers[ended].tolist():
             self.achieved[env] = []
         return facts
-
-    def achieved_rows(self) -> NDArray[np.int64]:
-        """Return the environment, step and goal of each achievement so far, [K, 3]."""
-        rows = [(env, at, goal) for env, achieved in enumerate(self.achieved) for at, goal in achieved]
-        return np.array(rows, np.int64).reshape(-1, 3)
-
-    def restore(self, rows: NDArray[np.int64]) -> None:
-        """Restore what `achieved_rows` returned."""
-        self.achieved = [[] for _ in self.achieved]
-        for env, at, goal in rows.tolist():
-            self.achieved[env].append((at, goal))
-
-    def _facts(
-        self, step: Step, turns: Turns, numbers: NDArray[np.integer], rows: NDArray[np.integer]
-    ) -> EndedEpisodes:
-        if not len(rows):
-            return _NONE
-        envs = numbers[rows]
-        achieved = [self.achieved[env] for env in envs.tolist()]
-        goals = np.array([goal for one in achieved for _, goal in one], np.int64)
-        milestones = iter(turns.world.milestones_of(np.repeat(rows, [len(one) for one in achieved]), goals).tolist())
-        return EndedEpisodes(
-            rows,
-            envs,
-            turns.world.variants_of(rows),
-            step.success[rows],
-            step.lengths[rows],
-            step.shortest[rows],
-            self.returns[envs],
-            [[(at, next(milestones)) for at, _ in one] for one in achieved],
-        )
 
 
 _EMPTY = np.zeros(0, np.int64)

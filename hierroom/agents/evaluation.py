@@ -122,7 +122,12 @@ def evaluate(
         completed = int(play.played.min()) if may_stop else 0
         if completed > rounds:
             rounds = completed
-            first = _first_of_each(EndedEpisodes.joined(parts), rounds)
+            played = EndedEpisodes.joined(parts)
+            order = np.argsort(played.envs, kind="stable")
+            starts = np.searchsorted(played.envs[order], played.envs[order])
+            is_first = np.zeros(len(played), bool)
+            is_first[order] = np.arange(len(played)) - starts < rounds
+            first = played.where(is_first)
             if (rate := first.successes.mean()) < 0.5 and _width(rate, len(first)) <= width:
                 parts = [first]
                 break
@@ -142,14 +147,6 @@ def _width(success_rate: float, episodes: int) -> float:
     return high - low
 
 
-def _first_of_each(played: EndedEpisodes, rounds: int) -> EndedEpisodes:
-    order = np.argsort(played.envs, kind="stable")
-    starts = np.searchsorted(played.envs[order], played.envs[order])
-    is_first = np.zeros(len(played), bool)
-    is_first[order] = np.arange(len(played)) - starts < rounds
-    return played.where(is_first)
-
-
 def _score(episodes: EndedEpisodes, world: BaseWorld) -> Score:
     success, length = episodes.successes, episodes.lengths
     success_rate, *interval = wilson_interval(float(success.mean()), len(success), level=0.95)
@@ -157,7 +154,15 @@ def _score(episodes: EndedEpisodes, world: BaseWorld) -> Score:
         success_rate, interval = math.nan, [math.nan, math.nan]
     is_known = success.any() and episodes.shortest[success].min() >= 0
     shortest = episodes.shortest[success].mean() if is_known else float("nan")
-    goals = _steps_to_goals(episodes, world)
+    firsts = np.zeros((len(episodes), len(world.goals.milestones)), np.int64)
+    for row, achieved in zip(firsts, episodes.milestones, strict=True):
+        for at, milestone in reversed(achieved):
+            row[milestone] = at
+    goals = {}
+    for milestone in world.possible_milestones(episodes.variants):
+        steps = firsts[:, milestone][firsts[:, milestone] > 0]
+        mean_step = float(steps.mean()) if len(steps) else float("nan")
+        goals[world.goals.milestones[milestone]] = GoalSteps(len(steps) / len(firsts), mean_step)
     score = geometric_mean([goal.fraction for goal in goals.values()]) if world.goals.outcome == "score" else math.nan
     return Score(
         episodes=len(success),
@@ -169,17 +174,3 @@ def _score(episodes: EndedEpisodes, world: BaseWorld) -> Score:
         score=float(score),
         steps_to_goals=goals,
     )
-
-
-def _steps_to_goals(episodes: EndedEpisodes, world: BaseWorld) -> dict[str, GoalSteps]:
-    firsts = np.zeros((len(episodes), len(world.goals.milestones)), np.int64)
-    for row, achieved in zip(firsts, episodes.milestones, strict=True):
-        for at, milestone in reversed(achieved):
-            row[milestone] = at
-    table = {}
-    for milestone in world.possible_milestones(episodes.variants):
-        steps = firsts[:, milestone]
-        was_achieved = steps > 0
-        mean_step = float(steps[was_achieved].mean()) if was_achieved.any() else float("nan")
-        table[world.goals.milestones[milestone]] = GoalSteps(float(was_achieved.mean()), mean_step)
-    return table

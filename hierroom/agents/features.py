@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -32,15 +32,12 @@ def offered(world: WorldSpec) -> dict[str, Feature]:
     how the last option ended for its goal, and 0 for all others.
     """
     n, ids = len(world.goals), np.arange(len(world.goals))
-
-    def goal(vectors: NDArray | None) -> Feature:
-        return Feature((n + 1,), lambda o: (o.goals % (n + 1))[:, None], vectors, is_of_goal=True, is_of_world=False)
-
+    symbol = Feature((n + 1,), lambda o: (o.goals % (n + 1))[:, None], is_of_goal=True, is_of_world=False)
     previous = Feature((world.actions.n + 1,), lambda o: o.previous_actions[:, None], is_of_world=False)
     return {
         **world.features,
-        "goal": world.features.get("goal", goal(world.goals.vectors)),
-        "symbol": goal(None),
+        "goal": world.features.get("goal") or replace(symbol, vectors=world.goals.vectors),
+        "symbol": symbol,
         **({"previous-action": previous} if world.actions.n else {}),
         "goal-outcome": Feature(
             (N_OUTCOMES,) * n,

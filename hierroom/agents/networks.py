@@ -109,7 +109,6 @@ def _take_turns(name: str, network: PolicyNetwork, space: AgentSpace, n_envs: in
 
 
 def _compare(name: str, network: PolicyNetwork, space: AgentSpace) -> None:
-    """Refuse a network if `sequence` and repeated `step` give different outputs, also when an episode begins."""
     features = _turns(space, 2)
     resets = torch.zeros(_N_TURNS, 2, dtype=torch.bool)
     resets[-1, 0] = True  # an episode begins in one environment only

@@ -54,7 +54,9 @@ def pictures(episode: Episode, tile_size: int | None = None, most: int | None = 
         if first < step == last:
             card = _picture(episode, state, goal, tile_size, f"steps {first + 1} to {last - 1} are left out")
             yield from [card] * CARD_FRAMES
-        yield _picture(episode, state, goal, tile_size, _title(episode, step, limit))
+        title = f"step {step} of {limit}" + (f": {episode.action_name(step)}" if step else "")
+        title += f", {episode.end}" if step == length else ""
+        yield _picture(episode, state, goal, tile_size, title)
 
 
 def _picture(episode: Episode, state: Any, goal: int, tile_size: int, title: str) -> NDArray[np.uint8]:
@@ -68,11 +70,6 @@ def _picture(episode: Episode, state: Any, goal: int, tile_size: int, title: str
     names = [episode.replayer.goal_label(state, number) for number in np.flatnonzero(achieved).tolist()]
     pursued = None if goal == NO_GOAL else episode.replayer.goal_label(state, goal)
     return side_by_side(picture, rules_picture(rules, frozenset(names), tuple(marking.tolist()), pursued))
-
-
-def _title(episode: Episode, step: int, limit: int) -> str:
-    action = f": {episode.action_name(step)}" if step else ""
-    return f"step {step} of {limit}{action}" + (f", {episode.end}" if step == len(episode) else "")
 
 
 def description(episode: Episode) -> str:

@@ -143,29 +143,23 @@ class Play:
 
     def __iter__(self) -> Iterator[Step]:
         try:
-            yield from self._steps()
+            while len(self.counted):
+                is_few = len(self.counted) <= SHARE_KEPT * len(self.envs) and self.turns.can_split
+                if is_few and type(self._player) is Pair and (part := self._player.subset(self.counted)):
+                    self._player, self.turns = part, self.turns.subset(self.counted)
+                    self.envs, self.counted = self.envs[self.counted], np.arange(len(self.counted))
+                step = self._player.step(self.turns)
+                if not isinstance(step, Step):
+                    found = f"the Step that turns.step returned, not {shown(step)}"
+                    raise InputError(f"step of a player must return {found}")
+                yield step
+                ended = self.counted[step.episode_ended[self.counted]]
+                if len(ended):
+                    self.played[self.envs[ended]] += 1
+                    self.counted = np.flatnonzero(self.played[self.envs] < self._quota[self.envs])
+                    self._progress(int(self.played.sum()))
         finally:
             self.turns.world.close()
-
-    def _steps(self) -> Iterator[Step]:
-        while len(self.counted):
-            self._leave_out()
-            step = self._player.step(self.turns)
-            if not isinstance(step, Step):
-                raise InputError(f"step of a player must return the Step that turns.step returned, not {shown(step)}")
-            yield step
-            ended = self.counted[step.episode_ended[self.counted]]
-            if len(ended):
-                self.played[self.envs[ended]] += 1
-                self.counted = np.flatnonzero(self.played[self.envs] < self._quota[self.envs])
-                self._progress(int(self.played.sum()))
-
-    def _leave_out(self) -> None:
-        if type(self._player) is not Pair or not self.turns.can_split:
-            return
-        if len(self.counted) <= SHARE_KEPT * len(self.envs) and (part := self._player.subset(self.counted)):
-            self._player, self.turns = part, self.turns.subset(self.counted)
-            self.envs, self.counted = self.envs[self.counted], np.arange(len(self.counted))
 
 
 def quotas(episodes: int, num_envs: int) -> NDArray[np.int64]:

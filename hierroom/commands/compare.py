@@ -62,8 +62,11 @@ def main(argv: Sequence[str]) -> int:
     require_number("resamples", arguments.resamples, 100, 10**6, is_whole=True)
     require_number("seed", arguments.seed, 0, 2**63 - 1, is_whole=True)
     out = arguments.out
-    if out is not None and usable_path(out).exists() and not _may_be_replaced(out):
-        raise InputError(f"{out} is neither an empty folder nor that of an earlier comparison; choose another --out")
+    if out is not None and usable_path(out).exists():
+        is_empty = out.is_dir() and not any(out.iterdir())
+        if not is_empty and not (out / REPORT).is_file():
+            other = f"{out} is neither an empty folder nor that of an earlier comparison"
+            raise InputError(f"{other}; choose another --out")
     comparison, notes = _compared(arguments)
     report = _report(comparison, notes, arguments)
     if out is None:
@@ -76,10 +79,6 @@ def main(argv: Sequence[str]) -> int:
     else:
         _print(comparison, notes, written)
     return 0
-
-
-def _may_be_replaced(out: Path) -> bool:
-    return out.is_dir() and ((out / REPORT).is_file() or not any(out.iterdir()))
 
 
 def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:

@@ -64,7 +64,7 @@ def compile_all(folder: Path) -> int:
 
     In the end, this process calls all of them and loads from ``folder`` those that the other process has compiled.
     """
-    from hierroom.support.clocks import compile_clock
+    from hierroom.support.kernel import compile_clock
 
     before = n_kernels(folder)
     compile_clock().may_speak = False  # the line below says more

@@ -151,12 +151,10 @@ def _rules_of(task: str) -> list[Rules | GoalGraph]:
 
 
 def _cells(report: WalkReport) -> list[str]:
-    """Return a report's cells in a printed table: its name, and those of `COLUMNS`."""
     return [report.name, *(short(getattr(report, name), digits) for name, (_, digits) in COLUMNS.items())]
 
 
 def _rows_of(reports: Iterable[WalkReport]) -> list[dict[str, Any]]:
-    """Return one row of `FIELDS` for each report, in full precision; only goal graphs have rooms and drop_key."""
     rows = []
     for report in reports:
         of_graph: dict[str, Any] = {"graph": report.name}

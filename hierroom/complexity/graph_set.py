@@ -185,9 +185,7 @@ def find_graphs(specs: GraphSpecs, exclude: GraphSpecs, drop_key: bool) -> Graph
     return _found(*given, bool(drop_key), labels)
 
 
-@lru_cache
-def _found(specs: GraphSpecs, exclude: GraphSpecs, drop_key: bool, labels: tuple[str | None, ...]) -> GraphSet:
-    return GraphSet(specs, exclude, drop_key)
+_found = lru_cache(lambda specs, exclude, drop_key, labels: GraphSet(specs, exclude, drop_key))
 
 
 class _Interval(NamedTuple):

@@ -273,7 +273,6 @@ class MarkingGraph:
 
 
 def _after(batch: NDArray[np.integer], moves: Moves, chosen: NDArray[np.int64]) -> NDArray[np.integer]:
-    """Return the markings after the ``chosen`` moves from a batch of markings."""
     after = batch[moves.sources[chosen]]
     rows = np.full(len(moves.sources), -1)
     rows[chosen] = np.arange(len(chosen))

@@ -53,7 +53,6 @@ def target_depth(rules: Rules) -> float:
 
 
 def _depths(rules: Rules) -> tuple[dict[str, float], dict[str, float]]:
-    """Return the depths of goals and of facts, found depth by depth."""
     goals, facts = dict.fromkeys(rules.names, math.inf), dict.fromkeys(rules.facts, math.inf)
     waiting: dict[str, list[int]] = defaultdict(list)  # for each fact the alternatives that wait for it
     ways = [(goal, way) for goal, ways in rules.rules.items() for way in ways]

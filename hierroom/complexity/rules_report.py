@@ -74,7 +74,9 @@ class RulesReport(WalkReport):
     @property
     def width(self) -> int:
         """Largest number of goals of the same depth that matter for the target and do not give it."""
-        before = [depth for goal, depth in self.goal_depths.items() if not self._gives_target(goal)]
+        target, rules = self.rules.target, self.rules.rules
+        gives = {goal: any(target in way.gives for way in ways) for goal, ways in rules.items()}
+        before = [depth for goal, depth in self.goal_depths.items() if not gives[goal]]
         return max(Counter(depth for depth in before if math.isfinite(depth)).values(), default=0)
 
     @property
@@ -138,9 +140,6 @@ class RulesReport(WalkReport):
             "dead_end_share": self.dead_end_share,
         }
         return {**super().to_dict(), **of_rules}
-
-    def _gives_target(self, goal: str) -> bool:
-        return any(self.rules.target in way.gives for way in self.rules.rules[goal])
 
     @property
     def _capacity(self) -> dict[str, int]:

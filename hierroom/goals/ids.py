@@ -27,18 +27,13 @@ MAX_GRID_ROOMS = N_COLOURS + 1
 """Number of rooms that a grid can hold: the centre room and a branch room for each colour."""
 
 
-def _goal_vectors() -> NDArray[np.float32]:
-    vectors = np.zeros((N_GOALS + 1, 3 + N_COLOURS), np.float32)
-    for colour in range(N_COLOURS):
-        vectors[colour, [0, 3 + colour]] = 1
-        vectors[FIRST_DOOR_GOAL + colour, [1, 3 + colour]] = 1
-    vectors[EXIT_GOAL, [2, 3 + COLOURS.index("green")]] = 1
-    vectors.setflags(write=False)
-    return vectors
-
-
-GOAL_VECTORS = _goal_vectors()
+GOAL_VECTORS = np.zeros((N_GOALS + 1, 3 + N_COLOURS), np.float32)
 """One-hot object (key, door, exit) and one-hot colour of each goal id, [14, 9] float32; row -1 is 'no goal'."""
+for _colour in range(N_COLOURS):
+    GOAL_VECTORS[_colour, [0, 3 + _colour]] = 1
+    GOAL_VECTORS[FIRST_DOOR_GOAL + _colour, [1, 3 + _colour]] = 1
+GOAL_VECTORS[EXIT_GOAL, [2, 3 + COLOURS.index("green")]] = 1
+GOAL_VECTORS.setflags(write=False)
 
 
 def room_goals(goals: NDArray[np.integer], branches: NDArray[np.integer]) -> NDArray[np.integer]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from os.path import isfile
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ def as_goal_graph(graph: GraphSpec) -> GoalGraph:
         return GoalGraph.from_dict(graph)
     if isinstance(graph, str) and graph in NAMED_GRAPHS:
         return NAMED_GRAPHS[graph]
-    if isinstance(graph, (str, Path)) and (Path(graph).suffix == ".toml" or _is_file(graph)):
+    if isinstance(graph, (str, Path)) and (Path(graph).suffix == ".toml" or isfile(graph)):
         return GoalGraph.from_toml(graph)
     if isinstance(graph, str) and graph.startswith("keys-"):
         return GoalGraph.named(graph)
@@ -33,13 +34,6 @@ def as_goal_graph(graph: GraphSpec) -> GoalGraph:
         "(where several are taken, also rooms:N, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH), not "
         f"{shown(graph)}"
     )
-
-
-def _is_file(path: str | Path) -> bool:
-    try:
-        return Path(path).is_file()
-    except (OSError, ValueError):  # not a valid file name: too long, or with an illegal character
-        return False
 
 
 def graph_specs(specs: GraphSpecs) -> tuple[GoalGraph | str, ...]:

@@ -132,7 +132,7 @@ class Learner:
     @property
     def ready(self) -> bool:
         """Return whether there are enough full sequences for an `update`."""
-        return self._rollout.n_full >= self.sequences_per_update
+        return len(self._rollout.full) >= self.sequences_per_update
 
     @property
     def has_begun(self) -> NDArray[np.bool_]:

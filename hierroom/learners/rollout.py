@@ -91,12 +91,7 @@ class Rollout:
         self.is_open = np.zeros(num_envs, bool)  # [N] whether a turn has begun that has not finished
         self.awaiting = np.full(num_envs, -1)  # [N] the full column that needs the value of the next turn, or -1
         self._free = list(range(capacity))
-        self._full: list[int] = []
-
-    @property
-    def n_full(self) -> int:
-        """Number of sequences that wait for an update."""
-        return len(self._full)
+        self.full: list[int] = []  # the columns that wait for an update, oldest first
 
     def begin(
         self,
@@ -152,14 +147,14 @@ class Rollout:
         self.turns[envs] = turns + 1
         is_full = turns + 1 == self.length
         full, goes_on = envs[is_full], ~(terminated | truncated)[is_full]
-        self._full.extend(self.columns[full].tolist())
+        self.full.extend(self.columns[full].tolist())
         self.awaiting[full[goes_on]] = self.columns[full[goes_on]]
         self.columns[full] = -1
         self.turns[full] = 0
 
     def take(self) -> Batch:
         """Copy all full sequences for an update, oldest first, and free their columns."""
-        taken, self._full = self._full, []
+        taken, self.full = self.full, []
         self._free.extend(taken)
         slots = vars(self.slots).items()
         batch = Batch(**{name: a.take(taken, axis=0 if name in _BY_SEQUENCE else 1) for name, a in slots})
@@ -169,13 +164,13 @@ class Rollout:
     def state_dict(self) -> dict:
         """Return the complete state as tensors and lists, open turns and partly filled sequences included."""
         arrays = {name: torch.from_numpy(array.copy()) for name, array in self._arrays().items()}
-        return {"arrays": arrays, "free": list(self._free), "full": list(self._full)}
+        return {"arrays": arrays, "free": list(self._free), "full": list(self.full)}
 
     def load_state_dict(self, state: dict) -> None:
         """Restore what `state_dict` returned."""
         for name, array in self._arrays().items():
             array[...] = state["arrays"][name].numpy()
-        self._free, self._full = list(state["free"]), list(state["full"])
+        self._free, self.full = list(state["free"]), list(state["full"])
 
     def _arrays(self) -> dict[str, NDArray]:
         of_envs = {name: getattr(self, name) for name in ("columns", "turns", "is_open", "awaiting")}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import Literal
 
 import numpy as np
 import torch
@@ -31,12 +32,7 @@ from hierroom.worlds.make import world_spec
 
 
 def make_turns(
-    config: TrainConfig,
-    num_envs: int,
-    seed: int,
-    *,
-    levels: LevelsName,
-    measure_shortest: bool = False,
+    config: TrainConfig, num_envs: int, seed: int, *, levels: LevelsName, measure_shortest: bool = False
 ) -> Turns:
     """Make the environments of a config, and their turns; only training levels come in stages of the curriculum."""
     method = config.resolved_method
@@ -79,7 +75,11 @@ def meta_features(config: TrainConfig) -> Features:
 def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:
     """Make the meta-controller and the controller of a config, untrained."""
     pair, agents, ppo, num_envs = config.resolved_method, config.agents, config.ppo, config.num_envs
-    world, device = world_spec(config.env), _checked(config.device)
+    world, device = world_spec(config.env), config.device
+    try:  # torch knows names of devices that do not exist or hold no data
+        torch.ones(1, device=device).item()
+    except Exception as error:  # each kind of device fails in its own way
+        raise InputError(f"this machine has no device {device!r} to compute on; cpu is always there") from error
 
     def make_learner(
         features: Features, ppo: PPOConfig, seed: int, network: Callable[[AgentSpace, int], nn.Module]
@@ -104,7 +104,7 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
     network = partial(make_network, "recurrent", vectors=features.vectors, config=config.meta_ppo)
     if features.are_by_goal and world.goals.n_alike and config.meta_ppo.memory == "lstm":
         network = partial(GoalNetwork, n_alike=world.goals.n_alike)
-    learner = make_learner(features, config.meta_ppo, meta_seed(config.seed), network)
+    learner = make_learner(features, config.meta_ppo, derived_seed(config.seed, "meta"), network)
     warm_up = WarmUp(agents.meta_start_success, world.goals.has_target)
     return PPOAgent(features, learner, network=LEARNED, warm_up=warm_up), controller
 
@@ -113,28 +113,10 @@ def freeze(
     meta: PPOAgent | ScriptedAgent, controller: PPOAgent, num_envs: int, *, seed: int, is_greedy: bool = False
 ) -> Pair:
     """Return copies of the two agents, to play in other environments without learning; see `load` for greedy."""
-    meta_agent = meta.frozen(num_envs, seed=meta_seed(seed))
+    meta_agent = meta.frozen(num_envs, seed=derived_seed(seed, "meta"))
     return Pair({META: meta_agent, CONTROLLER: controller.frozen(num_envs, seed=seed, is_greedy=is_greedy)})
 
 
-def meta_seed(seed: int) -> int:
-    """Return a seed for the meta-controller's random numbers; the controller uses the run's seed itself."""
-    return _derived(seed, 1)
-
-
-def evaluation_seed(seed: int) -> int:
-    """Return a seed for evaluations during training, so that they play other levels than training does."""
-    return _derived(seed, 2)
-
-
-def _derived(seed: int, purpose: int) -> int:
-    return int(np.random.SeedSequence([seed, purpose]).generate_state(1)[0])
-
-
-def _checked(device: str) -> str:
-    """Write a number to the device and read it, as torch knows names of devices that do not exist or hold no data."""
-    try:
-        torch.ones(1, device=device).item()
-    except Exception as error:  # each kind of device fails in its own way
-        raise InputError(f"this machine has no device {device!r} to compute on; cpu is always there") from error
-    return device
+def derived_seed(seed: int, purpose: Literal["meta", "evaluation"]) -> int:
+    """Return a seed for the meta-controller, as the controller uses the run's, or for other levels in evaluations."""
+    return int(np.random.SeedSequence([seed, 1 if purpose == "meta" else 2]).generate_state(1)[0])

@@ -14,7 +14,7 @@ import gymnasium
 import numpy as np
 from gymnasium.envs.registration import EnvSpec
 
-from hierroom.agents.player import Pair, Player
+from hierroom.agents.player import Pair
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.goals import NO_GOAL, plain_specs
 from hierroom.meta import META_CONTROLLERS
@@ -72,7 +72,10 @@ def minari_dataset(
     turns, player = prepare(agent, env, episodes, num_envs, seed)
     space, space_of_actions = turns.observation_space(CONTROLLER), turns.action_space(CONTROLLER)
     _require_hdf5_names(space)
-    spec, note = env_spec(turns.config, meta := _meta_of(player))
+    agent = player.agents.get(META) if isinstance(player, Pair) else None
+    kind = type(agent.meta) if isinstance(agent, ScriptedAgent) else None
+    meta = next((name for name, one in META_CONTROLLERS.items() if one is kind), "none")
+    spec, note = env_spec(turns.config, meta)
     buffers, has_goals = [], False
     for n, episode in enumerate(play_episodes(turns, player, episodes, observations=True)):
         at_end = np.arange(len(episode)) == len(episode) - 1
@@ -122,10 +125,3 @@ def env_spec(config: EnvConfig, meta: str) -> tuple[EnvSpec | None, str]:
     entries |= {name: plain_specs(entries[name]) for name in ("graph", "exclude")}
     entries |= {"layout": [one.to_dict() for one in config.layout], "meta": meta}
     return replace(gymnasium.spec("hierroom/EscapeRoom-v0"), kwargs=entries, max_episode_steps=config.max_steps), ""
-
-
-def _meta_of(player: Player) -> str:
-    """Return the name of a player's meta-controller; ``none`` if it has none, or one that is not built in."""
-    agent = player.agents.get(META) if isinstance(player, Pair) else None
-    kind = type(agent.meta) if isinstance(agent, ScriptedAgent) else None
-    return next((name for name, one in META_CONTROLLERS.items() if one is kind), "none")

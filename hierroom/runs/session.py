@@ -16,7 +16,7 @@ from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent, unsaved_memory
 from hierroom.learners.networks.initial_weights import torch_threads
 from hierroom.learners.networks.input_layer import reads_pictures
-from hierroom.runs.assembly import evaluation_seed
+from hierroom.runs.assembly import derived_seed
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
 from hierroom.runs.decisions import decide, episodes_now, speed_in_words
@@ -110,10 +110,7 @@ def _warn_of_learning_rates(trainer: Trainer, steps: int) -> None:
 
 
 def run_session(
-    trainer: Trainer,
-    folder: RunFolder,
-    log: Sequence[str] = DEFAULT,
-    callback: Callback | None = None,
+    trainer: Trainer, folder: RunFolder, log: Sequence[str] = DEFAULT, callback: Callback | None = None
 ) -> int:
     """Train until the end, an interrupt or the callback's stop, and print results even into a closed stream.
 
@@ -233,7 +230,7 @@ def train(
                 if has_completed_part(CHECKPOINTS, before):
                     folder.save_checkpoint(trainer.state_dict())
                 elif is_last:
-                    folder.save_interrupted(trainer.state_dict())
+                    folder.save_checkpoint(trainer.state_dict(), is_interrupted=True)
         return is_stopped
     finally:
         logs.close(is_done=trainer.is_done)
@@ -273,7 +270,7 @@ def _restart_advice(folder: RunFolder) -> str:
 
 def _try_out(trainer: Trainer) -> None:
     """Take a step in new environments, then save and load the state: user code should fail before a folder is made."""
-    seed = evaluation_seed(trainer.config.seed)
+    seed = derived_seed(trainer.config.seed, "evaluation")
     turns = trainer.fresh_turns(1, seed)
     trainer.freeze(1, seed=seed).step(turns)
     turns.world.close()

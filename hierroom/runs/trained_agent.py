@@ -22,7 +22,7 @@ from hierroom.learners.networks.actor_critic import OneTurn
 from hierroom.learners.networks.initial_weights import plain_torch
 from hierroom.learners.policy import Policy
 from hierroom.meta import MetaController, make_meta
-from hierroom.runs.assembly import freeze, make_agents, make_turns, meta_seed
+from hierroom.runs.assembly import derived_seed, freeze, make_agents, make_turns
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
 from hierroom.runs.config.unread_entries import warn_of_unread
@@ -194,8 +194,8 @@ class TrainedAgent:
         """
         _check(num_envs, seed)
         if isinstance(self.meta, PPOAgent):
-            return TrainedGoals(self.meta, num_envs, meta_seed(seed))
-        return self.meta.frozen(num_envs, seed=meta_seed(seed)).meta
+            return TrainedGoals(self.meta, num_envs, derived_seed(seed, "meta"))
+        return self.meta.frozen(num_envs, seed=derived_seed(seed, "meta")).meta
 
     def save(self, path: str | Path) -> None:
         """Write config and weights to a small ``.safetensors`` file for `load`; `is_greedy` is not saved."""
@@ -259,7 +259,9 @@ def load(
         misfit = f"the checkpoint of {path} does not fit its config.json"
     else:
         raise InputError(f"there is no run {run}, and the agents that ship with hierroom are {', '.join(SHIPPED)}")
-    agents = meta_agent, controller = _new_agents(config, meta)
+    meta_agent, controller = make_agents(config if meta is None else config.changed(meta="none"))
+    if meta is not None:
+        meta_agent = ScriptedAgent(make_meta(meta))
     with misfits_explained(Path(path), config, misfit):
         controller.take_weights(saved.agents.get(CONTROLLER, {}))
         if isinstance(meta_agent, PPOAgent):
@@ -268,16 +270,10 @@ def load(
             meta_agent.load_state_dict(saved.agents[META])
     if isinstance(meta, str):
         warn_of_unread(config.changed(meta=meta), ("meta",))
+    agents = meta_agent, controller
     return TrainedAgent(config, *agents, saved.steps, is_greedy=greedy, has_other_meta=has_other_meta, path=path)
 
 
 def _check(num_envs: int, seed: int) -> None:
     require_number("num_envs", num_envs, 1, MOST_ENVS, is_whole=True)
     require_number("seed", seed, 0, 2**63 - 1, is_whole=True)
-
-
-def _new_agents(config: TrainConfig, meta: Any) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:
-    if meta is None:
-        return make_agents(config)
-    _, controller = make_agents(config.changed(meta="none"))
-    return ScriptedAgent(make_meta(meta)), controller

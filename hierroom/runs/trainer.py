@@ -15,14 +15,14 @@ from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.goals import GraphSpecs
 from hierroom.learners.networks.initial_weights import plain_torch
 from hierroom.meta import MetaSpec, make_meta
-from hierroom.runs.assembly import evaluation_seed, freeze, make_agents, make_turns
+from hierroom.runs.assembly import derived_seed, freeze, make_agents, make_turns
 from hierroom.runs.config.config import MOST_EVALUATION_EPISODES, TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.weights import SavedAgent, weights_file
 from hierroom.runs.logs.episode_log import EpisodeLog
-from hierroom.support.clocks import compile_clock
 from hierroom.support.errors import DivergenceError, InputError, require_number
 from hierroom.support.files import to_json
+from hierroom.support.kernel import compile_clock
 from hierroom.support.schema import Schema, Table, as_array, of_records
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
@@ -147,7 +147,7 @@ class Trainer:
             require_number("episodes", episodes, 1, MOST_EVALUATION_EPISODES, is_whole=True)
         asked = self.config.evaluation_episodes if episodes is None else episodes
         episodes, num_envs = (MOST_EPISODES, ROUND) if asked is None else (asked, min(MAX_EVALUATION_ENVS, asked))
-        seed = evaluation_seed(self.config.seed)
+        seed = derived_seed(self.config.seed, "evaluation")
         chooses = self.agents[META] if meta is None else ScriptedAgent(make_meta(meta))
         player = freeze(chooses, self.controller, num_envs, seed=seed, is_greedy=is_greedy)
         return evaluate(player, self.fresh_turns(num_envs, seed, graph=graph), episodes, may_stop=asked is None)
@@ -189,7 +189,12 @@ class Trainer:
         """Return the complete state, as tensors and plain types."""
         return {
             "config": to_json(self.config.to_dict()),
-            "turns": {name: _as_tensors(array) for name, array in self.turns.get_state().items()},
+            "turns": {
+                name: {field: torch.from_numpy(array[field].copy()) for field in array.dtype.names}
+                if array.dtype.names
+                else torch.from_numpy(array)
+                for name, array in self.turns.get_state().items()
+            },
             "agents": {name: agent.state_dict() for name, agent in self.agents.items()},
             "log": self.log.state_dict(),
             "steps": self.steps,
@@ -213,12 +218,6 @@ class Trainer:
             raise InputError("the controller must learn from its full rollout before its state is saved")
         self.log.load_state_dict(state["log"])
         self.steps, self.seconds, self.compile_seconds = state["steps"], state["seconds"], state["compile_seconds"]
-
-
-def _as_tensors(array: np.ndarray) -> Any:
-    if array.dtype.names is None:
-        return torch.from_numpy(array)
-    return {name: torch.from_numpy(array[name].copy()) for name in array.dtype.names}
 
 
 def _as_array(saved: Any, like: np.ndarray, name: str) -> np.ndarray:

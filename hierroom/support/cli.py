@@ -27,10 +27,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 Flag = Annotated[bool, tyro.conf.FlagCreatePairsOff]
 """An option without a value; it has no negated form, such as --no-json."""
-LISTS = (
-    *("--graph", "--graphs", "--exclude", "--layout", "--rules", "--metas", "--features"),
-    "--meta-features",
-)
+LISTS = (*("--graph", "--graphs", "--exclude", "--layout", "--rules", "--metas", "--features"), "--meta-features")
 """Options with several values."""
 _NUMBERS = ConstructorRegistry()
 _NO_OUTPUT = "cannot write the output: "
@@ -40,7 +37,12 @@ _UNWRITTEN = {errno.ENOSPC, errno.EFBIG, errno.EIO}  # without a file name; our 
 
 def read_arguments(kind: type[T], command: str, argv: Sequence[str], default: T | None = None) -> T:
     """Read the words after a command's name into a dataclass, or one of a union; on an error, exit with code 2."""
-    _refuse_lost_values(argv)
+    written = names_of(argv)
+    for option in LISTS:  # tyro would read no values, or drop the first ones
+        if written.count(option) > 1:
+            raise InputError(f"{option} is given twice; give it once, with all its values")
+        if option in argv and (argv[-1] == option or argv[argv.index(option) + 1].startswith("--")):
+            raise InputError(f"{option} is given without a value; give at least one")
     start = tyro.MISSING_NONPROP if default is None else default
     return tyro.cli(kind, prog=f"python -m hierroom {command}", args=argv, default=start, registry=_NUMBERS)
 
@@ -67,19 +69,16 @@ def refuse_without(arguments: object, partner: str, *names: str) -> None:
 
 def shell_words(*words: str | Path) -> str:
     """Return the words of a command, quoted for a shell; a path that begins with a dash gets ``./`` before it."""
-    return " ".join(f"./{_quoted(word)}" if _looks_like_option(word) else _quoted(word) for word in words)
-
-
-def _looks_like_option(word: str | Path) -> bool:
-    return isinstance(word, Path) and str(word).startswith("-")
+    return " ".join(map(_quoted, words))
 
 
 def _quoted(word: str | Path) -> str:
     text = str(word)
+    before = "./" if isinstance(word, Path) and text.startswith("-") else ""
     if text.isprintable():
-        return shlex.quote(text)
+        return before + shlex.quote(text)
     plain = (c if c.isprintable() and c not in "\\'" else "".join(f"\\x{b:02x}" for b in os.fsencode(c)) for c in text)
-    return f"$'{''.join(plain)}'"
+    return f"{before}$'{''.join(plain)}'"
 
 
 def progress_bar() -> Progress:
@@ -89,16 +88,6 @@ def progress_bar() -> Progress:
 
     console = Console(stderr=True)
     return Progress(console=console, transient=True, disable=not console.is_terminal)
-
-
-def _refuse_lost_values(argv: Sequence[str]) -> None:
-    """Refuse a list option without values, or given twice: tyro would read no values, or drop the first ones."""
-    given = names_of(argv)
-    for option in LISTS:
-        if given.count(option) > 1:
-            raise InputError(f"{option} is given twice; give it once, with all its values")
-        if option in argv and (argv[-1] == option or argv[argv.index(option) + 1].startswith("--")):
-            raise InputError(f"{option} is given without a value; give at least one")
 
 
 @_NUMBERS.primitive_rule
@@ -145,7 +134,6 @@ def run(command: Callable[[], int]) -> None:
 
 
 def _report(error: Exception) -> int:
-    """Print an expected error and return its exit code; raise any other error again."""
     code, message = _failure(error)
     _say(one_line(f"error: {message}"))
     return code

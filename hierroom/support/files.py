@@ -55,7 +55,12 @@ def write_atomically(path: str | Path, content: str | bytes | Iterable[bytes]) -
         if path.exists() and not (path.is_file() or path.is_dir() or path.is_symlink()):  # os.replace refuses a folder
             raise OSError(errno.EINVAL, _SPECIAL)
         os.replace(unfinished, path)
-        sync_folder(path.parent)
+        with suppress(OSError):  # Windows cannot open folders, and some file systems cannot sync their names
+            number = os.open(path.parent, os.O_RDONLY)
+            try:
+                os.fsync(number)
+            finally:
+                os.close(number)
     except BaseException as error:
         with suppress(OSError):
             delete(unfinished)
@@ -79,7 +84,7 @@ def open_regular(path: Path, flags: int = os.O_RDONLY, what: str = "", *, or_any
             refuse_foreign(changed=[path])  # for systems without O_NOFOLLOW, and for better messages
         number = os.open(path, flags | plain, 0o666)
         try:
-            if not or_any and (reason := (_why_foreign if is_read else _why_shared)(os.fstat(number))):
+            if not or_any and (reason := _why_foreign(os.fstat(number), may_share=is_read)):
                 raise OSError(errno.EINVAL, reason)
             yield number
         finally:
@@ -95,10 +100,10 @@ def refuse_foreign(
 
     A file that is ``changed``, instead of ``replaced`` as a whole, must also have no hard link.
     """
-    for paths, why in ((replaced, _why_foreign), (changed, _why_shared), (folders, _why_no_folder)):
+    for paths, kind in ((replaced, {"may_share": True}), (changed, {}), (folders, {"is_folder": True})):
         for path in paths:
             try:
-                reason = why(path.lstat())
+                reason = _why_foreign(path.lstat(), **kind)
             except FileNotFoundError:
                 continue
             except OSError as error:
@@ -107,16 +112,10 @@ def refuse_foreign(
                 raise InputError(f"cannot write {path}: {reason}")
 
 
-def _why_foreign(status: os.stat_result) -> str:
-    return "" if stat.S_ISREG(status.st_mode) else _LINK if stat.S_ISLNK(status.st_mode) else _SPECIAL
-
-
-def _why_shared(status: os.stat_result) -> str:
-    return _why_foreign(status) or ("" if status.st_nlink < 2 else _SHARED)
-
-
-def _why_no_folder(status: os.stat_result) -> str:
-    return "" if stat.S_ISDIR(status.st_mode) else _LINK if stat.S_ISLNK(status.st_mode) else "it is no folder"
+def _why_foreign(status: os.stat_result, *, may_share: bool = False, is_folder: bool = False) -> str:
+    if stat.S_ISDIR(status.st_mode) if is_folder else stat.S_ISREG(status.st_mode):
+        return "" if is_folder or may_share or status.st_nlink < 2 else _SHARED
+    return _LINK if stat.S_ISLNK(status.st_mode) else "it is no folder" if is_folder else _SPECIAL
 
 
 def append_whole(path: Path, content: bytes) -> None:
@@ -150,16 +149,6 @@ def sync(path: Path) -> None:
     if path.exists():
         with open_regular(path, os.O_WRONLY) as file:
             os.fsync(file)
-
-
-def sync_folder(folder: Path) -> None:
-    """Make the names of a folder's files survive a loss of power, if the file system can do that."""
-    with suppress(OSError):  # Windows cannot open folders, and some file systems cannot sync them
-        number = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(number)
-        finally:
-            os.close(number)
 
 
 def remove_unfinished(folder: Path) -> None:

@@ -37,7 +37,7 @@ class Interrupt:
 
     def __enter__(self) -> Interrupt:
         numbers = [signal.SIGTERM, *([signal.SIGINT] if self._hears_ctrl_c else ())]
-        numbers += [number for number in STOPS if number.name in _UNLESS_TAKEN and _is_default(number)]
+        numbers += [one for one in STOPS if one.name in _UNLESS_TAKEN and signal.getsignal(one) == signal.SIG_DFL]
         is_main = threading.current_thread() is threading.main_thread()
         if is_main and self._say is not None:
             watcher = threading.Thread(target=self._explain, args=(self._say, threading.get_ident()), daemon=True)
@@ -67,10 +67,6 @@ class Interrupt:
         except queue.Empty:
             again = "; press Ctrl-C again to leave without saving" * self._has_heard_ctrl_c
             say(f"waiting for {', now for '.join(awaited.names.get(thread) or ('the end',))}{again}")
-
-
-def _is_default(number: signal.Signals) -> bool:
-    return signal.getsignal(number) == signal.SIG_DFL
 
 
 class awaited:

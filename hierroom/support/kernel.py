@@ -1,4 +1,4 @@
-"""Numba's ``njit`` as every kernel of the package uses it: compiled code is kept on disk if a folder can be written."""
+"""Numba's ``njit`` as every kernel of the package uses it: kept on disk if a folder can be written, timed apart."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import hashlib
 import multiprocessing
 import os
 import shutil
+import sys
 import tempfile
 import time
 import warnings
@@ -17,9 +18,8 @@ from typing import Any
 
 import numba
 import numpy as np
-from numba.core import config, types
+from numba.core import config, event, types
 
-from hierroom.support.clocks import compile_clock
 from hierroom.support.errors import warn_once
 
 PACKAGE = Path(__file__).parents[1]
@@ -35,22 +35,24 @@ def kernel_folder() -> str | None:
     name = Path("hierroom", f"{installation}-{digest_of_kernels(PACKAGE)[:16]}")
     cache_home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     for place in (chosen and os.path.abspath(chosen), PACKAGE / "__pycache__", cache_home):
-        if os.path.isabs(place) and _can_write(folder := place / name):
-            _remove_old({*folder.parent.glob(f"{installation}-*")} - {folder})
-            return str(folder)
+        if not os.path.isabs(place):
+            continue
+        folder = place / name
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=folder).close()
+        except OSError:
+            continue
+        for old in {*folder.parent.glob(f"{installation}-*")} - {folder}:  # of earlier source
+            with suppress(OSError):  # another process has removed it
+                if time.time() - old.stat().st_mtime > _DAY:  # else a process may still write there
+                    shutil.rmtree(old)
+        return str(folder)
     if multiprocessing.parent_process() is None:
         reason = "neither the package nor the user's cache folder can be written: each process compiles kernels again"
         advice = "set NUMBA_CACHE_DIR to a folder of your own to keep them"
         warnings.warn(f"{reason}; {advice}", RuntimeWarning, stacklevel=2)
     return None
-
-
-def _remove_old(folders: set[Path]) -> None:
-    """Remove folders of earlier source, unless they changed within a day, as a process may still write there."""
-    for folder in folders:
-        with suppress(OSError):  # another process has removed it
-            if time.time() - folder.stat().st_mtime > _DAY:
-                shutil.rmtree(folder)
 
 
 def digest_of_kernels(folder: Path) -> str:
@@ -60,13 +62,52 @@ def digest_of_kernels(folder: Path) -> str:
     return hashlib.sha256(b"".join(of_kernels)).hexdigest()
 
 
-def _can_write(folder: Path) -> bool:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=folder).close()
-    except OSError:
-        return False
-    return True
+COMPILE_EVENT = "numba:compile"
+"""Numba's event when it compiles a function that is not on disk."""
+PATIENCE_SECONDS = 2.0
+LINE = "compiling kernels, once, for up to half a minute; python -m hierroom compile does it ahead"
+
+
+class CompileClock(event.Listener):
+    """Adds up the time that this process compiles; if it is long, one line on standard error says so.
+
+    Attributes:
+        may_speak: whether the line may still be printed. Worker processes are silent, as their parent compiles, too.
+    """
+
+    def __init__(self) -> None:
+        self._depth, self._started, self._done = 0, 0.0, 0.0
+        self.may_speak = multiprocessing.parent_process() is None
+
+    @property
+    def seconds(self) -> float:
+        """The seconds of compilation so far."""
+        return self._done + (time.perf_counter() - self._started if self._depth else 0.0)
+
+    def on_start(self, event: event.Event) -> None:
+        """Start the clock."""
+        if self._depth == 0:
+            self._started = time.perf_counter()
+        self._depth += 1
+        assert event.data is not None
+        is_ours = event.data["dispatcher"].py_func.__module__.startswith("hierroom.")
+        if self.may_speak and is_ours and self.seconds >= PATIENCE_SECONDS and sys.stderr is not None:
+            self.may_speak = False
+            print(LINE, file=sys.stderr, flush=True)
+
+    def on_end(self, event: event.Event) -> None:
+        """Stop the clock."""
+        self._depth -= 1
+        if self._depth == 0:
+            self._done += time.perf_counter() - self._started
+
+
+@cache
+def compile_clock() -> CompileClock:
+    """Return the clock of this process, which counts from the first call on."""
+    clock = CompileClock()
+    event.register(COMPILE_EVENT, clock)
+    return clock
 
 
 KERNELS: list[Any] = []

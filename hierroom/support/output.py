@@ -89,7 +89,7 @@ _quiet: ContextVar[bool] = ContextVar("quiet", default=False)
 @contextmanager
 def silence() -> Iterator[None]:
     """Make runs print nothing in this context and thread; see `is_quiet`."""
-    from hierroom.support.clocks import compile_clock  # imports Numba
+    from hierroom.support.kernel import compile_clock  # imports Numba
 
     before, clock = _quiet.set(True), compile_clock()
     may_speak, clock.may_speak = clock.may_speak, False

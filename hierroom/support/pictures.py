@@ -63,7 +63,6 @@ def gif(frames: Iterable[NDArray[np.uint8]]) -> bytes:
 
 
 def _of_one_size(pictures: Sequence[NDArray[np.uint8]]) -> Iterator[NDArray[np.uint8]]:
-    """Yield pictures with the sides of the largest; white fills the others."""
     height, width = (max(sides) for sides in zip(*(picture.shape[:2] for picture in pictures), strict=True))
     for picture in pictures:
         below, right = height - picture.shape[0], width - picture.shape[1]

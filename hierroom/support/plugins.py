@@ -26,7 +26,9 @@ def load_plugin(spec: str, what: str, shipped: Iterable[str], kinds: str = "Clas
         try:
             return _attribute(importlib.import_module(module), name)
         except ModuleNotFoundError as error:
-            places = f"it is looked for in {', '.join(_user_folders())} and among installed packages"
+            paths = dict.fromkeys(os.path.abspath(path) for path in sys.path if os.path.isdir(path))
+            own = [path for path in paths if not path.startswith(tuple(LIBRARIES))]
+            places = f"it is looked for in {', '.join(own)} and among installed packages"
             near = _near(error.name or "", [one.partition(":")[0] for one in shipped])
             raise InputError(f"there is no module {error.name!r} for the {what} {spec!r}{near}; {places}") from error
 
@@ -41,8 +43,3 @@ def _attribute(module: ModuleType, name: str) -> Any:
 def _near(name: str, known: Iterable[str]) -> str:
     near = get_close_matches(name, [*known], n=1)
     return f" (is it {near[0]}?)" if near else ""
-
-
-def _user_folders() -> list[str]:
-    paths = [os.path.abspath(path) for path in sys.path if os.path.isdir(path)]
-    return [path for path in dict.fromkeys(paths) if not path.startswith(tuple(LIBRARIES))]

@@ -61,7 +61,6 @@ def entry_types(part: type) -> dict[str, Any]:
 
 
 def _without_extras(kind: Any) -> Any:
-    """Return a type without annotations of other libraries than msgspec."""
     if get_origin(kind) is not Annotated:
         return kind
     inner, *extras = get_args(kind)

@@ -34,16 +34,13 @@ class DepthFirst:
         rows = tuple(np.array(self._ways).T)
         self._required, self._given = rules.required[rows], rules.given[rows] > 0  # [W, F]
         self._used = rules.used[rows] > 0
-        is_first = np.array([not self._is_preempted(way) for way in range(len(self._ways))])
+        # An earlier alternative of the same rule may apply wherever this one does.
+        earlier = [self._required[row - way : row] <= self._required[row] for row, (_, way) in enumerate(self._ways)]
+        is_first = np.array([not one.all(axis=1).any() for one in earlier])
         self._is_possible: NDArray[np.bool_] = np.all(self._required <= rules.limits, axis=1) & is_first
         self._target = rules.facts.index(rules.target)
         self.n_random = len(self._ways) + len(rules.facts)
         """The number of random numbers that an episode needs."""
-
-    def _is_preempted(self, way: int) -> bool:
-        """Return whether an earlier alternative of the same rule applies wherever this one does."""
-        first = way - self._ways[way][1]
-        return bool((self._required[first:way] <= self._required[way]).all(axis=1).any())
 
     def next_rule(self, marking: ArrayLike, random: NDArray[np.floating], target: int | None = None) -> int | None:
         """Return the rule to apply next, or None if the target is there already or no way leads to it.

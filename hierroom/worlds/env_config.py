@@ -128,24 +128,17 @@ class EnvConfig:
         specs = graph_specs(self.graph)
         object.__setattr__(self, "graph", specs[0] if len(specs) == 1 else specs)
         object.__setattr__(self, "exclude", graph_specs(self.exclude))
-        object.__setattr__(self, "layout", as_maps(() if self.layout is None else self.layout))
-        if self.task is not None:
-            self._require_task()
-        else:
+        layout = as_maps(() if self.layout is None else self.layout)
+        object.__setattr__(self, "layout", layout)
+        if self.task is None:
             object.__setattr__(self, "max_steps", DEFAULT_MAX_STEPS if self.max_steps is None else self.max_steps)
-            if self.layout:
-                self._use_layout()
-
-    def _require_task(self) -> None:
-        if not (self.task if isinstance(self.task, str) else is_task(self.task)):
+        elif not (self.task if isinstance(self.task, str) else is_task(self.task)):
             raise InputError(f"a task is a name, like package.module:name, or a hierroom.Task, not {shown(self.task)}")
-        self.refuse_unread([entry.name for entry in fields(EnvConfig) if getattr(self, entry.name) != entry.default])
-
-    def _use_layout(self) -> None:
-        size = max(one.size for one in self.layout)
+        size = max((one.size for one in layout), default=None) if self.task is None else None
         changed = [entry.name for entry in fields(EnvConfig) if getattr(self, entry.name) != entry.default]
         self.refuse_unread([name for name in changed if (name, self.size) != ("size", size)])
-        object.__setattr__(self, "size", size)
+        if size is not None:
+            object.__setattr__(self, "size", size)
 
     def refuse_unread(self, names: Collection[str]) -> None:
         """Refuse entries, by name, that the user has given and that the task or layout ignores."""

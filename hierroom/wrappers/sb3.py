@@ -79,7 +79,8 @@ class BatchVecEnv(VecEnv):
                 finals, last = _by_environment(given["final_info"], ended), given["final_obs"][ended]
                 begun = infos
             else:
-                finals, last = [{} for _ in ended], _split(observations, ended)
+                finals = [{} for _ in ended]
+                last = [{name: values[env] for name, values in observations.items()} for env in ended]
                 observations, given = self.envs.reset(options={"reset_mask": dones.copy()})
                 begun = _by_environment(given)
             has_target = cast(EscapeRooms, self.envs.unwrapped).turns.world.goals.has_target
@@ -132,10 +133,6 @@ class BatchVecEnv(VecEnv):
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
         """Return False for each: environments of the batch engine are not wrapped one by one."""
         return [False for _ in self._get_indices(indices)]
-
-
-def _split(observations: Mapping[str, NDArray], envs: NDArray[np.integer]) -> list[Any]:
-    return [{name: values[env] for name, values in observations.items()} for env in envs]
 
 
 def _by_environment(infos: Mapping[str, Any], envs: Any = slice(None)) -> list[dict[str, Any]]:

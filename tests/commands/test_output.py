@@ -15,7 +15,7 @@ from children import run_child, run_python
 
 from hierroom.commands import report
 from hierroom.support import cli
-from hierroom.support.clocks import LINE
+from hierroom.support.kernel import LINE
 from hierroom.support.errors import InputError
 from hierroom.support.interrupt import Interrupt
 from hierroom.support.output import LastingStream, lasting_output, warn

@@ -40,7 +40,7 @@ def run(num_envs=5, length=4, ticks=60, seed=0):
             truncated_values[env].append(last[i])
         ended_before[envs] = terminated | truncated
         counts[envs] += 1
-        if rollout.n_full >= 3:
+        if len(rollout.full) >= 3:
             waiting = np.flatnonzero(rollout.awaiting >= 0)
             bootstrap = random.normal(size=num_envs).astype(np.float32)
             rollout.bootstrap(np.arange(num_envs), bootstrap)

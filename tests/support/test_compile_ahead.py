@@ -20,7 +20,7 @@ LATER = """
 import numpy as np
 import hierroom
 from hierroom.commands.compile import play_as_trained, play_in_worlds, play_with_learners
-from hierroom.support.clocks import compile_clock
+from hierroom.support.kernel import compile_clock
 from hierroom.support.kernel import KERNELS
 
 pole = hierroom.Task("CartPole-v1", {"left": lambda env, info: env.unwrapped.state[0] < 0}, target="left")

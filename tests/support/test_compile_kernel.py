@@ -16,7 +16,7 @@ from numba.core import caching
 
 import hierroom
 from hierroom.support import errors, kernel
-from hierroom.support.clocks import LINE
+from hierroom.support.kernel import LINE
 
 PACKAGE = Path(hierroom.__file__).parent
 PRINT_FOLDER = """
@@ -25,7 +25,7 @@ from hierroom.worlds.random_kernels import mix
 hierroom.env(graph='a')
 print(mix.stats.cache_path)
 """
-SLOW = "from hierroom.support import clocks; clocks.PATIENCE_SECONDS = 0.0\n"
+SLOW = "from hierroom.support import kernel; kernel.PATIENCE_SECONDS = 0.0\n"
 COMPILE = """
 from hierroom.support.kernel import njit
 def double(x):
@@ -80,7 +80,7 @@ def test_first_writable_cache_folder_is_used_without_a_warning(unwritable, tempo
 
 
 def test_kernels_without_cache_folder_compile_with_a_warning(monkeypatch):
-    monkeypatch.setattr(kernel, "_can_write", lambda folder: False)
+    monkeypatch.setattr(kernel.tempfile, "TemporaryFile", Mock(side_effect=OSError))
     monkeypatch.setattr(kernel, "kernel_folder", kernel.kernel_folder.__wrapped__)  # not the cached answer
     with pytest.warns(RuntimeWarning, match="each process compiles kernels again.*NUMBA_CACHE_DIR"):
         twice = kernel.njit(cache=True)(lambda x: 2 * x)

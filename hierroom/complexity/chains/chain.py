@@ -12,11 +12,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.csgraph import connected_components
 
-from hierroom.complexity.chains.hitting import (
-    first_passage_variance,
-    mean_first_passage_time,
-    passage_time_sensitivity,
-)
+from hierroom.complexity.chains.hitting import first_passage_variance, mean_first_passage_time, passage_time_sensitivity
 from hierroom.complexity.chains.laplacian import laplacian_hitting_time, laplacian_sensitivity
 from hierroom.complexity.chains.reach import expected_states, reach_probability
 from hierroom.complexity.chains.walk import PAPER_WALK, Walk

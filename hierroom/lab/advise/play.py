@@ -18,8 +18,8 @@ from hierroom.agents.episode_facts import EpisodeFacts
 from hierroom.agents.player import RandomPlayer
 from hierroom.lab.advise.stages import CUT, DONE, Trials
 from hierroom.meta import FixedDFS, RandomGoals, take_turn
-from hierroom.support.clocks import compile_clock
 from hierroom.support.errors import InputError
+from hierroom.support.kernel import compile_clock
 from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS

@@ -162,7 +162,11 @@ def read_run(path: Path) -> EvaluatedRun:
     one of several evaluations has no curve.
     """
     folder = RunFolder.open(path)
-    config, rows = folder.config(), _evaluations(folder)
+    config, rows = folder.config(), folder.evaluations.read()
+    if not rows:
+        why = "the run was made without evaluations, or none has been written yet"
+        raise InputError(f"{folder.path} has no {_TABLE}; {why}")
+    rows = [{**row, "graph": one_line(row["graph"])} for row in rows]  # it is shown, and the folder is untrusted
     metrics = [*METRICS, *(name for name in rows[0] if name.startswith(ACHIEVED))]
     numbers, curves = ["steps", "episodes", *metrics], {}
     table = pd.DataFrame(rows, dtype=object).reindex(columns=["graph", *numbers]).replace("", np.nan)
@@ -183,14 +187,6 @@ def read_run(path: Path) -> EvaluatedRun:
     entries, reward = entries_of(path, config), str(method.reward)
     of_folder = code_of(path), prediction_of(path)
     return EvaluatedRun(path, rows, entries, method.meta, reward, curves, counts, graphs, *of_folder)
-
-
-def _evaluations(folder: RunFolder) -> list[dict[str, str]]:
-    rows = folder.evaluations.read()
-    if not rows:
-        why = "the run was made without evaluations, or none has been written yet"
-        raise InputError(f"{folder.path} has no {_TABLE}; {why}")
-    return [{**row, "graph": one_line(row["graph"])} for row in rows]  # it is shown, and the folder is untrusted
 
 
 def refuse_without_overlap(runs: Sequence[EvaluatedRun]) -> None:

@@ -106,11 +106,9 @@ def describe_differences(groups: Sequence[Group], by: Sequence[str]) -> list[str
 def _different_code(runs: Sequence[EvaluatedRun]) -> list[str]:
     names = dict.fromkeys(name for run in runs for name in run.code)
     versions = {name: sorted(set().union(*(run.code.get(name, ()) for run in runs))) for name in names}
-    return [f"{one_line(name)} ({', '.join(map(_short, ones))})" for name, ones in versions.items() if len(ones) > 1]
-
-
-def _short(version: str) -> str:
-    return one_line(version)[: 8 if len(version) == 64 else 60]  # the first digits of a SHA-256
+    short = {one: one_line(one)[: 8 if len(one) == 64 else 60] for ones in versions.values() for one in ones}  # SHA-256
+    various = {name: ", ".join(short[one] for one in ones) for name, ones in versions.items() if len(ones) > 1}
+    return [f"{one_line(name)} ({ones})" for name, ones in various.items()]
 
 
 def _differing(runs: Sequence[EvaluatedRun]) -> list[str]:
@@ -127,7 +125,7 @@ def _is_treatment(name: str) -> bool:
 
 
 def _refuse_copies(runs: Iterable[EvaluatedRun]) -> None:
-    """Refuse two runs with the same config and seed, as counting a run twice makes intervals too narrow."""
+    # Counting a run twice makes intervals too narrow.
     seen: dict[tuple[str, ...], EvaluatedRun] = {}
     for run in runs:
         names = [name for name in run.entries if _is_treatment(name) or name in ("seed", "graph")]

@@ -104,16 +104,14 @@ def curve_rows(curves: Curves) -> list[dict[str, Any]]:
             "values": rounded(summary.curve.values),
             "lows": rounded(summary.curve.lows),
             "highs": rounded(summary.curve.highs),
-            "predicted": _band(summary) if metric == "success_rate" else [],
+            "predicted": [  # success in percent, the steps, and the ends of their interval; None beyond the horizon
+                rounded([percent, steps, steps.low, steps.high])
+                for percent, steps in (summary.prediction.steps_to.items() if summary.prediction else ())
+                if metric == "success_rate"
+            ],
         }
         for group, metric, summary in drawn(curves)
     ]
-
-
-def _band(summary: GroupSummary) -> list[list[float | None]]:
-    """Return success in percent, the predicted steps, and the ends of their interval; None beyond the horizon."""
-    steps_to = summary.prediction.steps_to if summary.prediction else {}
-    return [rounded([percent, steps, steps.low, steps.high]) for percent, steps in steps_to.items()]
 
 
 def run_rows(runs: Sequence[ReportedRun], curves: Curves) -> list[dict[str, Any]]:
@@ -230,5 +228,4 @@ def learning_points(curves: Curves) -> list[dict[str, Any]]:
 
 
 def _named(graph: str, drop_key: bool) -> dict[str, Any]:
-    """Return what identifies a goal graph in a report, and its label, which says if keys can be dropped."""
     return {"graph": graph, "drop_key": drop_key, "label": f"{graph}, keys can be dropped" if drop_key else graph}

@@ -29,10 +29,13 @@ _ORIGIN = ("started", "command", "python", "cpu", "platform")
 
 def render_page(texts: Mapping[str, Any], data: Mapping[str, Any]) -> bytes:
     """Fill the templates with escaped texts, and with plain data for the page's scripts; return the page in UTF-8."""
+    from plotly.offline import get_plotlyjs
+
+    plotly = base64.b64encode(gzip.compress(get_plotlyjs().encode(), 9, mtime=0)).decode()
     loader = PackageLoader("hierroom.lab.report", "templates")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     page = environment.get_template("page.html")
-    return page.render(**texts, shown=data, data=script_json(data), plotly=_plotly()).encode("utf-8", "replace")
+    return page.render(**texts, shown=data, data=script_json(data), plotly=plotly).encode("utf-8", "replace")
 
 
 def script_json(value: Any) -> Markup:
@@ -41,12 +44,6 @@ def script_json(value: Any) -> Markup:
     for character in "<>&\u2028\u2029":
         text = text.replace(character, f"\\u{ord(character):04x}")
     return Markup(text)
-
-
-def _plotly() -> str:
-    from plotly.offline import get_plotlyjs
-
-    return base64.b64encode(gzip.compress(get_plotlyjs().encode(), 9, mtime=0)).decode()
 
 
 def page_texts(

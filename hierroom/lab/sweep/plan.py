@@ -123,11 +123,7 @@ class Plan:
         config.env.refuse_unread(entries)
         if ships(config.env.task):
             find_task(config.env.task)  # refuses a name without a task
-        own = config.entries | {
-            "meta": config.resolved_method.meta,
-            "graph": config.env.names,
-            "variant": variant,
-        }
+        own = config.entries | {"meta": config.resolved_method.meta, "graph": config.env.names, "variant": variant}
         own[_PLANNED_STEPS] = own.pop("steps")
         texts = {name: _text(value) for name, value in own.items()}
         if config.env.task is not None:

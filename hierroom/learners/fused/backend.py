@@ -68,6 +68,8 @@ class FusedBackend:
         self._shares = np.zeros((_MAX_WORKERS, len(self._parameters)), np.float32)
         self._workers = [ShardWorker(share, network, config) for share in self._shares]
         self._stepper = self.stepper()
+        self.initial_states = self._stepper.initial_states
+        self.step = self.evaluate = self._stepper.step  # the default network has no evaluation mode
 
     def __getstate__(self) -> dict:
         """Return arguments and state to build a copy, because its weights must be views of its own vector."""
@@ -76,16 +78,6 @@ class FusedBackend:
     def __setstate__(self, copied: dict) -> None:
         self.__init__(*copied["arguments"])
         self.load_state_dict(copied["state"])
-
-    def initial_states(self, n: int) -> NDArray[np.float32]:
-        """Return the recurrent states [n, S] at the start of an episode."""
-        return self._stepper.initial_states(n)
-
-    def step(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
-        """Compute one turn; see `TorchBackend.step`."""
-        return self._stepper.step(features, states)
-
-    evaluate = step  # the default network has no evaluation mode
 
     def stepper(self) -> FusedStepper:
         """Return a stepper for the turns of one policy with the current weights."""

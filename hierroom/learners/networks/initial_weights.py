@@ -49,15 +49,12 @@ class _DrawsFrom(TorchFunctionMode):
         self, func: Callable[..., Any], types: Sequence[type], args: Sequence = (), kwargs: Mapping | None = None
     ) -> Any:
         given = dict(kwargs or {})
-        if func in _DRAWS and given.get("generator") is None and _is_on_cpu(args, given):
-            given["generator"] = self._generator
+        if func in _DRAWS and given.get("generator") is None:
+            named = given.get("device")  # a text, a number or a torch.device
+            devices = (named, *(getattr(one, "device", None) for one in (*args, *given.values())))
+            if all(one is None or torch.device(one).type == "cpu" for one in devices):
+                given["generator"] = self._generator
         return func(*args, **given)
-
-
-def _is_on_cpu(arguments: Sequence, named: Mapping[str, Any]) -> bool:
-    device = named.get("device")  # a text, a number or a torch.device
-    tensors = (getattr(one, "device", None) for one in (*arguments, *named.values()))
-    return all(one is None or torch.device(one).type == "cpu" for one in (device, *tensors))
 
 
 @contextmanager

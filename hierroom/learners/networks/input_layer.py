@@ -121,7 +121,8 @@ class InputLayer(nn.Module):
     def forward(self, features: Tensor) -> Tensor:
         """Return the outputs [..., trunks H] float for observations [..., K] uint8."""
         flat, layout = features.reshape(-1, features.shape[-1]), self.layout
-        codes = [flat[:, list(layout.columns)].long(), *(_codes(flat, *one) for one in layout.codes)]
+        of_arrays = (_view(flat, *one).long().clamp(max=one[1].n_values - 1) for one in layout.codes)
+        codes = [flat[:, list(layout.columns)].long(), *of_arrays]
         if not (layout.columns or layout.codes):
             codes = [torch.zeros_like(flat[:, :1]).long()]
         total = self.codes.linear(torch.cat(codes, 1))
@@ -181,10 +182,6 @@ class _Product(nn.Module):
 
     def forward(self, numbers: Tensor) -> Tensor:
         return numbers @ self.weight
-
-
-def _codes(features: Tensor, start: int, array: ByteArray) -> Tensor:
-    return _view(features, start, array).long().clamp(max=array.n_values - 1)
 
 
 def _view(features: Tensor, start: int, array: ByteArray) -> Tensor:

@@ -94,16 +94,12 @@ class TrainConfig:
         for name, kind in PARTS.items():
             if not isinstance(part := getattr(self, name), kind):
                 raise InputError(f"{name} must be of type {kind.__name__}, not {shown(part)}")
-        object.__setattr__(self, "agents", self._agents_of_world())
-
-    def _agents_of_world(self) -> AgentsConfig:
-        if self.env.task is not None:
-            return self.agents
-        given = {name: getattr(self.agents, name) for name in USUAL_FEATURES}
-        own = {name: USUAL_FEATURES[name] if one is None else one for name, one in given.items()}
-        for name, features in own.items():
-            require_features(name, features, ESCAPE_ROOM_FEATURES)
-        return replace(self.agents, **own)
+        if self.env.task is None:
+            given = {name: getattr(self.agents, name) for name in USUAL_FEATURES}
+            own = {name: USUAL_FEATURES[name] if one is None else one for name, one in given.items()}
+            for name, features in own.items():
+                require_features(name, features, ESCAPE_ROOM_FEATURES)
+            object.__setattr__(self, "agents", replace(self.agents, **own))
 
     @property
     def resolved_method(self) -> Method:
@@ -208,14 +204,12 @@ CHANGED_WHEN_RESUMED = frozenset({"steps", "threads", "device", "warm_start", "f
 """Entries that may change when a run is resumed; the weights of a warm start are in its checkpoints."""
 
 
-def _flat_entries() -> dict[str, tuple[str, str]]:
-    places = {}
-    for part, kind in PARTS.items():
-        places |= {f"{OF_META if part == META_PART else ''}{entry.name}": (part, entry.name) for entry in fields(kind)}
-    return places | {entry.name: ("", entry.name) for entry in fields(TrainConfig) if entry.name not in PARTS}
-
-
-ENTRIES: Mapping[str, tuple[str, str]] = _flat_entries()
+ENTRIES: Mapping[str, tuple[str, str]] = {
+    (OF_META if part == META_PART else "") + entry.name: (part, entry.name)
+    for part, kind in (*PARTS.items(), ("", TrainConfig))
+    for entry in fields(kind)
+    if part or entry.name not in PARTS
+}
 """The part of the config (empty: the config itself) and the field of each entry, by its name on the command line.
 
 Such names are ``gamma`` and ``steps``; only entries of ``meta_ppo`` have a prefix, such as ``meta_ppo.gamma``.

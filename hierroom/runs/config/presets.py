@@ -19,12 +19,7 @@ _PAPER = TrainConfig(
     num_envs=128,
     agents=AgentsConfig(features=("view-ids", "goal")),
     ppo=PPOConfig(
-        sequence_length=128,
-        learning_rate=2.5e-4,
-        gamma=0.9,
-        gae_lambda=0.95,
-        value_weight=0.5,
-        min_advantage_std=1e-8,
+        sequence_length=128, learning_rate=2.5e-4, gamma=0.9, gae_lambda=0.95, value_weight=0.5, min_advantage_std=1e-8
     ),
 )
 

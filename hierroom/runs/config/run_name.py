@@ -33,7 +33,7 @@ def run_name(config: TrainConfig) -> str:
     graphs = [*_few(played), *(f"no-{name}" for name in _few(spec_names(config.env.exclude)))]
     parts = (
         method,
-        "" if meta == "none" else _shortened(_name_of(meta), _META_LENGTH),
+        "" if meta == "none" else _shortened(meta.rpartition(":")[2], _META_LENGTH),
         _shortened("-".join(graphs), _GRAPH_LENGTH),
         _shortened(f"seed{config.seed}", _SEED_LENGTH),
         "" if config.preset == implied_preset({"meta": meta, "task": task}) else config.preset,
@@ -67,7 +67,7 @@ def _text(name: str, value: Any, usual: Any) -> str:
     if isinstance(value, tuple):
         return f"{name}-{'-'.join(_names(value, usual or ())) or 'none'}"  # None: a task's own features
     if value is None or isinstance(value, str):
-        return f"{name}-{Path(value).name if name == 'warm_start' and value else _name_of(str(value))}"
+        return f"{name}-{Path(value).name if name == 'warm_start' and value else str(value).rpartition(':')[2]}"
     return name + str(value).removesuffix(".0").replace("e+", "e")
 
 
@@ -78,15 +78,10 @@ def _names(value: tuple[str, ...], usual: tuple[str, ...]) -> list[str]:
     return changes if is_in_order and len(changes) < len(value) else [*value]
 
 
-def _name_of(spec: str) -> str:
-    return spec.rpartition(":")[2]
-
-
 def _task_name(spec: str) -> str:
-    """Return a short name for a task: as given, or if that is long or has a dot, its last part and a digest."""
     if "." not in spec and len(spec) <= _GRAPH_LENGTH:
         return spec
-    return f"{_name_of(spec)[: _GRAPH_LENGTH - 5]}-{hashlib.sha256(spec.encode()).hexdigest()[:4]}"
+    return f"{spec.rpartition(':')[2][: _GRAPH_LENGTH - 5]}-{hashlib.sha256(spec.encode()).hexdigest()[:4]}"
 
 
 def _steps(steps: int) -> str:
@@ -102,7 +97,6 @@ def plain(text: str) -> str:
 
 
 def _shortened(text: str, length: int) -> str:
-    """Return the text; if it is too long, its beginning and a digest, so that other parts fit in too."""
     if len(text) <= length:
         return text
     return f"{text[: length - 5]}-{hashlib.sha256(text.encode()).hexdigest()[:4]}"

@@ -12,7 +12,7 @@ from typing import Never
 
 from hierroom.support.cells import plain_cell, read_number, text_of_cell
 from hierroom.support.errors import InputError, shown
-from hierroom.support.files import MOST_TEXT, append_whole, open_regular, sync, truncate, write_atomically
+from hierroom.support.files import MOST_TEXT, append_whole, open_regular, truncate, write_atomically
 
 _FIRST = "steps"
 _LONGEST, _LONGEST_CELL = 2**20, 2**16  # bytes of a line, characters of a text; csv.reader takes twice as many
@@ -67,23 +67,15 @@ class CSVTable:
         n_rows, entries = self.n_rows, {_short_line(name): name for row in rows for name in row}
         added = [name for name in entries if name not in self._names]
         if self._names and added:
-            self._widen(added)
+            rows_now = (entries for _, entries in self._rows())
+            wider = ([*entries, *(["nan"] * len(added) if n else added)] for n, entries in enumerate(rows_now))
+            write_atomically(self.path, map(_line, wider))
         self._names = names = [*self._names, *added]
         lines = b"".join(_line([plain_cell(row.get(entries.get(name, name), "nan")) for name in names]) for row in rows)
         if not self.path.exists() or self.path.stat().st_size == 0:
             n_rows, lines = 0, _line(names) + lines
         append_whole(self.path, lines)
         self._n_rows = n_rows + len(rows)
-
-    def _widen(self, added: list[str]) -> None:
-        lines = (
-            _line([*entries, *(["nan"] * len(added) if n else added)]) for n, (_, entries) in enumerate(self._rows())
-        )
-        write_atomically(self.path, lines)
-
-    def sync(self) -> None:
-        """Make the rows survive a loss of power."""
-        sync(self.path)
 
     def read(self) -> list[dict[str, str]]:
         """Return the rows as text by column, none if there is no file; an empty cell of a number becomes ``nan``."""
@@ -123,19 +115,16 @@ class CSVTable:
                 if torn or entries is None:
                     self._refuse(torn or number, "is no row of text")
                 if not names:
-                    self._check_names(number, entries)
                     names = entries
+                    if names[0] != _FIRST or len({*names}) < len(names):
+                        self._refuse(number, "does not name the columns")
+                    if missing := (self._numbers or {}).keys() - {*names}:
+                        self._refuse(number, f"has no column {', '.join(sorted(missing))}")
                 else:
                     self._check_row(number, names, entries)
                     if not 0 <= _steps(entries) <= most:
                         self._refuse(number, f"begins with {shown(entries[0])}, not with {allowed}")
                 yield end, entries
-
-    def _check_names(self, number: int, names: Sequence[str]) -> None:
-        if names[0] != _FIRST or len({*names}) < len(names):
-            self._refuse(number, "does not name the columns")
-        if missing := (self._numbers or {}).keys() - {*names}:
-            self._refuse(number, f"has no column {', '.join(sorted(missing))}")
 
     def _check_row(self, number: int, names: Sequence[str], entries: Sequence[str]) -> None:
         if len(entries) != len(names):

@@ -137,12 +137,22 @@ def describe_git(folder: Path, tracked: str | None = None) -> dict[str, Any] | N
     """
     if tracked is not None and _git(folder, "ls-files", "--error-unmatch", tracked) is None:
         return None
-    commit, status = _git(folder, "rev-parse", "HEAD"), _status(folder)
+    listed = [
+        _git(folder, "config", scope, "--includes", "--null", "--name-only", "--get-regexp", r"^filter\.")
+        for scope in ("--local", "--worktree")
+    ]
+    names = {key.rpartition(".")[0] for keys in listed if keys for key in keys.strip("\0").split("\0")}
+    if any("=" in name for name in names):  # -c would read the rest of the name as the value
+        return None
+    off = [f"{name}.{entry}" for name in sorted(names) for entry in ("clean=", "process=", "required=false")]
+    config = [word for entry in off for word in ("-c", entry)]
+    # A submodule has its own config with filters, so git status must not look for changes in it.
+    how = "--porcelain", "--untracked-files=no", "--ignore-submodules=dirty"
+    commit, status = _git(folder, "rev-parse", "HEAD"), _git(folder, *config, "status", *how)
     return None if commit is None or status is None else {"commit": commit, "is_dirty": bool(status)}
 
 
 def _git(folder: Path, *arguments: str) -> str | None:
-    """Return git's output; None if it fails. It takes no lock and starts no program of the checkout's config."""
     # In a git hook, GIT_ variables name another repository and would override the folder. Missing files are not
     # fetched, because the checkout's config names the program that fetches.
     env = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
@@ -155,21 +165,6 @@ def _git(folder: Path, *arguments: str) -> str | None:
     except (OSError, subprocess.SubprocessError, UnicodeDecodeError):
         return None
     return done.stdout.strip()
-
-
-def _status(folder: Path) -> str | None:
-    """Return the output of git status, or None. The checkout's filters are off, as they would run programs."""
-    listed = [
-        _git(folder, "config", scope, "--includes", "--null", "--name-only", "--get-regexp", r"^filter\.")
-        for scope in ("--local", "--worktree")
-    ]
-    names = {key.rpartition(".")[0] for keys in listed if keys for key in keys.strip("\0").split("\0")}
-    if any("=" in name for name in names):  # -c would read the rest of the name as the value
-        return None
-    off = [f"{name}.{entry}" for name in sorted(names) for entry in ("clean=", "process=", "required=false")]
-    config = [word for entry in off for word in ("-c", entry)]
-    # A submodule has its own config with filters, so git status must not look for changes in it.
-    return _git(folder, *config, "status", "--porcelain", "--untracked-files=no", "--ignore-submodules=dirty")
 
 
 def cpu_name() -> str:

@@ -22,6 +22,7 @@ from hierroom.support.files import (
     read_json,
     refuse_foreign,
     remove_unfinished,
+    sync,
     to_json,
     usable_path,
     write_atomically,
@@ -109,22 +110,18 @@ class RunFolder:
         except (InputError, ValueError) as error:  # ValueError: JSON can hold half of a surrogate pair
             raise InputError(f"{path}: {error}") from error
 
-    def save_checkpoint(self, state: Mapping[str, Any]) -> Path:
-        """Write a checkpoint, named by its steps, from the result of `Trainer.state_dict`."""
-        path = self._write_checkpoint(state, f"{state['steps']:012d}.pt")
-        self._remove_interrupted()
-        return path
+    def save_checkpoint(self, state: Mapping[str, Any], *, is_interrupted: bool = False) -> Path:
+        """Write a checkpoint, named by its steps, from the result of `Trainer.state_dict`.
 
-    def save_interrupted(self, state: Mapping[str, Any]) -> Path:
-        """Write a checkpoint of an interrupted run; the next `save_checkpoint` deletes it."""
-        return self._write_checkpoint(state, f"{state['steps']:012d}{_INTERRUPTED}.pt")
-
-    def _write_checkpoint(self, state: Mapping[str, Any], name: str) -> Path:
+        That of an interrupted run is deleted by the next one.
+        """
         content = checkpoint.to_bytes({**state, "tables": {table.path.stem: table.n_rows for table in self.tables}})
         for table in self.tables:
-            table.sync()  # a resumed run relies on the rows before its checkpoint
-        path = self.checkpoints / name
+            sync(table.path)  # a resumed run relies on the rows before its checkpoint
+        path = self.checkpoints / f"{state['steps']:012d}{_INTERRUPTED * is_interrupted}.pt"
         write_atomically(path, content)
+        if not is_interrupted:
+            self._remove_interrupted()
         return path
 
     def _checkpoint_paths(self) -> dict[int, Path]:

@@ -52,8 +52,7 @@ class RunLock:
         """Give the lock back."""
         self._lock.release(force=True)
 
-    def __enter__(self) -> None:
-        self.acquire()
+    __enter__ = acquire
 
     def __exit__(self, *_: object) -> None:
         self.release()

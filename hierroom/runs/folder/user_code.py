@@ -47,15 +47,10 @@ def require_trust(path: Path, config: TrainConfig, *, trust: bool, named: Mappin
             f"{path} names code that does not ship with hierroom: {names}; it is run only if you trust it: "
             "--trust-run, or trust=True in Python"
         )
-    if unnamed:
-        _find_copies(path if path.is_dir() else path.parent)
-
-
-def _find_copies(run: Path) -> None:
-    """Append a run's copies of modules to Python's path, the newest first."""
-    copies = Path(run, COPIES).absolute()
-    later = sorted(copies.glob("session-*"), key=lambda folder: (len(folder.name), folder.name), reverse=True)
-    sys.path += [str(folder) for folder in (*later, copies) if folder.is_dir() and str(folder) not in sys.path]
+    if unnamed:  # Python's path gets the run's copies of modules, the newest first
+        copies = Path(path if path.is_dir() else path.parent, COPIES).absolute()
+        later = sorted(copies.glob("session-*"), key=lambda folder: (len(folder.name), folder.name), reverse=True)
+        sys.path += [str(folder) for folder in (*later, copies) if folder.is_dir() and str(folder) not in sys.path]
 
 
 def trust_option(config: TrainConfig) -> tuple[str, ...]:
@@ -89,7 +84,9 @@ def find_module_files(config: TrainConfig, metas: Sequence[str] = ()) -> list[Mo
     """
     files: dict[str, ModuleFile] = {}
     named = [*named_code(config).values(), *metas]
-    for module in dict.fromkeys(filter(None, map(_module_of, named))):
+    specs = [spec.partition(":") for spec in named if isinstance(spec, str)]
+    modules = [module for module, colon, _ in specs if colon and module.partition(".")[0] != "hierroom"]
+    for module in dict.fromkeys(filter(None, modules)):
         path = _file_of(module)
         if path is None or Path(path).suffix != ".py":
             files.setdefault(module, ModuleFile(module, None, "it has no Python source"))
@@ -126,11 +123,6 @@ def _folders_of_finders(module: str) -> Iterator[Path]:
     if spec is not None:
         packages = spec.submodule_search_locations or ([] if spec.origin is None else [spec.origin])
         yield from (Path(place).parent for place in packages)
-
-
-def _module_of(spec: object) -> str | None:
-    module, colon, _ = spec.partition(":") if isinstance(spec, str) else ("", "", "")
-    return module if colon and module.partition(".")[0] != "hierroom" else None
 
 
 def _gather(first: str, root: Path, files: dict[str, ModuleFile]) -> None:

@@ -109,11 +109,12 @@ class EpisodeLog:
 
     def state_dict(self) -> dict[str, Any]:
         """Return the state without the rows, as tensors and plain types."""
+        achieved = [(env, at, goal) for env, one in enumerate(self._facts.achieved) for at, goal in one]  # [K, 3]
         return {
             "episodes": self.episodes,
             "window": {name: list(values) for name, values in self._window.items()},
             "returns": torch.from_numpy(self._facts.returns.copy()),
-            "achieved": torch.from_numpy(self._facts.achieved_rows()),
+            "achieved": torch.from_numpy(np.array(achieved, np.int64).reshape(-1, 3)),
             "clocks": torch.from_numpy(self._clocks.copy()),
         }
 
@@ -136,6 +137,8 @@ class EpisodeLog:
         self.episodes = state["episodes"]
         self._window = {name: deque(values, WINDOW) for name, values in state["window"].items()}
         self._facts.returns = state["returns"].numpy().copy()
-        self._facts.restore(achieved)
+        self._facts.achieved = [[] for _ in range(n)]
+        for env, at, goal in achieved.tolist():
+            self._facts.achieved[env].append((at, goal))
         self._clocks = state["clocks"].numpy().copy()
         self.ended = []

@@ -97,7 +97,6 @@ class LearningCurve:
         return self.success[-1], self.returns[-1], self.outcome[-1] if self.outcome_name == "score" else np.nan
 
     def _rate(self, shares: np.ndarray) -> np.ndarray:
-        """Return the success rates or the scores [..., P] of shares [..., P, K]."""
         return geometric_mean(shares) if self.outcome_name == "score" else shares[..., 0]
 
     def crossing(self, percent: float, resamples: int = 1000) -> Crossing | None:

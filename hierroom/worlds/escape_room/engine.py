@@ -144,21 +144,17 @@ class Engine:
     def advance(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Do what `step` does, with checked actions."""
         if self._step_all is None:
-            self._step_all = self._bind()
+            # Bind all but the actions once, because finding the arguments takes time at every step.
+            levels, grids, outcomes, finals = self._state.levels, self._state.grids, self._outcomes, self._finals
+            step, sources = _STEP_OF_MAPS.run if self._has_maps else _STEP.run, self._sources
+            if self._shares.is_one:
+                self._step_all = partial(step, levels, grids, *sources, outcomes, finals)
+            else:
+                self._step_all = lambda actions: self._shares.each(
+                    lambda p: step(levels[p], grids[p], *sources, outcomes[p], finals[p], actions[p])
+                )
         self._step_all(actions)
         return self._outcomes
-
-    def _bind(self) -> Callable[[NDArray[np.int64]], None]:
-        """Bind the arguments of a step's kernel except the actions, because finding them takes time at every step."""
-        levels, grids, outcomes, finals = self._state.levels, self._state.grids, self._outcomes, self._finals
-        step, sources = _STEP_OF_MAPS.run if self._has_maps else _STEP.run, self._sources
-        if self._shares.is_one:
-            return partial(step, levels, grids, *sources, outcomes, finals)
-
-        def each(actions: NDArray[np.int64]) -> None:
-            self._shares.each(lambda p: step(levels[p], grids[p], *sources, outcomes[p], finals[p], actions[p]))
-
-        return each
 
     def advance_within_episode(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Do what `step_within_episode` does, with checked actions."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -108,27 +109,6 @@ def _goal_cells(observation: Any) -> NDArray:
     return np.where(is_goal.any(axis=1), is_goal.argmax(axis=1), N_CELLS)[:, None]
 
 
-def _goal_place(observation: Any) -> NDArray:
-    """Return the `_places` [M, 2] of the goal, once seen; a key in hand keeps the place where it was picked up."""
-    return _places_of_goals(observation.view.levels, observation.goals[:, None])
-
-
-def _object_places(observation: Any) -> NDArray:
-    """Return the `_places` [M, 26] of all goals, by id."""
-    goals = np.broadcast_to(_GOAL_IDS, (len(observation.view.levels), N_GOALS))
-    return _places_of_goals(observation.view.levels, goals)
-
-
-def _doorway_places(observation: Any) -> NDArray:
-    """Return the `_places` [M, 4] of the two doors opened or crossed last, the later one first."""
-    return _PLACES.run(observation.view.levels, observation.view.levels["doorways"].astype(np.int64))
-
-
-def _frontier_places(observation: Any) -> NDArray:
-    """Return the `_places` [M, 4] of `nearest_frontiers`."""
-    return _PLACES.run(observation.view.levels, nearest_frontiers(observation.view.levels, observation.view.maps))
-
-
 def _places_of_goals(levels: np.ndarray, goals: NDArray[np.integer]) -> NDArray:
     """Return the `_places` [M, 2 G] of goals [M, G] that were seen."""
     return _PLACES.run(levels, _SEEN.run(levels, goals))
@@ -191,28 +171,39 @@ def _goal_status(observation: Any) -> NDArray:
     return status
 
 
-def _view(observation: Any) -> NDArray:
-    return observation.view.tiles.reshape(-1, N_CELLS)
-
-
 _PLACE = UNKNOWN_DISTANCE + 1
+_VIEW = Feature((N_TILES,) * N_CELLS, lambda seen: seen.view.tiles.reshape(-1, N_CELLS))
 
 FEATURES: Mapping[str, Feature] = {
-    "view": Feature((N_TILES,) * N_CELLS, _view),
-    "view-ids": Feature((N_TILES,) * N_CELLS, _view, TRIPLES.astype(np.float32)),
-    "goal": Feature(
-        (4, 1 + N_COLOURS),
-        lambda observation: _GOAL_CATEGORIES[observation.goals],
+    "view": _VIEW,
+    "view-ids": replace(_VIEW, vectors=TRIPLES.astype(np.float32)),
+    "goal": Feature((4, 1 + N_COLOURS), lambda seen: _GOAL_CATEGORIES[seen.goals], is_of_goal=True, is_of_world=False),
+    "goal-in-view": Feature((N_CELLS + 1,), _goal_cells, is_of_goal=True, is_of_world=False),
+    "goal-place": Feature(  # a key in hand keeps the place where it was picked up
+        (_PLACE,) * 2,
+        lambda seen: _places_of_goals(seen.view.levels, seen.goals[:, None]),
         is_of_goal=True,
         is_of_world=False,
     ),
-    "goal-in-view": Feature((N_CELLS + 1,), _goal_cells, is_of_goal=True, is_of_world=False),
-    "goal-place": Feature((_PLACE,) * 2, _goal_place, is_of_goal=True, is_of_world=False),
-    "object-places": Feature((_PLACE,) * 2 * N_GOALS, _object_places, is_of_world=False),
-    "doorway-places": Feature((_PLACE,) * 4, _doorway_places, memories=("doorways",), is_of_world=False),
-    "frontier-places": Feature((_PLACE,) * 4, _frontier_places, memories=("explored",), is_of_world=False),
-    "direction": Feature((4,), lambda observation: observation.view.levels["direction"][:, None]),
-    "keys": Feature((2,) * N_COLOURS, lambda observation: _by_colour(observation, "keys")),
+    "object-places": Feature(
+        (_PLACE,) * 2 * N_GOALS,
+        lambda seen: _places_of_goals(seen.view.levels, np.broadcast_to(_GOAL_IDS, (len(seen.view.levels), N_GOALS))),
+        is_of_world=False,
+    ),
+    "doorway-places": Feature(
+        (_PLACE,) * 4,
+        lambda seen: _PLACES.run(seen.view.levels, seen.view.levels["doorways"].astype(np.int64)),
+        memories=("doorways",),
+        is_of_world=False,
+    ),
+    "frontier-places": Feature(
+        (_PLACE,) * 4,
+        lambda seen: _PLACES.run(seen.view.levels, nearest_frontiers(seen.view.levels, seen.view.maps)),
+        memories=("explored",),
+        is_of_world=False,
+    ),
+    "direction": Feature((4,), lambda seen: seen.view.levels["direction"][:, None]),
+    "keys": Feature((2,) * N_COLOURS, lambda seen: _by_colour(seen, "keys")),
     "goal-status": Feature((3,) * N_GOALS, _goal_status, is_by_goal=True),
 }
 """Features of an EscapeRoom.

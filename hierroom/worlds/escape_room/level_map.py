@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import product
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -66,8 +67,9 @@ class LevelMap:
                 kind = "@" if character in START_CHARACTERS else character
                 if (first := places.setdefault(kind, (row, col))) != (row, col):
                     self._refuse((row, col), f"a second {_name(kind)}; the first is at {self._where(first)}")
-        for row, col in _border(len(self.rows), len(self.rows[0])):
-            if self.rows[row][col] != WALL_CHARACTER:
+        last_row, last_col = len(self.rows) - 1, len(self.rows[0]) - 1
+        for row, col in product(range(last_row + 1), range(last_col + 1)):
+            if (row in (0, last_row) or col in (0, last_col)) and self.rows[row][col] != WALL_CHARACTER:
                 self._refuse((row, col), f"the border must be wall, {WALL_CHARACTER}, all around")
         for character, what in (("@", "start (@, or > v < ^ with its direction)"), (EXIT_CHARACTER, "exit (E)")):
             if character not in places:
@@ -125,7 +127,12 @@ class LevelMap:
             rows, offset = _rows_of(spec)
             return cls(f"map-{hashlib.sha256(repr(rows).encode()).hexdigest()[:6]}", rows, offset)
         if isinstance(spec, (str, Path)) and str(spec):
-            return cls._from_file(Path(spec))
+            rows, offset = _rows_of(read_text(Path(spec), _MOST_BYTES, "the layout "))
+            named = as_utf8(Path(spec))
+            try:
+                return cls(named.stem, rows, offset)
+            except InputError:  # the map cannot be played, or a goal graph has its name, such as a
+                return cls(named.name, rows, offset)
         raise InputError(f"a layout is a text map of several lines, or the path of its file, not {shown(spec)}")
 
     @classmethod
@@ -138,15 +145,6 @@ class LevelMap:
                 f"a layout in a table holds name, a text, and map, its rows, and nothing else, not {shown(table)}"
             )
         return cls(table["name"], *_rows_of("\n".join(lines)))
-
-    @classmethod
-    def _from_file(cls, path: Path) -> LevelMap:
-        rows, offset = _rows_of(read_text(path, _MOST_BYTES, "the layout "))
-        named = as_utf8(path)
-        try:
-            return cls(named.stem, rows, offset)
-        except InputError:  # the map cannot be played, or a goal graph has its name, such as a
-            return cls(named.name, rows, offset)
 
     def _check_form(self) -> None:
         rows, name = self.rows, self._says
@@ -197,11 +195,6 @@ def _rows_of(text: str) -> tuple[tuple[str, ...], Cell]:
     rows = lines[filled[0] : filled[-1] + 1]
     indent = min(len(row) - len(row.lstrip(" ")) for row in rows if row)
     return tuple(row[indent:].replace(".", " ") for row in rows), (filled[0], indent)
-
-
-def _border(n_rows: int, n_cols: int) -> list[Cell]:
-    cells = [(row, col) for row in range(n_rows) for col in range(n_cols)]
-    return [(row, col) for row, col in cells if row in (0, n_rows - 1) or col in (0, n_cols - 1)]
 
 
 def _name(character: str) -> str:

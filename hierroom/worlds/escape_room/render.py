@@ -61,7 +61,9 @@ def draw_level(state: State, goal: int = NO_GOAL, tile_size: int = 32, title: st
         direction = int(level.direction) if (row, col) == agent else None
         frame[row, :, col] = _tile_picture(int(tiles[row, col]), direction, bool(is_seen[row, col]), int(tile_size))
     for row, col in cells_of(goal, tiles):
-        _outline(frame[row, :, col])
+        cell, width = frame[row, :, col], max(1, tile_size // 10)
+        for edge in (cell[:width], cell[-width:], cell[:, :width], cell[:, -width:]):
+            edge[:] = OUTLINE
     frame = frame.reshape(size * tile_size, size * tile_size, 3)
     if goal != NO_GOAL:
         frame[-tile_size:] = _caption(f"subgoal: {goal_name(level, goal)}", tile_size, size * tile_size)
@@ -156,12 +158,6 @@ def _tile_picture(tile: int, direction: int | None, is_seen: bool, tile_size: in
     from minigrid.core.grid import Grid
 
     return Grid.render_tile(minigrid_objects()[tile], direction, is_seen, tile_size)  # MiniGrid caches it
-
-
-def _outline(cell: NDArray[np.uint8]) -> None:
-    width = max(1, len(cell) // 10)
-    for edge in (cell[:width], cell[-width:], cell[:, :width], cell[:, -width:]):
-        edge[:] = OUTLINE
 
 
 @lru_cache(maxsize=64)

@@ -20,21 +20,16 @@ _UINT8 = np.dtype(np.uint8)
 """A dtype made once, because from a type NumPy makes a dtype for every array."""
 
 
-def _triples() -> NDArray[np.uint8]:
-    triples = np.zeros((N_TILES, 3), np.uint8)
-    triples[EMPTY] = EMPTY_ID, 0, 0
-    triples[EXIT] = GOAL_ID, COLOURS.index("green"), 0
-    triples[WALL] = WALL_ID, COLOURS.index("grey"), 0
-    for colour in range(len(COLOURS)):
-        triples[KEY + colour] = KEY_ID, colour, 0
-        triples[OPEN_DOOR + colour] = DOOR_ID, colour, 1
-        triples[LOCKED_DOOR + colour] = DOOR_ID, colour, 0
-    triples.setflags(write=False)
-    return triples
-
-
-TRIPLES = _triples()
+TRIPLES = np.zeros((N_TILES, 3), np.uint8)
 """MiniGrid's object id, its colour id, and 1 for an open door, for each tile code: [22, 3] uint8."""
+TRIPLES[EMPTY] = EMPTY_ID, 0, 0
+TRIPLES[EXIT] = GOAL_ID, COLOURS.index("green"), 0
+TRIPLES[WALL] = WALL_ID, COLOURS.index("grey"), 0
+for _colour in range(len(COLOURS)):
+    TRIPLES[KEY + _colour] = KEY_ID, _colour, 0
+    TRIPLES[OPEN_DOOR + _colour] = DOOR_ID, _colour, 1
+    TRIPLES[LOCKED_DOOR + _colour] = DOOR_ID, _colour, 0
+TRIPLES.setflags(write=False)
 
 
 def encode(tiles: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -104,7 +104,6 @@ def _has_method(env: Any, name: str) -> bool:
 
 
 def _method(env: Any, name: str) -> Any:
-    """Return a method of an environment or of one that it wraps, or None."""
     while env is not None:
         if callable(found := getattr(env, name, None)):
             return found

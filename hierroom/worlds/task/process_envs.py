@@ -61,7 +61,6 @@ class ProcessEnvs:
         return self._answers([*shares]), np.argsort(places)
 
     def _answers(self, workers: Sequence[int]) -> list[Any]:
-        """Wait for all answers, and then raise the first error."""
         answers, errors = [], []
         for worker in workers:
             try:

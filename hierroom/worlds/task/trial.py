@@ -73,7 +73,6 @@ def try_out(task: TaskParts) -> Trial:
 
 
 def _try_out_vector(task: TaskParts) -> Trial:
-    """Take random steps in a vector of two environments."""
     vector, random, seconds = VectorEnvs(task, N_VECTOR), np.random.default_rng(0), []
     actions = actions_of(vector.env.single_action_space, task.name, MAX_CATEGORIES - 1)
     _, left_out = flat_entries(vector.env.single_observation_space)
@@ -100,7 +99,6 @@ def _try_out_vector(task: TaskParts) -> Trial:
 
 
 def _warn_of_target(task: TaskParts, values: Sequence[Any], are_counts: Sequence[bool]) -> None:
-    """Warn of a target that is true at a reset."""
     goals = task.goal_set
     if goals.has_target and values[goals.target] and not are_counts[goals.target]:
         name = goals.names[goals.target]

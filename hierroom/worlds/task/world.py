@@ -114,11 +114,7 @@ class TaskWorld(BaseWorld):
         return *self._episodes[env].tolist(), self.config.levels
 
     def _note(
-        self,
-        where: NDArray[np.integer] | slice,
-        observations: Sequence[Any],
-        totals: NDArray,
-        ended: NDArray[np.bool_],
+        self, where: NDArray[np.integer] | slice, observations: Sequence[Any], totals: NDArray, ended: NDArray[np.bool_]
     ) -> None:
         """Keep what environments show, their masks, and the values of their goals; an episode may have ``ended``."""
         if self.action_masks is not None:
