@@ -38,32 +38,9 @@ if TYPE_CHECKING:
     from hierroom.wrappers.minigrid import minigrid_view
     from hierroom.wrappers.sb3 import sb3_view
 
-__all__ = [
-    "EnvConfig",
-    "GoalGraph",
-    "InputError",
-    "Rules",
-    "Task",
-    "TrainConfig",
-    "TrainedAgent",
-    "add_features",
-    "advise",
-    "box_view",
-    "complexity",
-    "enumerate_graphs",
-    "env",
-    "find_preset",
-    "load",
-    "minari_dataset",
-    "minigrid_view",
-    "parallel_env",
-    "raw_env",
-    "register",
-    "rollout",
-    "sb3_view",
-    "train",
-    "workshop",
-]
+__all__ = ["EnvConfig", "GoalGraph", "InputError", "Rules", "Task", "TrainConfig", "TrainedAgent", "add_features"]
+__all__ += ["advise", "box_view", "complexity", "enumerate_graphs", "env", "find_preset", "load", "minari_dataset"]
+__all__ += ["minigrid_view", "parallel_env", "raw_env", "register", "rollout", "sb3_view", "train", "workshop"]
 try:
     __version__ = version("hierroom")
 except PackageNotFoundError:  # a copy of the source that is not installed

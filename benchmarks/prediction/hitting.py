@@ -18,7 +18,7 @@ from scipy.stats import rankdata
 from benchmarks.prediction.__main__ import WANTED, WORLDS, write_and_print
 from benchmarks.prediction.play import RESULTS, SWEEPS, read_rows
 from benchmarks.prediction.rows import known_tasks, read_runs, task_medians
-from hierroom.lab.advise.measures import w_kinds
+from hierroom.lab.advise.measures import MEASURES
 from hierroom.support.cli import run
 
 RESAMPLES = 2000
@@ -43,7 +43,7 @@ def rows() -> Iterator[dict[str, str | int]]:
         runs = read_runs(method, milestone, known, uses)
         for world in WORLDS:
             part = runs.where(runs.worlds == world)
-            tasks, cost, steps = task_medians(part, part.measured(known, w_kinds))
+            tasks, cost, steps = task_medians(part, part.measured(known, MEASURES["W x kinds"]))
             last = steps[np.isfinite(steps)].max() + 1
             columns = np.stack([cost, [hitting[task.split()[0]] for task in tasks], np.minimum(steps, last)], axis=1)
             columns, random = columns[np.isfinite(cost)], np.random.default_rng(0)

@@ -1,1 +1,0 @@
-"""The agents that act and learn as ``meta_0`` and ``controller_0``."""

@@ -46,7 +46,10 @@ def act(
     elif state.num_envs != len(envs):
         raise InputError(f"the state has {state.num_envs} environments, but the observations have {len(envs)}")
     else:
-        policy = state.next(_flags(begins, len(envs)))
+        flags, n = np.asarray(begins), len(envs)
+        if flags.dtype != bool or flags.shape not in ((), (n,)):
+            raise InputError(f"begins must be True, False or {n} of them, not {flags.dtype} of shape {flags.shape}")
+        policy = state.next(np.broadcast_to(flags, n))
     masks = _masks(observations.get("action_mask"), len(envs), controller.learner.space.n_masked)
     drawn = (policy.act_greedily if is_greedy else policy.act)(envs, features, masks)
     actions = controller.features.actions.of_policy(drawn)
@@ -72,13 +75,6 @@ def _masks(given: Any, n: int, n_actions: int) -> NDArray[np.bool_]:
     if masks.dtype.kind not in "biu":
         raise InputError(f"an action mask must be bool or whole numbers, not {masks.dtype}")
     return masks.astype(bool)
-
-
-def _flags(given: ArrayLike, n: int) -> NDArray[np.bool_]:
-    flags = np.asarray(given)
-    if flags.dtype != bool or flags.shape not in ((), (n,)):
-        raise InputError(f"begins must be True, False or {n} of them, not {flags.dtype} of shape {flags.shape}")
-    return np.broadcast_to(flags, n)
 
 
 class TrainedGoals:

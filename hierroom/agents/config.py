@@ -17,20 +17,8 @@ from hierroom.support.typed_value import Fraction, NotNegative, check_entries
 DEFAULT_NETWORK = "recurrent"
 """The built-in network; all others are custom."""
 ESCAPE_ROOM_FEATURES = (
-    "view",
-    "view-ids",
-    "goal",
-    "goal-in-view",
-    "goal-place",
-    "object-places",
-    "doorway-places",
-    "frontier-places",
-    "symbol",
-    "direction",
-    "keys",
-    "previous-action",
-    "goal-status",
-    "goal-outcome",
+    *("view", "view-ids", "goal", "goal-in-view", "goal-place", "object-places", "doorway-places", "frontier-places"),
+    *("symbol", "direction", "keys", "previous-action", "goal-status", "goal-outcome"),
 )
 """Names of the features that `agents.features.offered` returns for EscapeRooms."""
 USUAL_FEATURES: Mapping[str, tuple[str, ...]] = {

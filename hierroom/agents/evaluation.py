@@ -46,11 +46,6 @@ class Score:
     steps_to_goals: dict[str, GoalSteps]  # by milestone, such as key 1, door 1 and exit
 
     @property
-    def mean_share(self) -> float:
-        """The mean of the goals' shares of episodes."""
-        return float(np.mean([goal.fraction for goal in self.steps_to_goals.values()]))
-
-    @property
     def columns(self) -> dict[str, float]:
         """Success, its interval, length and return, by the names of columns in tables."""
         low, high = self.success_interval

@@ -141,7 +141,6 @@ class RulesArguments(ListArguments):
 
 
 def _rules_of(task: str) -> list[Rules | GoalGraph]:
-    """Return the rules of a task; without a target, once for each goal."""
     found: Any = find_task(task)
     rules = getattr(found, "rules", None)
     if rules is None:

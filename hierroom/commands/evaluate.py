@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from statistics import mean
 from typing import TYPE_CHECKING
 
 from rich.box import HEAVY_HEAD
@@ -87,7 +88,7 @@ def _table(results: Mapping[str, Evaluation]) -> Table:
     if all(math.isnan(result.success_rate) for result in results.values()):
         score: dict[str, Callable[[Evaluation], str]] = {
             "score (geometric mean of the goals)": lambda r: f"{r.score:.1%}",
-            "mean of the goals": lambda r: f"{r.mean_share:.1%}",
+            "mean of the goals": lambda r: f"{mean(goal.fraction for goal in r.steps_to_goals.values()):.1%}",
         }
         texts = {name: texts[name] for name in ("episodes", "return of the controller", "length")}
         texts |= score if any(result.steps_to_goals for result in results.values()) else {}

@@ -41,26 +41,7 @@ from hierroom.complexity.markings import MarkingGraph
 from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.complexity.rules_report import RulesReport
 
-__all__ = [
-    "AugmentedGraph",
-    "Chain",
-    "ComplexityReport",
-    "Curriculum",
-    "GraphSet",
-    "MarkingGraph",
-    "Node",
-    "RulesReport",
-    "Walk",
-    "analyze",
-    "count_nodes",
-    "expected_states",
-    "expected_visits",
-    "first_passage_variance",
-    "hitting_probability",
-    "laplacian",
-    "laplacian_hitting_time",
-    "laplacian_sensitivity",
-    "mean_first_passage_time",
-    "passage_time_sensitivity",
-    "reach_probability",
-]
+__all__ = ["AugmentedGraph", "Chain", "ComplexityReport", "Curriculum", "GraphSet", "MarkingGraph", "Node"]
+__all__ += ["RulesReport", "Walk", "analyze", "count_nodes", "expected_states", "expected_visits"]
+__all__ += ["first_passage_variance", "hitting_probability", "laplacian", "laplacian_hitting_time"]
+__all__ += ["laplacian_sensitivity", "mean_first_passage_time", "passage_time_sensitivity", "reach_probability"]

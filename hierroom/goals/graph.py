@@ -77,7 +77,11 @@ class GoalGraph:
             behind = f"the key of room {depths.index(None)} is behind a cycle: {list(self.key_rooms)}"
             raise InputError(f"key_rooms must form a tree rooted at room 0, but {behind}")
         if self.label is not None:
-            _check_label(self.label, self)
+            read_name("the name of a goal graph", self.label)
+            if is_graph_set(self.label):
+                raise InputError(f"{self.label!r} means a set of goal graphs; give yours another name")
+            if (named := _graph_named(self.label)) is not None and named.canonical() != self.canonical():
+                raise InputError(f"{self.label} is the name of another goal graph; give yours another")
 
     @property
     def n_rooms(self) -> int:
@@ -264,14 +268,6 @@ def _graph_named(name: str) -> GoalGraph | None:
 def is_graph_name(name: str) -> bool:
     """Return whether a text names one goal graph, as in `GoalGraph.named`."""
     return name in NAMED_GRAPHS or _DESCRIBED.fullmatch(name) is not None
-
-
-def _check_label(label: str, graph: GoalGraph) -> None:
-    read_name("the name of a goal graph", label)
-    if is_graph_set(label):
-        raise InputError(f"{label!r} means a set of goal graphs; give yours another name")
-    if (named := _graph_named(label)) is not None and named.canonical() != graph.canonical():
-        raise InputError(f"{label} is the name of another goal graph; give yours another")
 
 
 def is_graph_set(spec: object) -> bool:

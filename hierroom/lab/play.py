@@ -136,7 +136,6 @@ def game_picture(game: Game) -> NDArray[np.uint8]:
 
 
 def _write_facts(draw: ImageDraw.ImageDraw, game: Game, left: int) -> int:
-    """Write facts on the game, and return how far down they reach."""
     level = game.state.levels[0]
     held = [game.name_of(colour) for room, colour in enumerate(level.colours.tolist()) if level.keys >> room & 1]
     facts = {

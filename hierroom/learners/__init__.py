@@ -1,1 +1,0 @@
-"""Recurrent PPO for any agent that acts in turns, and random network distillation."""

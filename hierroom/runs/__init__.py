@@ -1,1 +1,0 @@
-"""A training run: its config, its trainer and its folder."""

@@ -66,7 +66,13 @@ class Trainer:
         self.agents = {META: meta, CONTROLLER: controller}  # the meta-controller acts first
         self._pair, self.controller = Pair(self.agents), controller
         if config.warm_start and begins:
-            self._warm_start(config.warm_start)
+            source = config.warm_start
+            file = weights_file(source)
+            saved = RunFolder.open(source).load_checkpoint()["agents"] if file is None else SavedAgent.read(file).agents
+            try:
+                controller.take_weights(saved.get(CONTROLLER, {}))
+            except InputError as error:
+                raise InputError(f"{source} cannot warm-start this run: {error}") from error
         self.log = EpisodeLog(self.turns.world.goals, self.turns.world.clocks())
         self.evaluation: Evaluation | None = None
         self.steps = 0
@@ -116,14 +122,6 @@ class Trainer:
                 self.agents[name].update(observation, min(self.steps / self.config.steps, 1.0))
         except DivergenceError as error:
             raise DivergenceError(f"training diverged after {self.steps:,} steps in {name}'s {error}") from error
-
-    def _warm_start(self, source: str) -> None:
-        file = weights_file(source)
-        agents = RunFolder.open(source).load_checkpoint()["agents"] if file is None else SavedAgent.read(file).agents
-        try:
-            self.controller.take_weights(agents.get(CONTROLLER, {}))
-        except InputError as error:
-            raise InputError(f"{source} cannot warm-start this run: {error}") from error
 
     def fresh_turns(self, num_envs: int, seed: int, *, graph: GraphSpecs | None = None) -> Turns:
         """Make other environments of the config, with evaluation levels, which measure shortest lengths."""

@@ -1,1 +1,0 @@
-"""Support for all parts of the package: the command line, errors, files, schemas, tables, threads and compilation."""

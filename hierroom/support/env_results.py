@@ -92,7 +92,6 @@ def _as_numbers(values: Sequence[Any], env: str) -> NDArray[np.float64]:
 
 
 def _number(value: Any) -> float:
-    """Return a number of any type, and NaN for anything else."""
     array = _as_array(value)
     return float(array) if array.ndim == 0 and array.dtype.kind in _OF_NUMBERS else math.nan
 

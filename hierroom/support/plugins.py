@@ -8,7 +8,6 @@ import sys
 from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from hierroom.support.errors import LIBRARIES, InputError, user_code
@@ -24,20 +23,17 @@ def load_plugin(spec: str, what: str, shipped: Iterable[str], kinds: str = "Clas
         sys.path.insert(0, here)
     with user_code(f"the {what} {spec!r}", "cannot be loaded"):
         try:
-            return _attribute(importlib.import_module(module), name)
+            loaded = importlib.import_module(module)
         except ModuleNotFoundError as error:
             paths = dict.fromkeys(os.path.abspath(path) for path in sys.path if os.path.isdir(path))
             own = [path for path in paths if not path.startswith(tuple(LIBRARIES))]
             places = f"it is looked for in {', '.join(own)} and among installed packages"
             near = _near(error.name or "", [one.partition(":")[0] for one in shipped])
             raise InputError(f"there is no module {error.name!r} for the {what} {spec!r}{near}; {places}") from error
-
-
-def _attribute(module: ModuleType, name: str) -> Any:
-    try:
-        return getattr(module, name)
-    except AttributeError as error:
-        raise AttributeError(f"{error}{_near(name, dir(module))}") from None
+        try:
+            return getattr(loaded, name)
+        except AttributeError as error:
+            raise AttributeError(f"{error}{_near(name, dir(loaded))}") from None
 
 
 def _near(name: str, known: Iterable[str]) -> str:

@@ -1,1 +1,0 @@
-"""Views: the same environments in the forms that other libraries expect."""

@@ -15,9 +15,9 @@ from children import run_child, run_python
 
 from hierroom.commands import report
 from hierroom.support import cli
-from hierroom.support.kernel import LINE
 from hierroom.support.errors import InputError
 from hierroom.support.interrupt import Interrupt
+from hierroom.support.kernel import LINE
 from hierroom.support.output import LastingStream, lasting_output, warn
 
 TRAIN = f"{sys.executable} -m hierroom train --graph a --size 11 --max-steps 60 --num-envs 8 --minibatches 2"

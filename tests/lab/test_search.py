@@ -10,7 +10,7 @@ from evaluated_runs import line, make_run, rows
 
 from hierroom.commands.sweep import main
 from hierroom.lab.sweep import search
-from hierroom.lab.sweep.search_score import reference_of, scores_so_far
+from hierroom.lab.sweep.search import reference_of, scores_so_far
 from hierroom.lab.sweep.sweep import Sweep, SweepOutcome
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder

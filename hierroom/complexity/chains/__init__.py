@@ -1,1 +1,0 @@
-"""Random walks: their weights, and exact quantities."""

@@ -65,7 +65,9 @@ def advise(
     if sum(one is not None for one in (graph, task, rules)) != 1:
         raise InputError("advice is on exactly one of a graph, a task and rules")
     if rules is not None:
-        return _of_rules(rules if isinstance(rules, Rules) else Rules.from_toml(rules))
+        rules = rules if isinstance(rules, Rules) else Rules.from_toml(rules)
+        chain = dict(_chain(rules)) | {"bottleneck": next(iter(analyze(rules).goal_sensitivity()), None)}
+        return Advice(rules.name, "", {}, None, None, None, None, True, RULES_ONLY, read_model().name, chain)
     given = {"graph": graph, "task": task, "max_steps": max_steps}
     config = EnvConfig.of_arguments({name: one for name, one in given.items() if one is not None} | entries)
     if is_task(config.task):
@@ -114,12 +116,6 @@ def _check(world: BaseWorld, costs: PlayCosts) -> RuleCheck | None:
     is_repeatable = np.broadcast_to(getattr(world, "is_repeatable", False), len(goals))
     once = [name for name, again in zip(goals.names, is_repeatable, strict=True) if not again]
     return check_rules(world.rules, costs.sequences, goals.names, goals.names[goals.target], once)
-
-
-def _of_rules(rules: Rules) -> Advice:
-    facts = ({}, None, None, None, None, True, RULES_ONLY, read_model().name)
-    bottleneck = next(iter(analyze(rules).goal_sensitivity()), None)
-    return Advice(rules.name, "", *facts, dict(_chain(rules)) | {"bottleneck": bottleneck})
 
 
 def _chain(rules: Rules | GoalGraph | None) -> Mapping[str, Any]:

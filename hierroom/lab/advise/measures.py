@@ -59,20 +59,13 @@ def rule_numbers(rules: Rules | GoalGraph | None) -> tuple[float, float, int]:
         return math.nan, math.inf, len(of_rules.names)
 
 
-def w(known: Known) -> float:
-    """Return W: the random steps of all skills, times the goals in a row that a solution needs."""
-    return known.cost * known.fewest
+MEASURES: Mapping[str, Callable[[Known], float]] = {
+    "W": lambda known: known.cost * known.fewest,
+    "W x kinds": lambda known: known.cost * known.fewest * known.kinds,
+    "random episodes": lambda known: 1 / known.random_success,
+}
+"""The measures that predict; `benchmarks.prediction` compares them with others.
 
-
-def w_kinds(known: Known) -> float:
-    """Return W x kinds: each kind of goal is a skill to learn."""
-    return w(known) * known.kinds
-
-
-def random_episodes(known: Known) -> float:
-    """Return the episodes that random play needs for one success."""
-    return 1 / known.random_success
-
-
-MEASURES: Mapping[str, Callable[[Known], float]] = {"W x kinds": w_kinds, "W": w, "random episodes": random_episodes}
-"""The measures that predict; `benchmarks.prediction` compares them with others."""
+- W: the random steps of all skills, times the goals in a row that a solution needs
+- W x kinds: each kind of goal is a skill to learn
+- random episodes: those that random play needs for one success"""

@@ -27,8 +27,10 @@ def caveats(comparison: Comparison) -> list[str]:
         *_on_graphs(groups, tasks),
         *_on_seeds(groups, tasks),
         *_on_unknown(comparison),
-        *_on_predictions(comparison),
     ]
+    if level_metric(comparison.metric, groups) == "success_rate":
+        judged = ((f"{one.group.label} on {one.graph}", one.judged()) for one in comparison.summaries)
+        lines += [f"{where}: {text}" for where, text in judged if text]
     counts = {max(run.episodes) for run in runs}  # as planned; evaluations of failing agents may have fewer
     if len(counts) > 1:
         lines.append(f"the evaluations are not alike: they have {min(counts):,} to {max(counts):,} episodes each")
@@ -70,13 +72,6 @@ def _on_unknown(comparison: Comparison) -> Iterable[str]:
         if n_steps := int(np.any([*unknown.values()], axis=0).sum()):
             names = shortened([str(path) for path, is_unknown in unknown.items() if is_unknown.any()], _SHOWN)
             yield f"{group.label} has no {metric} at {n_steps} of {len(steps)} steps, nor an area: not known of {names}"
-
-
-def _on_predictions(comparison: Comparison) -> Iterable[str]:
-    if level_metric(comparison.metric, comparison.groups) == "success_rate":
-        for summary in comparison.summaries:
-            if judged := summary.judged():
-                yield f"{summary.group.label} on {summary.graph}: {judged}"
 
 
 def _on_graphs(groups: Sequence[Group], tasks: Tasks) -> Iterable[str]:

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, MaxNLocator
 
-from hierroom.lab.compare.comparison import Comparison, GroupSummary
+from hierroom.lab.compare.comparison import Comparison
 from hierroom.lab.compare.curve import metric_of
 from hierroom.lab.compare.style import DASHES, STYLE, line_style, save
 from hierroom.lab.compare.tasks import ALL, OWN, Place
@@ -44,7 +44,11 @@ def _figure(comparison: Comparison) -> Figure:
     axes = figure.subplots(n_rows, n_columns, squeeze=False, sharex=True, sharey=metric.is_rate)
     for place, (graph, title) in zip(axes.flat, panels.items(), strict=False):
         for summary in comparison.of_graph(graph):
-            _draw(place, summary, comparison)
+            colour, dash = line_style(comparison.groups.index(summary.group))
+            scale, label = metric.scale, legend_text(summary.group.label)
+            steps, curve = summary.steps / step_unit(summary.steps[-1])[0], summary.curve
+            place.plot(steps, scale * curve.values, color=colour, linestyle=DASHES[dash], linewidth=1.2, label=label)
+            place.fill_between(steps, scale * curve.lows, scale * curve.highs, color=colour, alpha=0.2, linewidth=0)
         _finish(place, title, comparison)
     for place in axes.flat[len(panels) :]:
         place.remove()
@@ -69,14 +73,6 @@ def _panels(comparison: Comparison) -> dict[Place, str]:
     own: dict[Place, str] = {graph: f"{kind} {graph}" for graph in graphs}
     both: dict[Place, str] = {ALL: f"all {len(graphs)} {kind}s", **own}
     return own if len(graphs) == 1 else both if len(graphs) < MAX_PANELS else {ALL: both[ALL]}
-
-
-def _draw(axes: Axes, summary: GroupSummary, comparison: Comparison) -> None:
-    colour, dash = line_style(comparison.groups.index(summary.group))
-    scale, label = metric_of(comparison.metric).scale, legend_text(summary.group.label)
-    steps, curve = summary.steps / step_unit(summary.steps[-1])[0], summary.curve
-    axes.plot(steps, scale * curve.values, color=colour, linestyle=DASHES[dash], linewidth=1.2, label=label)
-    axes.fill_between(steps, scale * curve.lows, scale * curve.highs, color=colour, alpha=0.2, linewidth=0)
 
 
 def _finish(axes: Axes, title: str, comparison: Comparison) -> None:

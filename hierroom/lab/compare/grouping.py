@@ -125,7 +125,6 @@ def _is_treatment(name: str) -> bool:
 
 
 def _refuse_copies(runs: Iterable[EvaluatedRun]) -> None:
-    # Counting a run twice makes intervals too narrow.
     seen: dict[tuple[str, ...], EvaluatedRun] = {}
     for run in runs:
         names = [name for name in run.entries if _is_treatment(name) or name in ("seed", "graph")]

@@ -1,1 +1,0 @@
-"""A report on training runs as one HTML file: curves, goals, complexity against learning, and a replay of episodes."""

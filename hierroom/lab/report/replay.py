@@ -144,15 +144,11 @@ def replay(
             [[int(cell), int(now[cell])] for cell in np.flatnonzero(before != now)] for before, now in pairwise(tiles)
         ],
         "views": [_letters(view_of(state).ravel()) for state in states],
-        "rows": (levels["row"] - MARGIN).tolist(),
-        "cols": (levels["col"] - MARGIN).tolist(),
+        **{f"{name}s": (levels[name] - MARGIN).tolist() for name in ("row", "col")},
         "directions": levels["direction"].tolist(),
-        "keys": levels["keys"].tolist(),
-        "doors": levels["doors"].tolist(),
+        **{name: levels[name].tolist() for name in ("keys", "doors")},
         "rooms": rooms_of(levels, episode.start.maps).tolist(),
-        "actions": episode.actions.tolist(),
-        "goals": episode.goals.tolist(),
-        "achieved": episode.achieved.tolist(),
+        **{name: getattr(episode, name).tolist() for name in ("actions", "goals", "achieved")},
         "rewards": rounded(episode.rewards, 3),
         "subgoals": [vars(subgoal).copy() for subgoal in episode.subgoals],
         "names": {

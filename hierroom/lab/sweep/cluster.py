@@ -25,7 +25,12 @@ def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> 
         import ray  # pyright: ignore[reportMissingImports] - an extra
     except ImportError as error:
         raise InputError("--ray needs Ray: pip install 'hierroom[ray]'") from error
-    _require_listener(address)
+    host, colon, port = address.removeprefix("ray://").rpartition(":")
+    if colon and port.isdecimal():
+        try:  # without a server Ray would try to connect for many minutes
+            socket.create_connection((host.strip("[]"), int(port)), timeout=10).close()
+        except (OSError, OverflowError) as error:
+            raise InputError(f"there is no Ray cluster at {address!r}: {error}") from error
     try:
         ray.init(address=address, ignore_reinit_error=True, logging_level="error", log_to_driver=False)
     except Exception as error:  # Ray raises errors of many types
@@ -56,16 +61,6 @@ def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> 
         for reference in waiting:
             ray.cancel(reference, force=True)
         ray.shutdown()
-
-
-def _require_listener(address: str) -> None:
-    """Refuse an address without a server, to which Ray would try to connect for many minutes."""
-    host, colon, port = address.removeprefix("ray://").rpartition(":")
-    if colon and port.isdecimal():
-        try:
-            socket.create_connection((host.strip("[]"), int(port)), timeout=10).close()
-        except (OSError, OverflowError) as error:
-            raise InputError(f"there is no Ray cluster at {address!r}: {error}") from error
 
 
 def _work_elsewhere(job: Job) -> tuple[dict[str, object], bytes]:

@@ -8,11 +8,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from hierroom.lab.sweep.plan import Plan, Values, read_plan
-from hierroom.lab.sweep.search_score import reference_of, scores_so_far
 from hierroom.lab.sweep.sweep import Sweep
+from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.run_lock import RunLock
-from hierroom.runs.logs.learning_curve import evaluation_points
+from hierroom.runs.logs.learning_curve import LearningCurve, evaluation_points
 from hierroom.support.errors import InputError, in_one_line, require_number
 from hierroom.support.files import refuse_foreign, write_atomically
 from hierroom.support.output import duration, warn
@@ -30,6 +32,8 @@ WARMUP = 1 / 4
 """No trial is pruned before this share of its steps."""
 _EPISODES = 100  # of the evaluations at the end, which do not count
 _SECONDS = 1.0  # between two looks at the learning curves
+Reference = tuple[float, float] | None
+"""Of a run whose return counts, in the first trial: the return before training, and the range of returns later."""
 
 
 @dataclass(frozen=True)
@@ -200,3 +204,40 @@ def _without_range(word: str) -> str:
         return f"{name}={low},{high}" if dots and float(low) < float(high) < float("inf") else word
     except ValueError:  # such as a path
         return word
+
+
+def reference_of(folder: Path) -> Reference:
+    """Return the reference of a run, None if it has a success rate or a score."""
+    curve = _curve(folder)
+    return None if curve is None or curve.is_rate else (float(curve.returns[0]), float(np.ptp(curve.returns)))
+
+
+def scores_so_far(folders: Sequence[Path], points: Sequence[int], references: Sequence[Reference]) -> list[float]:
+    """Return the score of a trial at points of its runs in order, up to the first one that is not evaluated yet.
+
+    A run's score is its mean success rate, or score over goals, over its steps, where those to come count as 0. If its
+    return counts, it is
+    ``gain / (gain + range)``. The gain is its mean return over the steps, above the reference's return before training;
+    the range is that of the reference's returns. A negative gain counts as 0.
+
+    Args:
+        folders: those of the R runs.
+        points: P steps of a run at which it is evaluated, the last one at its end.
+        references: those of the R runs.
+    """
+    scores = []
+    for n, (folder, reference) in enumerate(zip(folders, references, strict=True)):
+        before, curve = scores[-1] if n else 0.0, _curve(folder)
+        low, scale = reference or (0.0, 0.0)
+        for point in points:
+            if curve is None or curve.steps[-1] < point:
+                return scores
+            x = np.append(curve.steps[curve.steps < point], point)
+            gain = max(0.0, float(np.trapezoid(np.interp(x, curve.steps, curve.outcome) - low, x)) / points[-1])
+            score = gain / (gain + scale) if reference and gain else gain
+            scores.append(before + score / len(folders))
+    return scores
+
+
+def _curve(folder: Path) -> LearningCurve | None:
+    return LearningCurve.of_rows(RunFolder(folder).evaluations.read())

@@ -1,1 +1,0 @@
-"""The learner's arithmetic for the recurrent actor-critic as compiled kernels."""

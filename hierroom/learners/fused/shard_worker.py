@@ -19,8 +19,7 @@ from hierroom.learners.fused.encoder_kernels import (
 )
 from hierroom.learners.fused.loss_kernels import heads, loss_backward
 from hierroom.learners.fused.network import FusedNetwork, Inputs, Parameters, TapeMemory
-from hierroom.learners.fused.recurrent_tape import RecurrentTape
-from hierroom.learners.fused.trunk_tape import TrunkTape
+from hierroom.learners.fused.tapes import RecurrentTape, TrunkTape
 from hierroom.learners.networks.actor_critic import RecurrentActorCritic
 from hierroom.learners.networks.encoder import FeatureEncoder
 from hierroom.learners.rollout import Batch

@@ -25,12 +25,7 @@ _PAPER = TrainConfig(
 
 PRESETS: Mapping[str, TrainConfig] = {
     "default": TrainConfig(),
-    # With a constant learning rate the policy keeps fluctuating: after 5M steps episodes took 66 and 87 steps on graphs
-    # c and f, with an annealed rate 53 and 72 (without the features doorway-places and frontier-places).
     "long": TrainConfig(preset="long", steps=5_000_000, ppo=PPOConfig(final_learning_rate_fraction=0.1)),
-    # Paths are longer on large grids, so there is more to remember, and 3M steps are few. Without the feature of the
-    # last doorway's place, one of three seeds ended 2M steps on graph d at 83% success; with it all three ended at 99%.
-    # A larger gae_lambda helped on graph f, and annealing helped at the end.
     "large": TrainConfig(
         preset="large",
         env=EnvConfig(size=31),
@@ -53,14 +48,9 @@ PRESETS: Mapping[str, TrainConfig] = {
             features=("view", "goal", "goal-in-view", "goal-place", "direction", "keys", "previous-action"),
         ),
         steps=3_000_000,
-        # num_envs, features, gamma and value_weight were those of the default preset when this was measured.
         num_envs=128,
-        # Annealed, because the goals that the meta-controller chooses keep changing: at a constant rate success on
-        # graph f fell from 94% to 80% during training. With an entropy weight of 0.03 the controller stayed near chance
-        # on graph e (83% success, 98% with 0.01). Both were measured without the feature goal-place.
         ppo=PPOConfig(final_learning_rate_fraction=0.1, value_weight=0.5, gamma=0.98),
     ),
-    # For your own tasks, whatever they are: docs/others.md compares it with other learners.
     "task": TrainConfig(
         preset="task",
         num_envs=16,
@@ -82,9 +72,8 @@ PRESETS: Mapping[str, TrainConfig] = {
         agents=replace(_PAPER.agents, meta="learned", meta_features=("view-ids",), meta_start_success=0.0),
     ),
 }
-"""The presets by name, see `TrainConfig`. The default is the best config we know for any method
-in EscapeRooms; paper and algorithm1
-have common values for what the paper does not specify. docs/presets.md explains each value."""
+"""The presets by name, see `TrainConfig`. The default is the best config we know for any method in EscapeRooms, task is
+for your own tasks; paper and algorithm1 have common values for what the paper leaves open. docs/presets.md says why."""
 
 
 def find_preset(name: str) -> TrainConfig:

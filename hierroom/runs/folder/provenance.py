@@ -44,7 +44,21 @@ def record_session(path: Path, config: TrainConfig, variant: str = "", warm_star
     modules = [_copied(path, folder, file, before.get(file.name)) for file in files]
     called: dict[str, Any] = {"variant": variant} if variant else {}
     called |= {"warm_start": {"file": config.warm_start, "sha256": warm_start}} if warm_start else {}
-    sessions.append({**called, **describe_session(config.device), "modules": modules})
+    package = Path(hierroom.__file__).parent
+    session = {
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "command": shell_words(*sys.orig_argv),
+        "folder": str(Path.cwd()),
+        "git": describe_git(Path.cwd()),
+        "hierroom": {"version": hierroom.__version__, "git": describe_git(package, "__init__.py")},
+        "python": platform.python_version(),
+        "packages": {name: version(name) for name in PACKAGES},
+        "platform": platform.platform(),
+        "cpu": cpu_name(),
+        "cores": os.cpu_count(),
+        "gpu": torch.cuda.get_device_name(config.device) if config.device.startswith("cuda") else None,
+    }
+    sessions.append({**called, **session, "modules": modules})
     write_atomically(path / FILE, to_json({"sessions": sessions}))
     return warnings
 
@@ -97,24 +111,6 @@ def misfits_explained(path: Path, config: TrainConfig, prefix: str) -> Iterator[
         with suppress(InputError):  # provenance.json cannot be read
             changes = changed_modules(path, config)
         raise InputError("; ".join([f"{prefix}: {error}", *changes])) from error
-
-
-def describe_session(device: str) -> dict[str, Any]:
-    """Return what a result may depend on besides the config: command, versions, machine, commits."""
-    package = Path(hierroom.__file__).parent
-    return {
-        "started": datetime.now(UTC).isoformat(timespec="seconds"),
-        "command": shell_words(*sys.orig_argv),
-        "folder": str(Path.cwd()),
-        "git": describe_git(Path.cwd()),
-        "hierroom": {"version": hierroom.__version__, "git": describe_git(package, "__init__.py")},
-        "python": platform.python_version(),
-        "packages": {name: version(name) for name in PACKAGES},
-        "platform": platform.platform(),
-        "cpu": cpu_name(),
-        "cores": os.cpu_count(),
-        "gpu": torch.cuda.get_device_name(device) if device.startswith("cuda") else None,
-    }
 
 
 @cache

@@ -1,1 +1,0 @@
-"""The EscapeRoom world: levels, their dynamics, the agent's observations, rendering, and shortest solutions."""

@@ -89,7 +89,10 @@ def read_rooms(drawn: Drawn, refuse: Callable[[Cell, str], NoReturn], where: Cal
     assert exit_room is not None
     key_rooms = {colour: room_of[cell] for colour, cell in drawn.keys.items()}
 
-    entered = _entered(key_rooms, door_rooms)
+    entered, n_before = {-1}, 0  # the rooms that can be entered in some order, by the colours of their doors
+    while len(entered) > n_before:
+        n_before = len(entered)
+        entered |= {one for one, room in door_rooms.items() if room in entered and key_rooms[one] in entered}
     for what, cell, room in (
         ("exit", drawn.exit, exit_room),
         *((f"{COLOURS[colour]} key", drawn.keys[colour], room) for colour, room in key_rooms.items()),
@@ -135,15 +138,6 @@ def _flood(start: Iterable[Cell], floor: frozenset[Cell]) -> set[Cell]:
         found |= new
         frontier += new
     return found
-
-
-def _entered(key_rooms: Mapping[int, int], door_rooms: Mapping[int, int]) -> set[int]:
-    """Return the rooms that can be entered in some order; a room is its door's colour, and the first one is -1."""
-    entered, n_before = {-1}, 0
-    while len(entered) > n_before:
-        n_before = len(entered)
-        entered |= {one for one, room in door_rooms.items() if room in entered and key_rooms[one] in entered}
-    return entered
 
 
 def _ways(room: int, parents: Mapping[int, int]) -> list[int]:

@@ -51,6 +51,8 @@ def draw_level(state: State, goal: int = NO_GOAL, tile_size: int = 32, title: st
 
     The cell of ``goal`` is outlined. The goal's name is written over the lower outer wall, ``title`` over the upper.
     """
+    from minigrid.core.grid import Grid
+
     _check(state, goal)
     Whole(1).check(tile_size, "tile_size")
     tiles, level, size = _tiles(state), state.levels[0], state.size
@@ -59,7 +61,8 @@ def draw_level(state: State, goal: int = NO_GOAL, tile_size: int = 32, title: st
     frame = np.empty((size, tile_size, size, tile_size, 3), np.uint8)
     for row, col in np.ndindex(size, size):
         direction = int(level.direction) if (row, col) == agent else None
-        frame[row, :, col] = _tile_picture(int(tiles[row, col]), direction, bool(is_seen[row, col]), int(tile_size))
+        thing, seen = minigrid_objects()[int(tiles[row, col])], bool(is_seen[row, col])
+        frame[row, :, col] = Grid.render_tile(thing, direction, seen, int(tile_size))  # MiniGrid caches it
     for row, col in cells_of(goal, tiles):
         cell, width = frame[row, :, col], max(1, tile_size // 10)
         for edge in (cell[:width], cell[-width:], cell[:, :width], cell[:, -width:]):
@@ -152,12 +155,6 @@ def minigrid_objects() -> list:
         objects[OPEN_DOOR + colour] = Door(name, is_open=True)
         objects[LOCKED_DOOR + colour] = Door(name, is_locked=True)
     return objects
-
-
-def _tile_picture(tile: int, direction: int | None, is_seen: bool, tile_size: int) -> NDArray[np.uint8]:
-    from minigrid.core.grid import Grid
-
-    return Grid.render_tile(minigrid_objects()[tile], direction, is_seen, tile_size)  # MiniGrid caches it
 
 
 @lru_cache(maxsize=64)

@@ -51,7 +51,6 @@ def seeds_of(episodes: NDArray[np.integer], levels: str | None) -> list[int]:
 
 
 def _frame_of(envs: LocalEnvs) -> NDArray[np.uint8] | str:
-    """Return the first environment's picture, or in words why it draws none."""
     try:
         return envs.render(0)
     except InputError as error:

@@ -120,7 +120,6 @@ class VectorEnvs:
         return {name: read_batch(batch, self._n, name, path, one, self._name) for name, (path, one) in entries}
 
     def _final(self, entries: dict[str, NDArray], final: Any, rows: NDArray[np.integer]) -> dict[str, NDArray]:
-        """Return the entries with the last observations of the episodes that ended in some environments."""
         merged = {name: values.copy() for name, values in entries.items()}
         for name, (path, space) in self.entries.items():
             if isinstance(final, np.ndarray) and final.dtype == object:

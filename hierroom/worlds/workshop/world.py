@@ -133,7 +133,6 @@ class WorkshopWorld(BaseWorld):
         return WorkshopView(self.book, self.task.solver, shops, things)
 
     def _view_now(self) -> WorkshopView:
-        """Return the read-only view of all environments, which the next step overwrites."""
         return self._view(read_only(self._state.shops), read_only(self._state.things))
 
     def observe(self, envs: NDArray[np.integer]) -> WorkshopView:
