@@ -220,6 +220,4 @@ def _ranked(graphs: Iterable[GoalGraph], quantity: str, assumed: _Assumed) -> tu
     return tuple(sorted(ranked, key=lambda pair: (pair[0], pair[1].key_rooms, pair[1].exit_room)))
 
 
-@lru_cache(maxsize=2048)
-def _difficulty(graph: GoalGraph, quantity: str, assumed: _Assumed) -> float:
-    return float(getattr(analyze(graph, *assumed), quantity))
+_difficulty = lru_cache(2048)(lambda graph, quantity, assumed: float(getattr(analyze(graph, *assumed), quantity)))

@@ -13,8 +13,7 @@ from hierroom.commands import compile
 from hierroom.commands.compile import is_complete
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.trainer import Trainer
-from hierroom.support.clocks import compile_clock
-from hierroom.support.kernel import kernel_folder
+from hierroom.support.kernel import compile_clock, kernel_folder
 
 LATER = """
 import numpy as np

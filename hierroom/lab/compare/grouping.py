@@ -107,8 +107,8 @@ def _different_code(runs: Sequence[EvaluatedRun]) -> list[str]:
     names = dict.fromkeys(name for run in runs for name in run.code)
     versions = {name: sorted(set().union(*(run.code.get(name, ()) for run in runs))) for name in names}
     short = {one: one_line(one)[: 8 if len(one) == 64 else 60] for ones in versions.values() for one in ones}  # SHA-256
-    various = {name: ", ".join(short[one] for one in ones) for name, ones in versions.items() if len(ones) > 1}
-    return [f"{one_line(name)} ({ones})" for name, ones in various.items()]
+    several = {name: ones for name, ones in versions.items() if len(ones) > 1}
+    return [f"{one_line(name)} ({', '.join(short[one] for one in ones)})" for name, ones in several.items()]
 
 
 def _differing(runs: Sequence[EvaluatedRun]) -> list[str]:

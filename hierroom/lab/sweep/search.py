@@ -216,9 +216,8 @@ def scores_so_far(folders: Sequence[Path], points: Sequence[int], references: Se
     """Return the score of a trial at points of its runs in order, up to the first one that is not evaluated yet.
 
     A run's score is its mean success rate, or score over goals, over its steps, where those to come count as 0. If its
-    return counts, it is
-    ``gain / (gain + range)``. The gain is its mean return over the steps, above the reference's return before training;
-    the range is that of the reference's returns. A negative gain counts as 0.
+    return counts, it is ``gain / (gain + range)``. The gain is its mean return over the steps, above the reference's
+    return before training; the range is that of the reference's returns. A negative gain counts as 0.
 
     Args:
         folders: those of the R runs.
