@@ -12,7 +12,7 @@ import hierroom
 from hierroom.__main__ import main
 from hierroom.lab.advise.check import check
 from hierroom.lab.advise.costs import measure_costs
-from hierroom.lab.advise.measures import MEASURES, Known, w_kinds
+from hierroom.lab.advise.measures import MEASURES, Known
 from hierroom.lab.advise.model import Fit, Model, read_model
 from hierroom.lab.advise.outside import outside, world_of
 from hierroom.lab.advise.prediction import best_of, predict, similar
@@ -80,7 +80,7 @@ def test_ends_of_intervals_are_in_order(median, high):
 )
 def test_rule_of_what_lies_outside(entries, why):
     known = replace(KNOWN, **entries)
-    found = outside(known, w_kinds(known), BOUNDS)
+    found = outside(known, MEASURES["W x kinds"](known), BOUNDS)
     assert (found is None) == (why is None)
     assert why is None or why in found
     assert (predict(known, "workshop", MODEL)[0] == {}) == (why is not None)
