@@ -51,11 +51,11 @@ def test_invalid_arguments_raise_input_error(api, arguments, said):
         (lambda: hierroom.env(render_mode="oil"), "render_mode must be one of ansi, rgb_array, human or None, not "),
         (
             lambda: gymnasium.make_vec("hierroom/EscapeRoom-a-v0", 0),
-            "must be a whole number from 1 to 1048576",
+            "num_envs must be a whole number from 1 to 1048576",
         ),
         (
             lambda: gymnasium.make_vec("hierroom/Task-v0", 10**9, task="workshop:3"),
-            "must be a whole number from 1 to",
+            "num_envs must be a whole number from 1 to",
         ),
         (lambda: hierroom.raw_env().reset(seed=-1), "a seed must be a whole number from 0 to 2**63 - 1, not -1"),
         (lambda: EscapeRooms(2).reset(seed=[1, -2]), "a seed must be a whole number from 0 to 2**63 - 1, not -2"),

@@ -69,10 +69,14 @@ def _work_elsewhere(job: Job) -> tuple[dict[str, object], bytes]:
         numbers = replace(job, folder=folder).work(lambda steps, words: None)
         if numbers is None:
             raise InterruptedError("it was asked to stop")
-        content = io.BytesIO()
-        with tarfile.open(fileobj=content, mode="w:gz") as archive:
-            archive.add(folder, arcname=".")
-        return numbers, content.getvalue()
+        return numbers, _pack(folder)
+
+
+def _pack(folder: Path) -> bytes:
+    content = io.BytesIO()
+    with tarfile.open(fileobj=content, mode="w:gz") as archive:
+        archive.add(folder, arcname=".")
+    return content.getvalue()
 
 
 def _unpack(content: bytes, folder: Path) -> None:
