@@ -99,7 +99,7 @@ def score(runs: Runs, predicted: NDArray[np.float64], low: NDArray[np.float64], 
     """Return how well predictions [R] of log T, with intervals from ``low`` to ``high`` [R], fit the runs."""
     _, middle, times = task_medians(runs, predicted)
     reached = np.isfinite(times)
-    error = np.abs(middle - times)[reached]
+    error = np.abs(middle[reached] - times[reached])
     capped = np.minimum(times, times[reached].max(initial=0.0) + 1)
     late, early = np.isinf(runs.high), np.isinf(runs.low)
     inside = (np.where(early, runs.high, runs.low) <= high) & (late | (np.where(early, runs.high, runs.low) >= low))
