@@ -38,6 +38,7 @@ def main() -> int:
     parser.add_argument("command", choices=("predict", "run", "judge"))
     parser.add_argument("--families", nargs="*", metavar="FAMILY", help="which ones; without a name, list them")
     parser.add_argument("--folder", type=Path, default=FOLDER, help="of play.csv, predictions.csv and runs.csv")
+    parser.add_argument("--processes", type=int, default=1, help="runs at a time")
     given = parser.parse_args()
     if given.families == []:
         list_families()
@@ -47,7 +48,7 @@ def main() -> int:
     if given.command == "predict":
         predict_rows(families, given.folder)
     elif given.command == "run":
-        run_rows(plan(families), given.folder)
+        run_rows(plan(families), given.folder, given.processes)
     else:
         print(judge(given.folder, given.families or [*FAMILIES]))
     return 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import closing
 from dataclasses import asdict
 from pathlib import Path
@@ -30,18 +31,27 @@ METHODS = ("hippo", "ppo-bonus", "ppo")
 MILESTONES = ("steps_to_50", "steps_to_95")
 
 
-def add_rows(out: Path, identities: Iterable[Mapping[str, str]], row_of: Callable[..., Mapping[str, Any]]) -> None:
+def add_rows(
+    out: Path, identities: Iterable[Mapping[str, str]], row_of: Callable[..., Mapping[str, Any]], threads: int = 1
+) -> None:
     """Write what ``row_of`` returns for each identity that has no row; what it raises is a row's ``error``."""
-    for identity in identities:
-        rows: list[Mapping[str, Any]] = [*read_rows(out)]
-        if any(identity.items() <= row.items() for row in rows):
-            continue
+    rows: list[Mapping[str, Any]] = [*read_rows(out)]
+    missing = [one for one in identities if not any(one.items() <= row.items() for row in rows)]
+
+    def found(identity: Mapping[str, str]) -> Mapping[str, Any]:
         try:
-            rows.append({**identity, **row_of(**identity), "error": ""})
+            return {**identity, **row_of(**identity), "error": ""}
         except Exception as error:  # of somebody else's environment
-            rows.append({**identity, "error": traceback.format_exception_only(error)[-1].strip()})
-        write_atomically(out, csv_text(rows, [*dict.fromkeys(name for row in rows for name in row)]))
-        print(*[*rows[-1].values()][:6], flush=True)
+            return {**identity, "error": traceback.format_exception_only(error)[-1].strip()}
+
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            for one in as_completed([pool.submit(found, identity) for identity in missing]):
+                rows.append(one.result())
+                write_atomically(out, csv_text(rows, [*dict.fromkeys(name for row in rows for name in row)]))
+                print(*[*rows[-1].values()][:6], flush=True)
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
 
 
 def predict_rows(families: Iterable[Family], folder: Path) -> None:

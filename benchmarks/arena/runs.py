@@ -5,21 +5,27 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from benchmarks.arena.families import FAMILIES, Family
 from benchmarks.arena.predictions import METHODS, add_rows
 from benchmarks.prediction.play import read_rows
 from hierroom.support.errors import InputError
 
+if TYPE_CHECKING:
+    from hierroom.agents.evaluation import Evaluation
+    from hierroom.runs.trainer import Trainer
+
 SEEDS, EVERY = 2, 4
 """Seeds of each task; each ``EVERY``-th task has one more, which shows the noise."""
 EVALUATIONS = 20
 EVALUATED = 0.5
 """Steps of all evaluations of a run, as a share of its budget."""
+LEARNED, IN_A_ROW = 0.95, 3
+"""A run ends early when this many evaluations in a row have this success, as all milestones are then known."""
 KEPT = Path("runs/arena")
 """Where runs are, so that one that was cut off goes on."""
 
@@ -51,14 +57,15 @@ def plan(families: Iterable[Family]) -> list[Run]:
     ]
 
 
-def run_rows(runs: Iterable[Run], folder: Path) -> None:
-    """Train what has no row in runs.csv; refuse a task that was not predicted."""
+def run_rows(runs: Iterable[Run], folder: Path, processes: int = 1) -> None:
+    """Train what has no row in runs.csv, some at a time; refuse a task that was not predicted."""
     predicted = {(row["family"], row["task"]) for row in read_rows(folder / "predictions.csv")}
     planned = [*runs]
     for run in planned:
         if (run.family, run.task) not in predicted:
             raise InputError(f"{run.family} {run.task} has no prediction; predict and commit it before its first run")
-    add_rows(folder / "runs.csv", [{name: str(one) for name, one in vars(run).items()} for run in planned], _in_process)
+    identities = [{name: str(one) for name, one in vars(run).items()} for run in planned]
+    add_rows(folder / "runs.csv", identities, _in_process, processes)
 
 
 def _in_process(**identity: str) -> dict[str, Any]:
@@ -91,7 +98,7 @@ def train_one(run: Run) -> dict[str, Any]:
     else:
         settings = {"steps": family.steps, "seed": run.seed, "method": run.method, "threads": 1, "film": False}
         settings |= {"evaluations": EVALUATIONS, "evaluation_steps": int(EVALUATED * family.steps)}
-        hierroom.train(**entries, **settings, out=folder, log="none", quiet=True)
+        hierroom.train(**entries, **settings, out=folder, log="none", quiet=True, callback=learned())
     opened = RunFolder.open(folder)
     curve = LearningCurve.of_rows(opened.evaluations.read())
     assert curve is not None
@@ -104,9 +111,21 @@ def train_one(run: Run) -> dict[str, Any]:
         row |= zip((f"steps_to_{milestone}{end}" for end in ("", "_low", "_high")), ends, strict=True)
     return row | {
         "success": float(curve.success[-1]),
-        "area": round(curve.area, 4),
         "seconds": round(curve.seconds[-1]),
     }
+
+
+def learned() -> Callable[[Trainer], bool]:
+    """Return a callback that stops a run which has learned its task."""
+    seen: list[Evaluation | None] = [None]
+
+    def stops(trainer: Trainer) -> bool:
+        if trainer.evaluation is not seen[-1]:
+            seen.append(trainer.evaluation)
+        last = seen[-IN_A_ROW:]
+        return len(last) == IN_A_ROW and all(one is not None and one.success_rate >= LEARNED for one in last)
+
+    return stops
 
 
 def target_reward(step: Any) -> Any:

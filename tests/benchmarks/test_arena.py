@@ -2,6 +2,8 @@
 
 import math
 import sys
+import threading
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -114,6 +116,27 @@ def test_a_run_that_fails_is_a_row_and_one_that_was_cut_off_is_none(code, error,
         with pytest.raises(KeyboardInterrupt):
             runs.run_rows(some, tmp_path)
     assert [row["error"] for row in read_rows(tmp_path / "runs.csv")] == [error] * bool(error)
+
+
+def test_two_runs_at_a_time_write_all_rows(tmp_path, monkeypatch):
+    both = threading.Barrier(2, timeout=30)
+    monkeypatch.setattr(runs, "_in_process", lambda **identity: {"waited": both.wait()})
+    some = runs.plan([FAMILIES["workshop"]])[:6]
+    predicted = [{"family": "workshop", "task": task} for task in FAMILIES["workshop"].tasks()]
+    write_atomically(tmp_path / "predictions.csv", csv_text(predicted))
+    runs.run_rows(some, tmp_path, processes=2)
+    rows = read_rows(tmp_path / "runs.csv")
+    assert sorted(row["waited"] for row in rows) == ["0"] * 3 + ["1"] * 3
+    assert {(row["task"], row["method"]) for row in rows} == {(one.task, one.method) for one in some}
+
+
+def test_a_run_stops_after_three_good_evaluations_in_a_row():
+    stops = runs.learned()
+    trainer = SimpleNamespace(evaluation=None)
+    assert not stops(trainer)
+    for success, expected in [(1, False), (0.9, False), (0.95, False), (1, False), (0.96, True)]:
+        trainer.evaluation = SimpleNamespace(success_rate=success)
+        assert [stops(trainer) for _ in range(5)] == [expected] * 5  # updates without an evaluation change nothing
 
 
 def test_plan_has_a_third_seed_of_a_quarter_of_the_tasks():
