@@ -41,6 +41,7 @@ def rows() -> Iterator[dict[str, str | int]]:
     hitting = {row["graph"]: float(row["hitting_time"]) for row in tables}
     for method, milestone in WANTED[:4]:
         runs = read_runs(method, milestone, known, uses)
+        runs = runs.where(np.array([task.split()[0] in hitting for task in runs.tasks]))
         for world in WORLDS:
             part = runs.where(runs.worlds == world)
             tasks, cost, steps = task_medians(part, part.measured(known, MEASURES["W x kinds"]))

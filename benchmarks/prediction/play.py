@@ -32,7 +32,10 @@ from hierroom.worlds.workshop.tech_tree import Shape
 
 RESULTS = Path("benchmarks/results")
 PLAY = RESULTS / "prediction" / "play.csv"
-SWEEPS = {"study": "escape_room", "conjecture": "workshop", "study_levels": "levels", "drop_key": "levels"}
+SWEEPS = {
+    **{"study": "escape_room", "conjecture": "workshop", "study_levels": "levels", "drop_key": "levels"},
+    **{"predicted_rooms": "escape_room", "predicted_trees": "workshop"},
+}
 """The runs that are predicted: whose rows fit the model, and of other levels, which test what lies outside."""
 NEW_TREES, NEW_ROOMS, NEW_SEED = 30, 20, 72
 
@@ -96,7 +99,8 @@ def tasks() -> Iterator[tuple[str, dict[str, str]]]:
                 seen.add(key)
                 yield use, row
     for row in new_tasks():
-        yield "new", row
+        if config_of(row).key not in seen:
+            yield "new", row
 
 
 def played_row(config: EnvConfig, use: str, play_steps: int, seed: int) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from benchmarks.prediction.play import PLAY, RESULTS, SWEEPS, config_of, read_rows
 from hierroom.lab.advise.measures import Known
 
-PPO_SWEEPS = {"conjecture": "PPO", "study_factors": "gamma 0.98"}
+PPO_SWEEPS = {"conjecture": "PPO", "study_factors": "gamma 0.98", "predicted_trees": "PPO"}
 """The runs of PPO, by the variant of their row: in EscapeRooms only twelve graphs, with another discount."""
 FIRST = 10_000
 """Steps before which no evaluation could see a milestone: a run that has it at step 0 got there before this one."""

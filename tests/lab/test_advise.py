@@ -21,7 +21,7 @@ from hierroom.runs.folder.predicted import Steps, in_short
 from hierroom.support.errors import InputError
 from hierroom.worlds.make import name_in_module
 
-KNOWN = Known(1000.0, 600.0, 3, 5, 8.0, 5, 400, 0.02)
+KNOWN = Known(1000.0, 600.0, 3, 5, 8.0, 5, 400)
 BOUNDS = {"expected_steps": (500.0, 5000.0), "goals": (2.0, 10.0), "limit": (400.0, 1000.0)}
 FIT = Fit("hippo", "steps_to_50", "workshop", "W x kinds", math.log(2), 1.0, 0.5, 0.25, 4.0, 60, 300)
 FITS = {("hippo", "steps_to_50", world): FIT for world in ("workshop", "other")}
@@ -34,7 +34,6 @@ def test_measures_by_hand():
     assert {name: measure(KNOWN) for name, measure in MEASURES.items()} == {
         "W x kinds": 9000.0,
         "W": 3000.0,
-        "random episodes": 50.0,
     }
 
 
@@ -48,14 +47,6 @@ def test_prediction_by_hand():
     assert one.chance_to_50 == pytest.approx(0.8873, abs=1e-3)  # normal of log(50 / 18) / (log(4) / 1.645)
     assert best_of(found) == ("hippo", 36_000)  # twice the median
     assert similar(KNOWN, MODEL, 2) == [("near", 2e4), ("next", 3e3)]
-
-
-def test_method_is_not_predicted_from_episodes_that_never_ended():
-    of_ppo = replace(FIT, method="ppo", measure="random episodes")
-    model = replace(MODEL, fits={**FITS, ("ppo", "steps_to_50", "other"): of_ppo})
-    found, reason = predict(replace(KNOWN, random_success=math.nan), "workshop", model)
-    assert reason is None
-    assert (found["hippo"].steps_to_50 is None, found["ppo"].steps_to_50) == (False, None)
 
 
 @pytest.mark.parametrize("median", [1.0, 40_000.0, 90_000.0, 10.0**9])

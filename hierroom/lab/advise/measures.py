@@ -25,8 +25,6 @@ class Known:
         markings: nodes of the marking chain of the rules.
         goals: number of goals on the way to the target.
         limit: steps of an episode.
-        random_success: share of episodes in which random play reaches the target, with half a success added; ``nan``
-            if no episode ended.
     """
 
     expected_steps: float
@@ -36,15 +34,13 @@ class Known:
     markings: float
     goals: int
     limit: int
-    random_success: float
 
     @classmethod
     def of(cls, costs: PlayCosts, rules: Rules | GoalGraph | None) -> Known:
         """Return what play and rules show of a task."""
         steps = [goal.steps.value for goal in costs.goals.values()]
         fewest, markings, goals = rule_numbers(rules)
-        share = (costs.random_success.value * costs.episodes + 0.5) / (costs.episodes + 1)
-        return cls(costs.expected_steps.value, sum(steps), len(steps), fewest, markings, goals, costs.limit, share)
+        return cls(costs.expected_steps.value, sum(steps), len(steps), fewest, markings, goals, costs.limit)
 
 
 def rule_numbers(rules: Rules | GoalGraph | None) -> tuple[float, float, int]:
@@ -62,10 +58,8 @@ def rule_numbers(rules: Rules | GoalGraph | None) -> tuple[float, float, int]:
 MEASURES: Mapping[str, Callable[[Known], float]] = {
     "W": lambda known: known.cost * known.fewest,
     "W x kinds": lambda known: known.cost * known.fewest * known.kinds,
-    "random episodes": lambda known: 1 / known.random_success,
 }
 """The measures that predict; `benchmarks.prediction` compares them with others.
 
 - W: the random steps of all skills, times the goals in a row that a solution needs
-- W x kinds: each kind of goal is a skill to learn
-- random episodes: those that random play needs for one success"""
+- W x kinds: each kind of goal is a skill to learn"""

@@ -170,8 +170,6 @@ def predict(known: Known, world: str, model: Model) -> tuple[dict[str, Predictio
         fit = model.fits.get((method, milestone, world)) or model.fits[method, milestone, OTHER]
         measure = MEASURES[fit.measure](known)
         one = found.setdefault(method, Prediction(method, model.preset, horizon=model.horizon))
-        if fit.measure == "random episodes" and math.isnan(measure):  # no episode ended in play
-            continue
         if reason := outside(known, measure, model.bounds):
             return {}, reason
         steps = Steps.within(fit.median(measure), fit.low, fit.high, model.horizon)
