@@ -3,7 +3,8 @@
     python -m benchmarks.prediction.judge
 
 A row for each method, milestone and world, of the runs that there are; tasks without a prediction are only counted. A
-prediction of no number is wrong by an infinite factor where the run got there.
+prediction of no number is wrong by an infinite factor where the run got there. No prediction of single runs can be
+better than column ``one_seed``, which is from the runs with several seeds that the fit had.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import tyro
 from benchmarks.prediction.__main__ import FOLDER, WANTED, rounded, write_and_print
 from benchmarks.prediction.fit import score
 from benchmarks.prediction.play import RESULTS, config_of, read_rows
-from benchmarks.prediction.rows import Runs, times
+from benchmarks.prediction.rows import Runs, known_tasks, read_runs, times
 from hierroom.support.cli import run
 
 
@@ -40,7 +41,9 @@ def judged(options: Options) -> Iterator[dict[str, Any]]:
     """Yield a row for each method, milestone and world."""
     new = {row["task"]: row for row in read_rows(FOLDER / "new.csv")}
     worlds = {"workshop": read_rows(options.trees), "escape_room": read_rows(options.rooms)}
+    known, uses = known_tasks()
     for method, milestone in WANTED:
+        fitted = read_runs(method, milestone, known, uses)
         of_method = {world: [row for row in rows if row["method"] == method] for world, rows in worlds.items()}
         for world, rows in {"both": [*of_method["workshop"], *of_method["escape_room"]], **of_method}.items():
             names = [f"{method} {milestone}{end}" for end in ("", "_low", "_high")]
@@ -52,7 +55,19 @@ def judged(options: Options) -> Iterator[dict[str, Any]]:
             runs = Runs(np.array([key for key, *_ in found]), np.full(len(found), world), *np.array(ends).T)
             middle, low, high = np.log([steps for *_, steps in found]).T
             facts = {"method": method, "milestone": milestone, "world": world, "runs": len(rows)}
-            yield facts | rounded(score(runs, middle, low, high))
+            least = one_seed_factor(fitted.where(fitted.worlds == world))
+            yield facts | rounded(score(runs, middle, low, high)) | {"one_seed": f"{least:.3g}"}
+
+
+def one_seed_factor(runs: Runs) -> float:
+    """Return the median factor between a run and the median of its task's other seeds; ``nan`` without others."""
+    found = []
+    for task in np.unique(runs.tasks):
+        steps = runs.high[runs.tasks == task]
+        medians = [np.median(np.delete(steps, n)) for n in range(len(steps))] if len(steps) > 1 else []
+        pairs = [(one, middle) for one, middle in zip(steps, medians, strict=False) if np.isfinite([one, middle]).all()]
+        found += [abs(one - middle) for one, middle in pairs]
+    return float(np.exp(np.median(found))) if found else np.nan
 
 
 def main() -> int:

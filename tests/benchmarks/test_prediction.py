@@ -1,8 +1,13 @@
 """Predictions of new tasks, judged by runs that are made up."""
 
 import csv
+import math
 
-from benchmarks.prediction.judge import Options, judged
+import numpy as np
+import pytest
+
+from benchmarks.prediction.judge import Options, judged, one_seed_factor
+from benchmarks.prediction.rows import Runs
 
 
 def test_predictions_are_judged_by_hand(tmp_path):
@@ -21,3 +26,12 @@ def test_predictions_are_judged_by_hand(tmp_path):
         ("hippo", "steps_to_95"): ("nan", "1", 1, 0),
         ("ppo-bonus", "steps_to_50"): ("3.44", "0", 0, 0),
     }
+
+
+@pytest.mark.parametrize(
+    ("steps", "factor"), [([100, 200, 400], math.sqrt(8)), ([100, 200, 400, math.inf], 2), ([100], math.nan)]
+)
+def test_one_seed_is_compared_with_the_median_of_the_others(steps, factor):
+    """Of 100, 200 and 400: 100 to the others' geometric mean of 283, 200 to 200, 400 to 141."""
+    logs, names = np.log(steps), np.array(["x"] * len(steps))
+    assert one_seed_factor(Runs(names, names, logs, logs)) == pytest.approx(factor, nan_ok=True)
