@@ -22,6 +22,7 @@ from hierroom.lab.advise.model import read_model
 from hierroom.lab.advise.outside import world_of
 from hierroom.lab.advise.prediction import predict
 from hierroom.lab.advise.rule_check import check_rules
+from hierroom.support.errors import require_number
 from hierroom.support.files import write_atomically
 from hierroom.support.tables import csv_text
 from hierroom.worlds.env_config import EnvConfig
@@ -32,10 +33,11 @@ MILESTONES = ("steps_to_50", "steps_to_95")
 
 
 def add_rows(
-    out: Path, identities: Iterable[Mapping[str, str]], row_of: Callable[..., Mapping[str, Any]], threads: int = 1
+    out: Path, identities: Iterable[Mapping[str, str]], row_of: Callable[..., Mapping[str, Any]], processes: int = 1
 ) -> None:
     """Write what ``row_of`` returns for each identity that has no row; what it raises is a row's ``error``."""
     rows: list[Mapping[str, Any]] = [*read_rows(out)]
+    require_number("processes", processes, 1, is_whole=True)
     missing = [one for one in identities if not any(one.items() <= row.items() for row in rows)]
 
     def found(identity: Mapping[str, str]) -> Mapping[str, Any]:
@@ -44,10 +46,10 @@ def add_rows(
         except Exception as error:  # of somebody else's environment
             return {**identity, "error": traceback.format_exception_only(error)[-1].strip()}
 
-    with ThreadPoolExecutor(threads) as pool:
+    with ThreadPoolExecutor(processes) as pool:
         try:
             for one in as_completed([pool.submit(found, identity) for identity in missing]):
-                rows.append(one.result())
+                rows = [*read_rows(out), one.result()]  # another command may have written some
                 write_atomically(out, csv_text(rows, [*dict.fromkeys(name for row in rows for name in row)]))
                 print(*[*rows[-1].values()][:6], flush=True)
         finally:

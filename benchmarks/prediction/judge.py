@@ -3,8 +3,8 @@
     python -m benchmarks.prediction.judge
 
 A row for each method, milestone and world, of the runs that there are; tasks without a prediction are only counted. A
-prediction of no number is wrong by an infinite factor where the run got there. No prediction of single runs can be
-better than column ``one_seed``, which is from the runs with several seeds that the fit had.
+prediction of no number is wrong by an infinite factor where the run got there. Column ``one_seed`` is what the
+seeds alone leave, from other tasks with several of them: no prediction of single runs can be much better.
 """
 
 from __future__ import annotations
