@@ -29,7 +29,6 @@ class Other:
         factor: multiplies the rewards; scores are of the rewards without it.
         by_success: whether the score is the share of episodes with a return above 0.
         options: arguments of the environment.
-        ours: entries of our config other than the preset's.
         goals: returns the goals of HiPPO, each of which needs the one before it; None if it does not take part.
     """
 
@@ -40,7 +39,6 @@ class Other:
     factor: float = 1.0
     by_success: bool = False
     options: Mapping[str, Any] = field(default_factory=dict)
-    ours: Mapping[str, Any] = field(default_factory=dict)
     goals: Callable[[], Mapping[str, Any]] | None = None
 
     @property
@@ -129,5 +127,5 @@ TASKS: Mapping[str, Other] = {
     "DoorKey-6x6": Other("MiniGrid-DoorKey-6x6-v0", 150_000, 0.9, _MINIGRID, by_success=True, goals=_key_room),
     "LavaGap-S5": Other("MiniGrid-LavaGapS5-v0", 100_000, 0.9, _MINIGRID, by_success=True),
     "Unlock": Other("MiniGrid-Unlock-v0", 100_000, 0.9, _MINIGRID, by_success=True, goals=_locked_door),
-    "MemoryS7": Other("MiniGrid-MemoryS7-v0", 150_000, 0.9, _MINIGRID, by_success=True, ours={"memory": "lstm"}),
+    "MemoryS7": Other("MiniGrid-MemoryS7-v0", 150_000, 0.9, _MINIGRID, by_success=True),
 }

@@ -70,7 +70,7 @@ def _ours(task: Other, method: str, seed: int) -> tuple[np.ndarray, np.ndarray]:
         own = replace(own, goals=goals, rules={next(iter(goals)): {}, **rules}, target=[*goals][-1])
     sys.modules[__name__].__dict__["own"] = own  # a task is named by the module that holds it
     with tempfile.TemporaryDirectory() as folder:
-        settings = {"steps": task.steps, "evaluations": 0, "film": False, "threads": 1, **task.ours}
+        settings = {"steps": task.steps, "evaluations": 0, "film": False, "threads": 1}
         settings |= {"seed": seed, "quiet": True, "log": "none", "method": "ppo" if method == "hierroom" else method}
         hierroom.train(task=own, out=Path(folder) / "run", **settings)
         rows = pd.read_csv(Path(folder) / "run" / "episodes.csv")
