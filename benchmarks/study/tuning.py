@@ -20,7 +20,10 @@ from hierroom.support.cli import run
 from hierroom.support.errors import InputError
 from hierroom.support.tables import markdown_table
 
-TUNED = ("learning_rate", "novelty_bonus", "curiosity_weight", "gamma")
+TUNED = (
+    *("learning_rate", "novelty_bonus", "curiosity_weight", "gamma"),
+    *("minibatches", "value_weight", "entropy_weight"),
+)
 """Columns of the tables that may be tuned."""
 NEEDED = ("method", "graph", "seed", "area_under_curve")
 HEADER = ("method", "settings", "largest area with", "area", "of each run", "area of the other settings")
