@@ -45,7 +45,7 @@ def train(graph: str, settings: Mapping[str, Any], seed: int) -> float:
 
     torch.set_num_threads(1)
     ppo = find_preset("default").ppo
-    features = [name for name in find_preset("default").agents.features if not name.startswith("goal")]
+    features = [name for name in find_preset("default").agents.features or () if not name.startswith("goal")]
     envs = gymnasium.make_vec("hierroom/EscapeRoom-v0", ENVS, graph=graph, meta="none", reward="bonus")
     envs = VecExtractDictObs(hierroom.sb3_view(hierroom.add_features(envs, features)), "features")  # one-hot in SB3
     settings = {
