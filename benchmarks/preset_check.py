@@ -10,9 +10,11 @@ with its 95% interval over seeds by Student's t. The rule that the areas decide 
 from __future__ import annotations
 
 import pandas as pd
+import tyro
 from scipy import stats
 
 from benchmarks.committed import done_rows, plan_of
+from hierroom.support.cli import run
 from hierroom.support.tables import markdown_table
 
 COLUMNS = ("area_under_curve", "return")
@@ -28,12 +30,13 @@ def differences(rows: pd.DataFrame, column: str) -> pd.Series:
     return pd.Series({**cells, "mean": f"{means.mean():.2f} [{low:.2f}, {high:.2f}]"})
 
 
-def main() -> None:
+def main() -> int:
     """Print the table."""
     rows = done_rows("preset_check", plan_of("preset_check").runs())
     cells = pd.DataFrame({column: differences(rows, column) for column in COLUMNS})
     print(markdown_table(["task", "area", "return"], [[*map(str, row)] for row in cells.itertuples()]))
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    run(lambda: tyro.cli(main, description=__doc__))

@@ -17,9 +17,11 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pandas as pd
+import tyro
 
 import hierroom
 from hierroom.runs.config.presets import find_preset
+from hierroom.support.cli import run
 from hierroom.support.tables import markdown_table
 
 ROWS = Path(__file__).parents[1] / "results" / "second_opinion.csv"
@@ -67,7 +69,7 @@ def train(graph: str, settings: Mapping[str, Any], seed: int) -> float:
     return float(np.mean(successes[-LAST:]))
 
 
-def main() -> None:
+def main() -> int:
     """Train what is lacking, and print the rows."""
     for seed, graph, name in product(range(SEEDS), GRAPHS, SETTINGS):
         done = pd.read_csv(ROWS) if ROWS.exists() else pd.DataFrame(columns=["graph", "settings", "seed"])
@@ -76,7 +78,8 @@ def main() -> None:
             pd.DataFrame([row]).to_csv(ROWS, mode="a", header=not ROWS.exists(), index=False)
     rows = pd.read_csv(ROWS)
     print(markdown_table([*rows], [[*map(str, row)] for row in rows.itertuples(index=False)]))
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    run(lambda: tyro.cli(main, description=__doc__))
