@@ -14,6 +14,7 @@ import numpy as np
 
 from benchmarks.arena.families import Family
 from benchmarks.prediction.play import read_rows
+from benchmarks.prediction.rows import known_of
 from hierroom.complexity.report import analyze
 from hierroom.goals import Rules
 from hierroom.lab.advise.costs import measure_costs
@@ -85,12 +86,6 @@ def played(family: Family, task: str) -> dict[str, Any]:
         "hardest": costs.hardest,
         "rules": " / ".join(check.splitlines()),
     }
-
-
-def known_of(row: Mapping[str, str]) -> Known:
-    """Return what a row of play.csv says of a task."""
-    kinds: dict[str, Any] = Known.__annotations__
-    return Known(**{name: (int if kind == "int" else float)(float(row[name])) for name, kind in kinds.items()})
 
 
 def predicted(family: Family, task: str, row: Mapping[str, str]) -> dict[str, str]:

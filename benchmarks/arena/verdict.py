@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.arena.predictions import METHODS, MILESTONES, known_of
+from benchmarks.arena.predictions import METHODS, MILESTONES
 from benchmarks.prediction.candidates import CANDIDATES
 from benchmarks.prediction.fit import concordance, score
 from benchmarks.prediction.play import read_rows
-from benchmarks.prediction.rows import Runs, times
+from benchmarks.prediction.rows import Runs, arena_runs, arena_task, known_of
 from hierroom.support.tables import markdown_table
 
 ALL = "all"
@@ -26,29 +26,19 @@ def judge(folder: Path, families: Sequence[str]) -> str:
     def read(name: str) -> list[dict[str, str]]:
         return [row for row in read_rows(folder / name) if row["family"] in families]
 
-    predicted = {_key(row): row for row in read("predictions.csv")}
-    play = {_key(row): row for row in read("play.csv") if not row["error"]}
+    predicted = {arena_task(row): row for row in read("predictions.csv")}
+    play = {arena_task(row): row for row in read("play.csv") if not row["error"]}
     rows = read("runs.csv")
-    good = [row for row in rows if not row["error"] and _key(row) in predicted]
+    good = [row for row in rows if arena_task(row) in predicted]
     parts = [
         markdown_table(["family", "method", "milestone", *_COLUMNS], [*_predicted(predicted, good, families)]),
         markdown_table(["family", "method", "milestone", "runs", *_measures()], [*_measured(play, good, families)]),
         markdown_table(["family", "tasks", "not predicted", "why"], [*_outside(predicted, families)]),
     ]
-    failed = [f"failed: {_key(row)} {row['method']} {row['seed']}: {row['error']}" for row in rows if row["error"]]
+    failed = [
+        f"failed: {arena_task(row)} {row['method']} {row['seed']}: {row['error']}" for row in rows if row["error"]
+    ]
     return "\n\n".join([*parts, *failed])
-
-
-def _key(row: Row) -> str:
-    return f"{row['family']}/{row['task']}"
-
-
-def runs_of(rows: Sequence[Row], method: str, milestone: str) -> Runs:
-    """Return the runs of a method to a milestone."""
-    some = [row for row in rows if row["method"] == method]
-    ends = [times(row[milestone], float(row["steps"]), float(row["first"])) for row in some]
-    low, high = np.array(ends).reshape(-1, 2).T
-    return Runs(np.array([_key(row) for row in some]), np.array([row["family"] for row in some]), low, high)
 
 
 def verdicts(runs: Runs, low: NDArray[np.float64], high: NDArray[np.float64]) -> tuple[int, int, int]:
@@ -71,7 +61,7 @@ def _groups(
     for family in (*families, ALL):
         for method in METHODS:
             for milestone in MILESTONES:
-                runs = runs_of([row for row in rows if family in (row["family"], ALL)], method, milestone)
+                runs = arena_runs([row for row in rows if family in (row["family"], ALL)], method, milestone)
                 runs = runs.where(np.array([is_known(task, method, milestone) for task in runs.tasks], bool))
                 if len(runs):
                     yield [family, method, milestone], runs

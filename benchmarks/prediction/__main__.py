@@ -5,15 +5,16 @@
     python -m benchmarks.prediction --new    # predictions of tasks that nobody has trained on; once, before their runs
     python -m benchmarks.prediction.judge    # these predictions, and the runs that were made afterwards
 
-Two tables of each measure, method and milestone: fitted on one world and tried on the other, and fitted on both worlds
-with tasks left out, ten times a tenth. A third one tries the chosen fits on other levels, which no fit has seen.
+Two tables of each measure, method and milestone: fitted on all worlds but one and tried on this one, and fitted on each
+home world with tasks left out, ten times a tenth. A third one tries the chosen fits on other levels, which no fit has
+seen. Families of the arena are worlds, as soon as they have runs.
 """
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -21,8 +22,9 @@ import numpy as np
 import tyro
 from numpy.typing import NDArray
 
+from benchmarks.arena.families import FAMILIES
 from benchmarks.prediction.candidates import CANDIDATES
-from benchmarks.prediction.fit import Line, Score, factors, fit, score
+from benchmarks.prediction.fit import Line, Score, factors, fit, fit_worlds, score
 from benchmarks.prediction.play import RESULTS, config_of, new_tasks
 from benchmarks.prediction.rows import Runs, known_tasks, read_runs, task_medians
 from hierroom.lab.advise import model
@@ -52,8 +54,8 @@ CHOSEN = {
 """The measure of each prediction, chosen after the runs, see docs/advise.md. PPO+Bonus to 95% is left out, as no
 measure carries from one world to the other."""
 FOLDS, SEED = 10, 0
-LEAST_FACTOR = 4.0
-"""Of intervals in worlds that no run was made in: two worlds are too few to estimate it."""
+MANY_WORLDS, LEAST_FACTOR = 6, 4.0
+"""With fewer worlds than that, the least factor of intervals in worlds that have no runs."""
 
 
 @dataclass(frozen=True)
@@ -69,40 +71,46 @@ class Options:
 
 def across(runs: Runs, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return predictions [R] of each world's runs by a fit to all other worlds, and their half intervals."""
-    predicted, half = np.full((2, len(runs)), np.nan)
-    for world in np.unique(runs.worlds):
-        held = runs.worlds == world
-        if held.all():
-            continue
-        line = fit(x[~held], runs.low[~held], runs.high[~held])
-        predicted[held], half[held] = line.of(x[held]), model.Z90 * line.sigma
-    return predicted, half
+    return _held_out(runs, x, runs.worlds, fit_worlds)
 
 
 def within(runs: Runs, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return predictions [R] of each task's runs by a fit to other tasks, and their half intervals."""
-    tasks = np.unique(runs.tasks)
-    folds = dict(zip(tasks, np.random.default_rng(SEED).permutation(len(tasks)) % FOLDS, strict=True))
-    fold = np.array([folds[task] for task in runs.tasks])
+    """Return predictions [R] of each task's runs by a fit to other tasks of its world, and their half intervals."""
     predicted, half = np.full((2, len(runs)), np.nan)
-    for one in range(FOLDS):
-        held = fold == one
-        if held.any():
-            line = fit(x[~held], runs.low[~held], runs.high[~held])
+    for world in np.unique(runs.worlds):
+        of_world = runs.worlds == world
+        tasks = np.unique(runs.tasks[of_world])
+        folds = dict(zip(tasks, np.random.default_rng(SEED).permutation(len(tasks)) % FOLDS, strict=True))
+        fold = np.array([folds[task] for task in runs.tasks[of_world]])
+        predicted[of_world], half[of_world] = _held_out(runs.where(of_world), x[of_world], fold, fit)
+    return predicted, half
+
+
+def _held_out(runs: Runs, x: NDArray, parts: NDArray[Any], fit_to: Callable[..., Line]) -> tuple[NDArray, NDArray]:
+    predicted, half = np.full((2, len(runs)), np.nan)
+    for part in np.unique(parts):
+        held = parts == part
+        if not held.all():
+            line = fit_to(runs.where(~held), x[~held])
             predicted[held], half[held] = line.of(x[held]), model.Z90 * line.sigma
     return predicted, half
+
+
+def fitted_runs(method: str, milestone: str, known: dict[str, Known], uses: dict[str, str]) -> Runs:
+    """Return the runs of a method that fits are made to: those at home, and in the arena's families."""
+    runs = read_runs(method, milestone, known, uses)
+    return runs.where(np.isin(runs.worlds, [*WORLDS, *FAMILIES]))
 
 
 def table(known: dict[str, Known], uses: dict[str, str]) -> Iterator[dict[str, Any]]:
     """Yield a row for each way to leave tasks out, method, milestone and measure."""
     for method, milestone in WANTED:
-        runs = read_runs(method, milestone, known, uses)
-        runs = runs.where(np.isin(runs.worlds, WORLDS))
+        runs = fitted_runs(method, milestone, known, uses)
         for name, measure in CANDIDATES.items():
             x = runs.measured(known, measure)
-            kept = np.isfinite(x)
-            part = runs.where(kept)
-            for way, split in (("a world", across), ("tasks", within)):
+            for way, split, worlds in (("a world", across, np.unique(runs.worlds)), ("tasks", within, WORLDS)):
+                kept = np.isfinite(x) & np.isin(runs.worlds, worlds)
+                part = runs.where(kept)
                 predicted, half = split(part, x[kept])
                 scored = score(part, predicted, predicted - half, predicted + half)
                 yield {"left out": way, "method": method, "milestone": milestone, "measure": name, **rounded(scored)}
@@ -114,10 +122,9 @@ def rounded(scored: Score) -> dict[str, Any]:
 
 
 def fits(known: dict[str, Known], uses: dict[str, str]) -> Iterator[model.Fit]:
-    """Yield the fits of the model: one for each world that was measured, and one for all others."""
+    """Yield the fits of the model: one for each home world, and one for worlds that have no runs."""
     for method, milestone in CHOSEN:
-        every = read_runs(method, milestone, known, uses)
-        every = every.where(np.isin(every.worlds, WORLDS))
+        every = fitted_runs(method, milestone, known, uses)
         for world in (*WORLDS, OTHER):
             name = CHOSEN[method, milestone]
             x = every.measured(known, MEASURES[name])
@@ -125,18 +132,22 @@ def fits(known: dict[str, Known], uses: dict[str, str]) -> Iterator[model.Fit]:
             runs, x = every.where(kept), x[kept]
             if not len(runs):
                 continue
-            line: Line = fit(x, runs.low, runs.high)
-            low, high = factors(runs, within(runs, x)[0])
             if world == OTHER:
-                unseen = factors(runs, across(runs, x)[0]) if len(np.unique(runs.worlds)) > 1 else (low, high)
-                low, high = min(low, unseen[0], 1 / LEAST_FACTOR), max(high, unseen[1], LEAST_FACTOR)
+                line = fit_worlds(runs, x)
+                low, high = factors(runs, across(runs, x)[0], runs.worlds)
+                if len(np.unique(runs.worlds)) < MANY_WORLDS:
+                    low, high = min(low, 1 / LEAST_FACTOR), max(high, LEAST_FACTOR)
+            else:
+                line = fit(runs, x)
+                low, high = factors(runs, within(runs, x)[0])
             numbers = (round(one, 6) for one in (*line, low, high))
             yield model.Fit(method, milestone, world, name, *numbers, len(np.unique(runs.tasks)), len(runs))
 
 
 def write_model(known: dict[str, Known], uses: dict[str, str]) -> None:
     """Write the model's file."""
-    inside = [known[task] for task, use in uses.items() if use in WORLDS and np.isfinite(known[task].expected_steps)]
+    used = {*fitted_runs(*WANTED[0], known, uses).tasks.tolist()}
+    inside = [known[task] for task in used if np.isfinite(known[task].expected_steps)]
     names = ("expected_steps", "goals", "limit")
     bounds = {name: [f([getattr(one, name) for one in inside]) for f in (min, max)] for name in names}
     found = [asdict(one) for one in fits(known, uses)]
@@ -149,8 +160,7 @@ def write_model(known: dict[str, Known], uses: dict[str, str]) -> None:
 
 def measured_tasks(known: dict[str, Known], uses: dict[str, str]) -> Iterator[tuple[str, list[int | None]]]:
     """Yield each task of the fits with the measure of HiPPO's steps to 50% and their median; None: never."""
-    runs = read_runs("hippo", "steps_to_50", known, uses)
-    runs = runs.where(np.isin(runs.worlds, WORLDS))
+    runs = fitted_runs("hippo", "steps_to_50", known, uses)
     measure = MEASURES[CHOSEN["hippo", "steps_to_50"]]
     for task, value, steps in zip(*task_medians(runs, runs.measured(known, measure)), strict=True):
         if np.isfinite(value):

@@ -1,8 +1,11 @@
-"""Fits of log T = a + b log m + s e to runs of which some are censored, and how well they predict others."""
+"""Fits of log T = a + b log m + s e to runs of which some are censored, and how well they predict others.
+
+In a fit to several worlds each has an intercept of its own, normal around a: the world is a random effect.
+"""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +17,7 @@ from benchmarks.prediction.rows import Runs, task_medians
 
 MIN_SIGMA = 0.05
 COVERED = 0.9
+MOST_ROUNDS = 100
 
 
 class Line(NamedTuple):
@@ -47,52 +51,106 @@ class Score(NamedTuple):
     never_wrong: int
 
 
-def fit(x: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> Line:
-    """Return the line of the greatest likelihood (log-normal accelerated failure time; Tobit, 1958).
+def fit(runs: Runs, x: NDArray[np.float64]) -> Line:
+    """Return the line of the greatest likelihood of one world's runs (Tobit, 1958).
 
-    An exact time adds its density, one that is only known to be later or earlier than a step its probability.
+    Args:
+        runs: R runs.
+        x: [R] log measures of their tasks.
     """
-    is_late, is_early = np.isinf(high), np.isinf(low)
-    is_exact = ~is_late & ~is_early
-    centre = x.mean()
+    centre, times = x.mean(), np.where(np.isinf(runs.low), runs.high, runs.low)
 
     def loss(parameters: NDArray[np.float64]) -> float:
         a, b, log_sigma = parameters
-        sigma = MIN_SIGMA + np.exp(log_sigma)
-        middle = a + b * (x - centre)
-        exact = ((low - middle) / sigma)[is_exact]
-        total = (-0.5 * exact**2 - np.log(sigma)).sum()
-        total += log_ndtr((middle - low)[is_late] / sigma).sum() + log_ndtr((high - middle)[is_early] / sigma).sum()
-        return -float(total)
+        return -float(_log_likelihood(runs, a + b * (x - centre), MIN_SIGMA + np.exp(log_sigma)).sum())
 
-    start = np.where(is_early, high, low)
-    found = minimize(
-        loss, [np.median(start), 0.8, -0.5], method="Nelder-Mead", options={"maxiter": 2000, "xatol": 1e-5}
-    )
-    a, b, log_sigma = found.x
+    options = {"maxiter": 2000, "xatol": 1e-5}
+    a, b, log_sigma = minimize(loss, [np.median(times), 0.8, -0.5], method="Nelder-Mead", options=options).x
     return Line(float(a - b * centre), float(b), float(MIN_SIGMA + np.exp(log_sigma)))
 
 
-def factors(runs: Runs, predicted: NDArray[np.float64]) -> tuple[float, float]:
+def fit_worlds(runs: Runs, x: NDArray[np.float64]) -> Line:
+    """Return the line of a world that has no runs, from runs in others, with the spread of its tasks and of worlds.
+
+    Worlds share slope and spread s; their intercepts are normal with deviation t. The intercepts are those of the
+    greatest posterior density, t is estimated by EM with Laplace's approximation, and the spread of a new world among W
+    is ``sqrt(s^2 + t^2 (1 + 1/W))``. Each task counts once, however many runs it has.
+
+    Args:
+        runs: R runs.
+        x: [R] log measures of their tasks.
+    """
+    names, world = np.unique(runs.worlds, return_inverse=True)
+    if len(names) == 1:
+        return fit(runs, x)
+    weight, centre = 1 / _size(runs.tasks), x.mean()
+    times = np.where(np.isinf(runs.low), runs.high, runs.low)
+
+    def loss(parameters: NDArray[np.float64], between: float) -> float:
+        intercepts, (b, log_sigma) = parameters[:-2], parameters[-2:]
+        middle, sigma = intercepts[world] + b * (x - centre), MIN_SIGMA + np.exp(log_sigma)
+        prior = ((intercepts - intercepts.mean()) ** 2).sum() / (2 * between**2)
+        return float(prior - (weight * _log_likelihood(runs, middle, sigma)).sum())
+
+    best, between = np.array([*[np.median(times)] * len(names), 0.8, -0.5]), 1.0
+    for _ in range(MOST_ROUNDS):
+        best = minimize(loss, best, (between,), method="BFGS").x
+        intercepts, sigma = best[:-2], MIN_SIGMA + np.exp(best[-1])
+        step = np.array([[-1.0], [0.0], [1.0]]) * 1e-3
+        around = _log_likelihood(runs, intercepts[world] + best[-2] * (x - centre) + step, sigma)
+        curvature = -np.bincount(world, weight * np.diff(around, 2, axis=0)[0]) / 1e-6
+        square = ((intercepts - intercepts.mean()) ** 2 + 1 / (curvature + between**-2)).sum() / (len(names) - 1)
+        previous, between = between, float(np.sqrt(square))
+        if abs(between - previous) < 1e-3:
+            break
+    spread = np.sqrt(sigma**2 + between**2 * (1 + 1 / len(names)))
+    return Line(float(intercepts.mean() - best[-2] * centre), float(best[-2]), float(spread))
+
+
+def _log_likelihood(runs: Runs, middle: NDArray[np.float64], sigma: float) -> NDArray[np.float64]:
+    """Return that of each run, whose log times are normal around ``middle`` [..., R].
+
+    An exact time has its density, one that is only known to be later or earlier than a step its probability.
+    """
+    late, early = np.isinf(runs.high), np.isinf(runs.low)
+    z = (np.where(early, runs.high, runs.low) - middle) / sigma
+    return np.where(late | early, log_ndtr(np.where(late, -z, z)), -0.5 * z**2 - np.log(sigma))
+
+
+def factors(runs: Runs, predicted: NDArray[np.float64], groups: NDArray[Any] | None = None) -> tuple[float, float]:
     """Return the factors of the predicted steps that 5% of held-out runs are below, and 5% above.
 
     A task counts once, however many runs it has, and one more task of which nothing is known counts on both sides
     (split conformal prediction). A run that never got there is above; before the predicted step it says nothing.
+
+    Args:
+        runs: R runs.
+        predicted: [R] logs of steps, by fits that have not seen the tasks.
+        groups: [R] what counts as much as each other one, such as the worlds.
     """
     late, early = np.isinf(runs.high), np.isinf(runs.low)
     error = np.where(early, runs.high, runs.low) - predicted
     error[late] = np.where(predicted[late] < runs.low[late], np.inf, np.nan)
     kept = ~np.isnan(error)
-    tasks, inverse = np.unique(runs.tasks[kept], return_inverse=True)
-    weight = 1 / np.bincount(inverse, minlength=len(tasks))[inverse]
-    tail = (1 - COVERED) / 2 * (weight.sum() + 1)
+    weight = 1 / _size(runs.tasks[kept])
+    n_tasks = weight.sum()
+    if groups is not None:
+        weight /= np.array([weight[groups[kept] == one].sum() for one in groups[kept]])
+        weight *= n_tasks / weight.sum()
+    tail = (1 - COVERED) / 2 * (n_tasks + 1)
 
     def end(signed: NDArray[np.float64]) -> float:
         order = np.argsort(signed)
-        at = np.searchsorted(np.cumsum(weight[order]), weight.sum() - max(tail - 1, 0.0) - 1e-9)
+        at = np.searchsorted(np.cumsum(weight[order]), n_tasks - max(tail - 1, 0.0) - 1e-9)
         return float(np.exp(signed[order][min(at, len(order) - 1)]))
 
     return 1 / end(-error[kept]), end(error[kept])
+
+
+def _size(names: NDArray[Any]) -> NDArray[np.int64]:
+    """Return for each name how often it is there."""
+    _, inverse = np.unique(names, return_inverse=True)
+    return np.bincount(inverse)[inverse]
 
 
 def score(runs: Runs, predicted: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> Score:

@@ -1,8 +1,11 @@
-"""The runs that fit and test the prediction of training steps, next to what random play showed of their tasks."""
+"""The runs that fit and test the prediction of training steps, next to what random play showed of their tasks.
+
+They are those of the sweeps at home, and those of the arena, whose tasks are called family/task here.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +17,7 @@ from hierroom.lab.advise.measures import Known
 
 PPO_SWEEPS = {"conjecture": "PPO", "study_factors": "gamma 0.98", "predicted_trees": "PPO"}
 """The runs of PPO, by the variant of their row: in EscapeRooms only twelve graphs, with another discount."""
+ARENA = RESULTS / "arena"
 FIRST = 10_000
 """Steps before which no evaluation could see a milestone: a run that has it at step 0 got there before this one."""
 
@@ -34,6 +38,12 @@ class Runs:
     low: NDArray[np.float64]
     high: NDArray[np.float64]
 
+    @classmethod
+    def of(cls, rows: Sequence[tuple[str, str, float, float]]) -> Runs:
+        """Return runs from the task, world, ``low`` and ``high`` of each."""
+        tasks, worlds, low, high = zip(*rows, strict=True) if rows else ((), (), (), ())
+        return cls(np.array(tasks, str), np.array(worlds, str), np.array(low, float), np.array(high, float))
+
     def __len__(self) -> int:
         return len(self.tasks)
 
@@ -49,12 +59,36 @@ class Runs:
 
 
 def known_tasks() -> tuple[dict[str, Known], dict[str, str]]:
-    """Return what is known of each task before training, and what it is for."""
-    known, use = {}, {}
-    for row in read_rows(PLAY):
-        entries = {name: (int if kind == "int" else float)(row[name]) for name, kind in Known.__annotations__.items()}
-        known[row["task"]], use[row["task"]] = Known(**entries), row["use"]
-    return known, use
+    """Return what is known of each task before training, and what it is for: its world, or a test."""
+    known = {row["task"]: known_of(row) for row in read_rows(PLAY)}
+    uses = {row["task"]: row["use"] for row in read_rows(PLAY)}
+    played = [row for row in read_rows(ARENA / "play.csv") if not row["error"]]
+    return (
+        known | {arena_task(row): known_of(row) for row in played},
+        uses | {arena_task(row): row["family"] for row in played},
+    )
+
+
+def known_of(row: Mapping[str, str]) -> Known:
+    """Return what a row of random play says of a task."""
+    kinds: dict[str, Any] = Known.__annotations__
+    return Known(**{name: (int if kind == "int" else float)(float(row[name])) for name, kind in kinds.items()})
+
+
+def arena_task(row: Mapping[str, str]) -> str:
+    """Return the name of a task of the arena."""
+    return f"{row['family']}/{row['task']}"
+
+
+def arena_runs(rows: Sequence[Mapping[str, str]], method: str, milestone: str) -> Runs:
+    """Return the runs of a method in the arena that did not fail."""
+    return Runs.of(
+        [
+            (arena_task(row), row["family"], *times(row[milestone], float(row["steps"]), float(row["first"])))
+            for row in rows
+            if row["method"] == method and not row["error"]
+        ]
+    )
 
 
 def read_runs(method: str, milestone: str, known: dict[str, Known], uses: dict[str, str]) -> Runs:
@@ -69,8 +103,8 @@ def read_runs(method: str, milestone: str, known: dict[str, Known], uses: dict[s
                 continue
             if (task := config_of(row | {"sweep": sweep}).key) in known:
                 found.append((task, uses[task], *times(row[milestone], float(row["steps"]))))
-    tasks, worlds, low, high = zip(*found, strict=True)
-    return Runs(np.array(tasks), np.array(worlds), np.array(low), np.array(high))
+    every, arena = Runs.of(found), arena_runs(read_rows(ARENA / "runs.csv"), method, milestone)
+    return Runs(*(np.concatenate(pair) for pair in zip(vars(every).values(), vars(arena).values(), strict=True)))
 
 
 def times(text: str, steps: float, first: float = FIRST) -> tuple[float, float]:
