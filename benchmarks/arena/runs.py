@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from hierroom.support.errors import InputError
 
 if TYPE_CHECKING:
     from hierroom.agents.evaluation import Evaluation
+    from hierroom.runs.folder.run_folder import RunFolder
     from hierroom.runs.trainer import Trainer
 
 SEEDS, EVERY = 2, 4
@@ -65,13 +67,12 @@ def run_rows(runs: Iterable[Run], folder: Path, processes: int = 1) -> None:
         if (run.family, run.task) not in predicted:
             raise InputError(f"{run.family} {run.task} has no prediction; predict and commit it before its first run")
     identities = [{name: str(one) for name, one in vars(run).items()} for run in planned]
-    add_rows(folder / "runs.csv", identities, _in_process, processes)
+    add_rows(folder / "runs.csv", identities, partial(in_process, "benchmarks.arena.runs"), processes)
 
 
-def _in_process(**identity: str) -> dict[str, Any]:
-    done = subprocess.run(
-        [sys.executable, "-m", "benchmarks.arena.runs", *identity.values()], capture_output=True, text=True
-    )
+def in_process(*command: str, **identity: str) -> dict[str, Any]:
+    """Return the row that a module prints at the end, which runs in a process of its own with words and an identity."""
+    done = subprocess.run([sys.executable, "-m", *command, *identity.values()], capture_output=True, text=True)
     if done.returncode < 0 or done.returncode == 130:  # cut off, by a signal or Ctrl-C: no row, so that it goes on
         raise KeyboardInterrupt
     if done.returncode:
@@ -81,25 +82,15 @@ def _in_process(**identity: str) -> dict[str, Any]:
 
 def train_one(run: Run) -> dict[str, Any]:
     """Train, or go on where the run was cut off, and return its row's numbers."""
-    import torch
-
-    import hierroom
-    from hierroom.runs.folder.run_folder import RunFolder
     from hierroom.runs.logs.learning_curve import LearningCurve
-    from hierroom.train import main
 
-    torch.set_num_threads(1)
-    family, folder = FAMILIES[run.family], KEPT / run.name
+    family = FAMILIES[run.family]
     entries = dict(family.tasks()[run.task])
     if run.method == "ppo" and "task" in entries and not str(entries["task"]).startswith("workshop"):
         entries["reward"] = "benchmarks.arena.runs:target_reward"  # others' rewards are of many kinds
-    if (folder / "config.json").exists():
-        main(["--resume", str(folder), "--trust-run", "--log", "none"])
-    else:
-        settings = {"steps": family.steps, "seed": run.seed, "method": run.method, "threads": 1, "film": False}
-        settings |= {"evaluations": EVALUATIONS, "evaluation_steps": int(EVALUATED * family.steps)}
-        hierroom.train(**entries, **settings, out=folder, log="none", quiet=True, callback=learned())
-    opened = RunFolder.open(folder)
+    settings = {"steps": family.steps, "seed": run.seed, "method": run.method}
+    settings |= {"evaluations": EVALUATIONS, "evaluation_steps": int(EVALUATED * family.steps)}
+    opened = train_or_go_on(KEPT / run.name, **entries, **settings, callback=learned())
     curve = LearningCurve.of_rows(opened.evaluations.read())
     assert curve is not None
     row: dict[str, Any] = {"steps": int(curve.steps[-1]), "first": int(curve.steps[curve.steps > 0][0])}
@@ -113,6 +104,22 @@ def train_one(run: Run) -> dict[str, Any]:
         "success": float(curve.success[-1]),
         "seconds": round(curve.seconds[-1]),
     }
+
+
+def train_or_go_on(folder: Path, **entries: Any) -> RunFolder:
+    """Train on one thread, or go on where the run in the folder was cut off."""
+    import torch
+
+    import hierroom
+    from hierroom.runs.folder.run_folder import RunFolder
+    from hierroom.train import main
+
+    torch.set_num_threads(1)
+    if (folder / "config.json").exists():
+        main(["--resume", str(folder), "--trust-run", "--log", "none"])
+    else:
+        hierroom.train(**entries, threads=1, film=False, out=folder, log="none", quiet=True)
+    return RunFolder.open(folder)
 
 
 def learned() -> Callable[[Trainer], bool]:

@@ -34,10 +34,13 @@ class Crafter(gymnasium.Env):
     action_space = Discrete(len(constants.actions))
     observation_space = Dict(view=Box(0, 31, (9, 7, 1), np.uint8), state=Box(-1, 9, (20,), np.float32))
 
+    def __init__(self):
+        self.game = Symbols()
+
     def reset(self, *, seed=None, options=None):
-        """Begin a new world."""
+        """Begin a new world: as in a new game with this seed, which would read its 56 pictures again."""
         super().reset(seed=seed)
-        self.game = Symbols(seed=int(self.np_random.integers(2**31)))
+        self.game._seed, self.game._episode = int(self.np_random.integers(2**31)), 0
         return self.game.reset(), {"achievements": self.game._player.achievements.copy()}
 
     def step(self, action):

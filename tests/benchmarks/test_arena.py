@@ -120,7 +120,7 @@ def test_a_run_that_fails_is_a_row_and_one_that_was_cut_off_is_none(code, error,
 
 def test_two_runs_at_a_time_write_all_rows(tmp_path, monkeypatch):
     both = threading.Barrier(2)
-    monkeypatch.setattr(runs, "_in_process", lambda **identity: {"waited": both.wait()})
+    monkeypatch.setattr(runs, "in_process", lambda *_, **identity: {"waited": both.wait()})
     some = runs.plan([FAMILIES["workshop"]])[:6]
     predicted = [{"family": "workshop", "task": task} for task in FAMILIES["workshop"].tasks()]
     write_atomically(tmp_path / "predictions.csv", csv_text(predicted))
