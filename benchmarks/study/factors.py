@@ -44,6 +44,7 @@ class Options:
             the table, else its study's.
         outcome: the milestone to compare steps by; by default, for each method, steps_to_95, or steps_to_50 if it or
             the reference never got there on more than a third of the graphs.
+        graphs_of: another table of runs; only its graphs are compared.
         seeds: only seeds 0, 1, ..., so many of them, as of a sweep that goes on; all by default.
         bootstrap: how intervals are computed.
     """
@@ -52,6 +53,7 @@ class Options:
     reference: str = "hippo as it is"
     measures: Path | None = None
     outcome: Milestone | None = None
+    graphs_of: Path | None = None
     seeds: int | None = None
     bootstrap: tyro.conf.OmitArgPrefixes[Bootstrap] = field(default_factory=Bootstrap)
 
@@ -163,7 +165,11 @@ def ratio_cells(one: Factor) -> list[str]:
 def main() -> int:
     """Run the command."""
     options = tyro.cli(Options, description=__doc__)
-    print(markdown(factors(read_rows(options.table), measures_for(options.table, options.measures), options)))
+    rows = read_rows(options.table)
+    if options.graphs_of is not None:
+        graphs = {row["graph"] for row in read_rows(options.graphs_of)}
+        rows = [row for row in rows if row["graph"] in graphs]
+    print(markdown(factors(rows, measures_for(options.table, options.measures), options)))
     return 0
 
 

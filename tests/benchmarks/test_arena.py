@@ -1,5 +1,6 @@
 """The arena: its families, rows that can go on, and the rules of its verdict."""
 
+import json
 import math
 import sys
 import threading
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 import benchmarks.arena.toy_text
-from benchmarks.arena import predictions, runs
+from benchmarks.arena import crafter_arms, predictions, runs
 from benchmarks.arena.families import FAMILIES
 from benchmarks.arena.verdict import judge, verdicts
 from benchmarks.prediction.play import RESULTS, read_rows
@@ -172,3 +173,15 @@ def test_judge_says_something_of_two_rows(tmp_path):
     assert "| toy_text | hippo | steps_to_50 | 1 | 1 | 1 | - | - | 1.90 | 1.00 | 1 | 0 | 0 | 1.00 |" in text
     assert "| toy_text | 2 | 1 | 1 x too long |" in text
     assert "failed: toy_text/taxi_1 hippo 1: no display" in text
+
+
+def test_authors_logs_become_rows_of_their_first_million_steps(tmp_path):
+    log = {"method": "human", "seed": "3", "xs": [600_000, 900_000, 1_100_000], "reward": [1.0, 2.0, 9.0]}
+    log |= {"achievement_collect_wood": [5, 1, 1], "achievement_eat_plant": [0, 3, 1]}
+    path = tmp_path / "scores.json"
+    path.write_text(json.dumps([log]), encoding="utf-8")
+    (row,) = crafter_arms.logged_rows(path)
+    assert row == {
+        **{"arm": "human (authors' log)", "seed": "3", "steps": "900000", "episodes": "2", "return": "1.5"},
+        **{"score": f"{(math.sqrt(101 * 51) - 1) / 100:.6g}", "collect_wood": "1", "eat_plant": "0.5"},
+    }
