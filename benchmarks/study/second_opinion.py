@@ -69,9 +69,13 @@ def train(graph: str, settings: Mapping[str, Any], seed: int) -> float:
     return float(np.mean(successes[-LAST:]))
 
 
-def main() -> int:
-    """Train what is lacking, and print the rows."""
-    for seed, graph, name in product(range(SEEDS), GRAPHS, SETTINGS):
+def main(graphs: tuple[str, ...] = GRAPHS) -> int:
+    """Train what is lacking, and print the rows.
+
+    Args:
+        graphs: some of the goal graphs to train on, so that several processes share the work.
+    """
+    for seed, graph, name in product(range(SEEDS), graphs, SETTINGS):
         done = pd.read_csv(ROWS) if ROWS.exists() else pd.DataFrame(columns=["graph", "settings", "seed"])
         if not ((done.graph == graph) & (done.settings == name) & (done.seed == seed)).any():
             row = {"graph": graph, "settings": name, "seed": seed, "success": train(graph, SETTINGS[name], seed)}
