@@ -21,7 +21,7 @@ from hierroom.support.cli import run
 from hierroom.support.tables import markdown_table
 
 RESULTS = Path(__file__).parents[1] / "results" / "brittle"
-CHANGED = ["minibatches", "epochs", "learning_rate", "value_weight", "entropy_weight"]
+CHANGED = ["minibatches", "epochs", "learning_rate", "value_weight", "entropy_weight", "normalize_advantages"]
 RUN = ["variant", "graph", "seed"]
 EARLY, LATE = ["explained_variance"], ["entropy", "approx_kl", "clip_fraction"]
 
