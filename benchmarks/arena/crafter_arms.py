@@ -24,6 +24,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from benchmarks.arena.families import FAMILIES
 from benchmarks.arena.predictions import add_rows
 from benchmarks.arena.runs import KEPT, in_process, train_or_go_on
 from benchmarks.prediction.play import RESULTS
@@ -147,6 +148,7 @@ def main() -> int:
     if given.command == "one":
         print(json.dumps(train_one(given.arm, given.seed, given.steps)))
     elif given.command == "run":
+        FAMILIES["crafter_symbols"].tasks()  # refuses if its packages are not there
         seeds = product(range(given.seeds), given.arms)
         every = [{"arm": arm, "seed": str(seed), "steps": str(given.steps)} for seed, arm in seeds]
         add_rows(ROWS, every, partial(in_process, "benchmarks.arena.crafter_arms", "one"), given.processes)
