@@ -18,6 +18,7 @@ import tyro
 
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.cli import run
+from hierroom.support.errors import InputError
 from hierroom.support.tables import markdown_table
 
 RESULTS = Path(__file__).parents[1] / "results" / "brittle"
@@ -41,6 +42,8 @@ def learned(out: Path) -> pd.DataFrame:
             config.seed,
             *(getattr(config.ppo, one) for one in CHANGED),
         )
+        if settings not in sweep.index:
+            raise InputError(f"{path.name} has no row in {out / 'sweep.csv'}; finish the sweep first")
         early, late = metrics.loc[: config.steps // 4, EARLY].mean(), metrics.loc[config.steps // 2 :, LATE].mean()
         rows.append((sweep.variant[settings], *config.env.names, config.seed, *early, *late))
     return pd.DataFrame(rows, columns=[*RUN, *EARLY, *LATE])
