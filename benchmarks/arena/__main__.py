@@ -14,8 +14,8 @@ import argparse
 from pathlib import Path
 
 from benchmarks.arena.families import FAMILIES, find_families
-from benchmarks.arena.predictions import predict_rows
-from benchmarks.arena.runs import plan, run_rows
+from benchmarks.arena.predictions import METHODS, predict_rows
+from benchmarks.arena.runs import ARMS, plan, run_rows
 from benchmarks.arena.verdict import judge
 from benchmarks.prediction.play import RESULTS
 from hierroom.support.cli import run
@@ -39,6 +39,7 @@ def main() -> int:
     parser.add_argument("--families", nargs="*", metavar="FAMILY", help="which ones; without a name, list them")
     parser.add_argument("--folder", type=Path, default=FOLDER, help="of play.csv, predictions.csv and runs.csv")
     parser.add_argument("--processes", type=int, default=1, help="runs at a time")
+    parser.add_argument("--arms", action="store_true", help="train also what shows which part of HiPPO makes its lead")
     given = parser.parse_args()
     if given.families == []:
         list_families()
@@ -48,7 +49,7 @@ def main() -> int:
     if given.command == "predict":
         predict_rows(families, given.folder)
     elif given.command == "run":
-        run_rows(plan(families), given.folder, given.processes)
+        run_rows(plan(families, [*METHODS, *ARMS] if given.arms else METHODS), given.folder, given.processes)
     else:
         print(judge(given.folder, given.families or [*FAMILIES]))
     return 0

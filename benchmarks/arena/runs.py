@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from benchmarks.arena.families import FAMILIES, Family
 from benchmarks.arena.predictions import METHODS, add_rows
 from benchmarks.prediction.play import read_rows
+from hierroom.runs.config.run_name import plain
 from hierroom.support.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,6 +29,14 @@ EVALUATED = 0.5
 """Steps of all evaluations of a run, as a share of its budget."""
 LEARNED, IN_A_ROW = 0.95, 3
 """A run ends early when this many evaluations in a row have this success, as all milestones are then known."""
+ARMS: Mapping[str, Mapping[str, str]] = {
+    "ppo-bonus, observes the goal": {"method": "ppo-bonus", "meta": "fixed-dfs"},
+    "hippo, goal not observed": {"method": "hippo"},
+    "hippo, reward for any goal": {"method": "hippo", "reward": "benchmarks.variants:CutBonus"},
+    "hippo, random goals": {"method": "hippo", "meta": "random"},
+}
+"""What of HiPPO makes its lead: one part changed at a time."""
+NOT_OBSERVED = "hippo, goal not observed"
 KEPT = Path("runs/arena")
 """Where runs are, so that one that was cut off goes on."""
 
@@ -44,18 +53,18 @@ class Run:
     @property
     def name(self) -> str:
         """The name of its folder."""
-        return "-".join((self.family, self.task.replace(":", "-"), self.method, str(self.seed)))
+        return plain("-".join((self.family, self.task, self.method, str(self.seed))))
 
 
-def plan(families: Iterable[Family]) -> list[Run]:
-    """Return all runs, those of a family together, first those of seed 0 and so on."""
+def plan(families: Iterable[Family], methods: Iterable[str] = METHODS) -> list[Run]:
+    """Return all runs of some methods or arms, those of a family together, first those of seed 0 and so on."""
     return [
         Run(family.name, task, method, seed)
         for family in families
         for seed in range(SEEDS + 1)
         for n, task in enumerate(family.tasks())
         if seed < SEEDS or n % EVERY == 0
-        for method in METHODS
+        for method in methods
     ]
 
 
@@ -83,12 +92,17 @@ def in_process(*command: str, **identity: str) -> dict[str, Any]:
 def train_one(run: Run) -> dict[str, Any]:
     """Train, or go on where the run was cut off, and return its row's numbers."""
     from hierroom.runs.logs.learning_curve import LearningCurve
+    from hierroom.worlds.env_config import EnvConfig
+    from hierroom.worlds.make import world_spec
 
     family = FAMILIES[run.family]
     entries = dict(family.tasks()[run.task])
     if run.method == "ppo" and "task" in entries and not str(entries["task"]).startswith("workshop"):
         entries["reward"] = "benchmarks.arena.runs:target_reward"  # others' rewards are of many kinds
-    settings = {"steps": family.steps, "seed": run.seed, "method": run.method}
+    settings: dict[str, Any] = {"steps": family.steps, "seed": run.seed, **ARMS.get(run.method, {"method": run.method})}
+    if run.method == NOT_OBSERVED:
+        offered = world_spec(EnvConfig.of_arguments(entries)).controller_features
+        settings["features"] = tuple(name for name in offered if name not in ("goal", "symbol"))
     settings |= {"evaluations": EVALUATIONS, "evaluation_steps": int(EVALUATED * family.steps)}
     opened = train_or_go_on(KEPT / run.name, **entries, **settings, callback=learned())
     curve = LearningCurve.of_rows(opened.evaluations.read())

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.arena.lead import LEAD, PROPERTIES, lead_cells, property_cells
 from benchmarks.arena.predictions import METHODS, MILESTONES
 from benchmarks.prediction.candidates import CANDIDATES
 from benchmarks.prediction.fit import concordance, score
@@ -21,7 +22,7 @@ _COLUMNS = ("tasks", "runs", "reached", "rank", "C", "factor", "within 2", "insi
 
 
 def judge(folder: Path, families: Sequence[str]) -> str:
-    """Return the tables of what was predicted, of what measures tell, and of what failed."""
+    """Return the tables of what was predicted, what measures tell, where hierarchy pays, and what failed."""
 
     def read(name: str) -> list[dict[str, str]]:
         return [row for row in read_rows(folder / name) if row["family"] in families]
@@ -34,6 +35,8 @@ def judge(folder: Path, families: Sequence[str]) -> str:
         markdown_table(["family", "method", "milestone", *_COLUMNS], [*_predicted(predicted, good, families)]),
         markdown_table(["family", "method", "milestone", "runs", *_measures()], [*_measured(play, good, families)]),
         markdown_table(["family", "tasks", "not predicted", "why"], [*_outside(predicted, families)]),
+        markdown_table(["family", "steps of", *LEAD], [*lead_cells(good, families)]),
+        markdown_table(["family", "tasks", *PROPERTIES], [*property_cells(good, play, families)]),
     ]
     failed = [
         f"failed: {arena_task(row)} {row['method']} {row['seed']}: {row['error']}" for row in rows if row["error"]

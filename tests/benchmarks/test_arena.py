@@ -12,6 +12,7 @@ import pytest
 import benchmarks.arena.toy_text
 from benchmarks.arena import crafter_arms, predictions, runs
 from benchmarks.arena.families import FAMILIES
+from benchmarks.arena.lead import PROPERTIES, lead_cells, property_cells, ratios
 from benchmarks.arena.verdict import judge, verdicts
 from benchmarks.prediction.play import RESULTS, read_rows
 from benchmarks.prediction.rows import Runs
@@ -185,3 +186,21 @@ def test_authors_logs_become_rows_of_their_first_million_steps(tmp_path):
         **{"arm": "human (authors' log)", "seed": "3", "steps": "900000", "episodes": "2", "return": "1.5"},
         **{"score": f"{(math.sqrt(101 * 51) - 1) / 100:.6g}", "collect_wood": "1", "eat_plant": "0.5"},
     }
+
+
+def test_ratio_to_hippo_of_each_task_and_what_goes_with_it():
+    def run(task, method, steps):
+        row = {"family": "f", "task": task, "method": method, "seed": "0", "steps": "5000", "first": "50"}
+        return row | {"steps_to_50": steps, "steps_to_95": "", "error": ""}
+
+    hippo = {"a": "100", "b": "100", "c": "100", "d": "", "e": ""}
+    flat = {"a": "200", "b": "400", "c": "", "d": "300", "e": ""}
+    rows = [run(task, name, of[task]) for name, of in (("hippo", hippo), ("ppo-bonus", flat)) for task in hippo]
+    found = ratios(rows, "ppo-bonus")
+    assert found == pytest.approx({"f/a": 2, "f/b": 4, "f/c": math.inf, "f/d": 0, "f/e": math.nan}, nan_ok=True)
+    assert [*lead_cells(rows, ["f"])] == [["f", "ppo-bonus", "4", "1", "3", "2.00", "4.00", "4.00"]]
+    goals = {"f/a": 2, "f/b": 3, "f/c": 9, "f/d": 1, "f/e": 0}
+    play = {task: dict.fromkeys(PROPERTIES, "1") | {"goals": str(n)} for task, n in goals.items()}
+    ((family, tasks, *cells),) = property_cells(rows, play, ["f"])
+    assert (family, tasks) == ("f", "4")
+    assert dict(zip(PROPERTIES, cells, strict=True)) == dict.fromkeys(PROPERTIES, "-") | {"goals": "1.00"}

@@ -1,0 +1,72 @@
+"""Where hierarchy pays in the arena: other methods' steps over HiPPO's, and what goes with that ratio."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from scipy.stats import spearmanr
+
+from benchmarks.prediction.rows import arena_runs, task_medians
+
+MILESTONE = "steps_to_50"
+PROPERTIES = ("expected_steps", "random_success", "goals", "kinds", "fewest", "markings", "limit", "actions")
+"""Of a task, known before training: columns of play.csv."""
+LEAD = ("tasks", "neither", "HiPPO first", "ratio, lower quartile", "median", "upper quartile")
+MIN_TASKS = 4
+"""Ranks of fewer tasks say nothing."""
+
+Row = Mapping[str, str]
+
+
+def ratios(rows: Sequence[Row], method: str) -> dict[str, float]:
+    """Return for each task a method's median steps to 50% over HiPPO's, as both were measured.
+
+    It is ``inf`` if only HiPPO's median run gets there, 0 if only the other's does, and ``nan`` if neither does.
+    """
+    own, hippo = (_medians(rows, name) for name in (method, "hippo"))
+    return {task: _ratio(own[task], hippo[task]) for task in own if task in hippo}
+
+
+def _medians(rows: Sequence[Row], method: str) -> dict[str, float]:
+    runs = arena_runs(rows, method, MILESTONE)
+    tasks, _, times = task_medians(runs, np.zeros(len(runs)))
+    return dict(zip(tasks.tolist(), np.exp(times).tolist(), strict=True))
+
+
+def _ratio(own: float, hippo: float) -> float:
+    return float("nan") if np.isinf(own) and np.isinf(hippo) else own / hippo
+
+
+def lead_cells(rows: Sequence[Row], families: Sequence[str]) -> Iterator[list[str]]:
+    """Yield for each family and method: tasks with a ratio, in how many HiPPO is first, quartiles of the ratio."""
+    for family in families:
+        own = [row for row in rows if row["family"] == family]
+        for method in dict.fromkeys(row["method"] for row in own if row["method"] != "hippo"):
+            found = np.array([*ratios(own, method).values()])
+            known = found[~np.isnan(found)]
+            if len(known):
+                quartiles = np.quantile(known, [0.25, 0.5, 0.75], method="nearest")
+                counts = len(known), len(found) - len(known), (known > 1).sum()
+                yield [family, method, *map(str, counts), *(f"{one:.2f}" for one in quartiles)]
+
+
+def property_cells(rows: Sequence[Row], play: Mapping[str, Row], families: Sequence[str]) -> Iterator[list[str]]:
+    """Yield for each family the rank correlation of PPO+Bonus's ratio with each property of a task."""
+    for family in families:
+        found = ratios([row for row in rows if row["family"] == family], "ppo-bonus")
+        tasks = [task for task, ratio in found.items() if not np.isnan(ratio) and task in play]
+        if len(tasks) < MIN_TASKS:
+            continue
+        highest = max((found[task] for task in tasks if np.isfinite(found[task])), default=1.0)
+        capped = [min(found[task], 2 * highest) for task in tasks]  # ranks are all that count
+        cells = []
+        for name in PROPERTIES:
+            values = [float(play[task][name]) for task in tasks]
+            is_constant = len({*values}) == 1 or len({*capped}) == 1
+            cells.append("-" if is_constant else f"{_rank_correlation(values, capped):.2f}")
+        yield [family, str(len(tasks)), *cells]
+
+
+def _rank_correlation(values: Sequence[float], others: Sequence[float]) -> float:
+    return float(spearmanr(values, others).statistic)  # pyright: ignore[reportArgumentType] - the stub has a tuple only
