@@ -16,7 +16,7 @@ from benchmarks.prediction.play import read_rows
 from benchmarks.prediction.rows import Runs, arena_runs, arena_task, known_of
 from hierroom.support.tables import markdown_table
 
-ALL = "all"
+ALL, HORIZON = "all", "effective horizon"
 Row = Mapping[str, str]
 _COLUMNS = ("tasks", "runs", "reached", "rank", "C", "factor", "within 2", "inside", "outside", "undecided", "coverage")
 
@@ -31,9 +31,14 @@ def judge(folder: Path, families: Sequence[str]) -> str:
     play = {arena_task(row): row for row in read("play.csv") if not row["error"]}
     rows = read("runs.csv")
     good = [row for row in rows if arena_task(row) in predicted]
+    values = {task: {name: measure(row) for name, measure in _measures().items()} for task, row in play.items()}
+    horizons = {arena_task(row): float(row["log_samples"]) for row in read("horizon.csv") if not row["error"]}
+    with_horizon = {task: values[task] | {HORIZON: one} for task, one in horizons.items() if task in values}
+    names = ["family", "method", "milestone"]
     parts = [
-        markdown_table(["family", "method", "milestone", *_COLUMNS], [*_predicted(predicted, good, families)]),
-        markdown_table(["family", "method", "milestone", "runs", *_measures()], [*_measured(play, good, families)]),
+        markdown_table([*names, *_COLUMNS], [*_predicted(predicted, good, families)]),
+        markdown_table([*names, "runs", *_measures()], [*_measured(values, good, families)]),
+        markdown_table([*names, "runs", *_measures(), HORIZON], [*_measured(with_horizon, good, families)]),
         markdown_table(["family", "tasks", "not predicted", "why"], [*_outside(predicted, families)]),
         markdown_table(["family", "steps of", *LEAD], [*lead_cells(good, families)]),
         markdown_table(["family", "tasks", *PROPERTIES], [*property_cells(good, play, families)]),
@@ -94,13 +99,14 @@ def _measures() -> dict[str, Callable[[Row], float]]:
     return named | {name: lambda row, name=name: float(row[name]) for name in ("hitting_time", "goals")}
 
 
-def _measured(play: Mapping[str, Row], rows: Sequence[Row], families: Sequence[str]) -> Iterator[list[str]]:
+def _measured(
+    values: Mapping[str, Mapping[str, float]], rows: Sequence[Row], families: Sequence[str]
+) -> Iterator[list[str]]:
     """Yield Harrell's C of each measure, in the tasks in which all of them are known."""
-    values = {task: {name: measure(row) for name, measure in _measures().items()} for task, row in play.items()}
     known = {task for task, every in values.items() if np.isfinite([*every.values()]).all()}
     for names, runs in _groups(rows, families, lambda task, *_: task in known):
-        cells = [concordance(runs, np.array([values[task][name] for task in runs.tasks])) for name in _measures()]
-        yield [*names, str(len(runs)), *map(_short, cells)]
+        by_measure = zip(*(values[task].values() for task in runs.tasks), strict=True)
+        yield [*names, str(len(runs)), *(_short(concordance(runs, np.array(one))) for one in by_measure)]
 
 
 def _outside(predicted: Mapping[str, Row], families: Sequence[str]) -> Iterator[list[str]]:

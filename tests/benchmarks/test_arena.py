@@ -173,6 +173,7 @@ def test_judge_says_something_of_two_rows(tmp_path):
     text = judge(tmp_path, ["toy_text"])
     assert "| toy_text | hippo | steps_to_50 | 1 | 1 | 1 | - | - | 1.90 | 1.00 | 1 | 0 | 0 | 1.00 |" in text
     assert "| toy_text | 2 | 1 | 1 x too long |" in text
+    assert "| effective horizon |" in text
     assert "failed: toy_text/taxi_1 hippo 1: no display" in text
 
 
