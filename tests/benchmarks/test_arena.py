@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import benchmarks.arena.toy_text
-from benchmarks.arena import crafter_arms, predictions, runs
+from benchmarks.arena import crafter_arms, horizon, predictions, runs
 from benchmarks.arena.families import FAMILIES
 from benchmarks.arena.lead import PROPERTIES, lead_cells, property_cells, ratios
 from benchmarks.arena.verdict import judge, verdicts
@@ -205,3 +205,9 @@ def test_ratio_to_hippo_of_each_task_and_what_goes_with_it():
     ((family, tasks, *cells),) = property_cells(rows, play, ["f"])
     assert (family, tasks) == ("f", "4")
     assert dict(zip(PROPERTIES, cells, strict=True)) == dict.fromkeys(PROPERTIES, "-") | {"goals": "1.00"}
+
+
+def test_states_of_a_lake_are_its_cells_before_and_after_the_key():
+    row = horizon.measured("toy_text", "lake_small")
+    assert (row["states"], row["shortest"]) == (13 + 13 + 1, 6)  # 16 cells without two holes and a goal; the end
+    assert row["log_samples"] == pytest.approx(math.log(200**2 * 4 ** row["horizon"]))
