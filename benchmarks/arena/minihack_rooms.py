@@ -1,6 +1,6 @@
 """MiniHack: keys, doors, stairs and things to use, on levels of NetHack.
 
-    pip install --no-deps nle minihack
+    pip install --no-deps nle minihack 'setuptools<82'
 
 NLE 1.3 asks for Gymnasium 1.2 and works with 1.4. MiniHack's MultiRoom does not: it seeds MiniGrid as Gym once did.
 """

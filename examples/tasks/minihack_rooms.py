@@ -1,6 +1,6 @@
 """MiniHack's KeyRoom: a key opens the door of the room with the stairs.
 
-    pip install minihack
+    pip install --no-deps nle minihack 'setuptools<82'
     cd examples/tasks
     python -m hierroom train --task minihack_rooms:key_room --meta fixed-dfs --steps 200_000
 
