@@ -146,12 +146,13 @@ def fits(known: dict[str, Known], uses: dict[str, str]) -> Iterator[model.Fit]:
 
 def write_model(known: dict[str, Known], uses: dict[str, str]) -> None:
     """Write the model's file."""
-    used = {*fitted_runs(*WANTED[0], known, uses).tasks.tolist()}
+    runs = fitted_runs(*WANTED[0], known, uses)
+    used, worlds = {*runs.tasks.tolist()}, {*runs.worlds.tolist()}
     inside = [known[task] for task in used if np.isfinite(known[task].expected_steps)]
     names = ("expected_steps", "goals", "limit")
     bounds = {name: [f([getattr(one, name) for one in inside]) for f in (min, max)] for name in names}
     found = [asdict(one) for one in fits(known, uses)]
-    text = {"version": "2", "preset": "default", "horizon": 1_000_000, "bounds": bounds, "fits": found}
+    text = {"version": "3", "worlds": len(worlds), "horizon": 1_000_000, "bounds": bounds, "fits": found}
     plain = json.dumps(text | {"tasks": dict(measured_tasks(known, uses))}, indent=1)
     write_atomically(model.FILE, re.sub(r"\[\s+([^][{}]*?),\s+([^][{}]*?)\s+\]", r"[\1, \2]", plain) + "\n")
     for one in found:

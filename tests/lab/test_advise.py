@@ -25,9 +25,7 @@ KNOWN = Known(1000.0, 600.0, 3, 5, 8.0, 5, 400)
 BOUNDS = {"expected_steps": (500.0, 5000.0), "goals": (2.0, 10.0), "limit": (400.0, 1000.0)}
 FIT = Fit("hippo", "steps_to_50", "workshop", "W x kinds", math.log(2), 1.0, 0.5, 0.25, 4.0, 60, 300)
 FITS = {("hippo", "steps_to_50", world): FIT for world in ("workshop", "other")}
-MODEL = Model(
-    "0 hand", "default", 50_000, BOUNDS, FITS, {"far": (9e4, math.inf), "near": (8e3, 2e4), "next": (4e3, 3e3)}
-)
+MODEL = Model("0 hand", 2, 50_000, BOUNDS, FITS, {"far": (9e4, math.inf), "near": (8e3, 2e4), "next": (4e3, 3e3)})
 
 
 def test_measures_by_hand():

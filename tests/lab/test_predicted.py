@@ -15,8 +15,8 @@ from hierroom.runs.folder.predicted import FILE, Prediction, Steps, keep_predict
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
 
-HIPPO = Prediction("hippo", "default", Steps(50e3, 25e3, 100e3), Steps(200e3, 100e3, 400e3))
-BONUS = Prediction("ppo-bonus", "default", Steps(280e3, 110e3, math.inf))
+HIPPO = Prediction("hippo", Steps(50e3, 25e3, 100e3), Steps(200e3, 100e3, 400e3))
+BONUS = Prediction("ppo-bonus", Steps(280e3, 110e3, math.inf))
 
 
 @pytest.fixture(autouse=True)
@@ -26,7 +26,7 @@ def folder(tmp_path, monkeypatch):
 
 def save(key):
     saved_at(key).parent.mkdir(parents=True, exist_ok=True)
-    table = {one.method: one.to_dict() for one in (HIPPO, BONUS, Prediction("ppo", "default"))}
+    table = {one.method: one.to_dict() for one in (HIPPO, BONUS, Prediction("ppo"))}
     saved_at(key).write_text(to_json({"task": key, "predictions": table}))
 
 

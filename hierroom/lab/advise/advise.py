@@ -26,7 +26,7 @@ from hierroom.worlds.env_config import EnvConfig, is_task
 from hierroom.worlds.make import make_world, name_in_module
 
 RULES_ONLY = "rules alone have nothing to play; give a task or a goal graph, and steps are predicted"
-PROVISIONAL = "no run was made in this world: its intervals are provisional, from two other worlds"
+PROVISIONAL = "no run was made in this world: its intervals are provisional, from {} other worlds"
 
 SLOW = 200
 """Steps a second of play; with fewer, the update that the speed of training is measured by takes too long."""
@@ -92,18 +92,17 @@ def _of_play(config: EnvConfig, world: BaseWorld, costs: PlayCosts) -> Advice:
     speed = None
     if predictions and not costs.is_interrupted and costs.steps_per_second > SLOW:
         with suppress(KeyboardInterrupt):
-            speed = training_speed(find_preset(model.preset).changed(env=config))
+            speed = training_speed(find_preset(implied_preset({"task": config.task})).changed(env=config))
     method, steps = best_of(predictions)
     if predictions and where == OTHER:
-        reason = PROVISIONAL
+        reason = PROVISIONAL.format(model.worlds)
     facts = (predictions, costs, check, method, steps, not predictions, reason, model.name, _chain(rules))
-    return Advice(config.key, _words(config, model.preset), *facts, speed, similar(known, model) if predictions else ())
+    return Advice(config.key, _words(config), *facts, speed, similar(known, model) if predictions else ())
 
 
-def _words(config: EnvConfig, preset: str) -> str:
-    """Return the options of training that name a config, and the preset of the runs that predict it."""
+def _words(config: EnvConfig) -> str:
+    """Return the options of training that name a config."""
     unusual = {name: value for name, value in config.unusual.items() if name != "drop_key"}
-    unusual |= {} if implied_preset({"task": config.task}) == preset else {"preset": preset}
     words = [f"--{config.kind}", *config.names, *["--drop-key"] * config.drop_key]
     return shell_words(*words, *(f"--{name.replace('_', '-')}={value}" for name, value in unusual.items()))
 

@@ -71,7 +71,7 @@ class Model:
 
     Args:
         name: version and digest.
-        preset: the preset of the runs.
+        worlds: number of worlds that the fits to all of them have.
         horizon: steps of the runs; what is expected later is ``inf``.
         bounds: smallest and largest value of what `outside` asks, among the tasks of the runs.
         fits: by method, milestone and world.
@@ -79,7 +79,7 @@ class Model:
     """
 
     name: str
-    preset: str
+    worlds: int
     horizon: int
     bounds: Mapping[str, tuple[float, float]]
     fits: Mapping[tuple[str, str, str], Fit]
@@ -96,4 +96,4 @@ def read_model(path: Path = FILE) -> Model:
     bounds = {name: (float(low), float(high)) for name, (low, high) in table["bounds"].items()}
     by_key = {(fit.method, fit.milestone, fit.world): fit for fit in fits}
     tasks = {name: (measure, math.inf if steps is None else steps) for name, (measure, steps) in table["tasks"].items()}
-    return Model(f"{table['version']} {digest}", table["preset"], table["horizon"], bounds, by_key, tasks)
+    return Model(f"{table['version']} {digest}", table["worlds"], table["horizon"], bounds, by_key, tasks)

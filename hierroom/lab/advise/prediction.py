@@ -169,7 +169,7 @@ def predict(known: Known, world: str, model: Model) -> tuple[dict[str, Predictio
     for method, milestone in dict.fromkeys((method, milestone) for method, milestone, _ in model.fits):
         fit = model.fits.get((method, milestone, world)) or model.fits[method, milestone, OTHER]
         measure = MEASURES[fit.measure](known)
-        one = found.setdefault(method, Prediction(method, model.preset, horizon=model.horizon))
+        one = found.setdefault(method, Prediction(method, horizon=model.horizon))
         if reason := outside(known, measure, model.bounds):
             return {}, reason
         steps = Steps.within(fit.median(measure), fit.low, fit.high, model.horizon)

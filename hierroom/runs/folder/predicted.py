@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.presets import implied_preset
 from hierroom.runs.config.run_name import plain
 from hierroom.support.errors import InputError
 from hierroom.support.files import read_json, to_json, write_atomically
@@ -49,7 +50,6 @@ class Prediction:
 
     Args:
         method: a name in `agents.config.METHODS`.
-        preset: the preset of the runs that the model was fitted to.
         steps_to_50: steps to 50% success; None if this is not predicted.
         steps_to_95: steps to 95% success; None if this is not predicted.
         horizon: steps of the runs that the model was fitted to.
@@ -63,7 +63,6 @@ class Prediction:
     """
 
     method: str
-    preset: str
     steps_to_50: Steps | None = None
     steps_to_95: Steps | None = None
     horizon: int = 0
@@ -113,13 +112,14 @@ def saved_at(key: str) -> Path:
 
 
 def keep_prediction(config: TrainConfig, folder: Path) -> None:
-    """Copy what saved advice predicts of a run into its folder: for the same task, limit, preset and method."""
+    """Copy what saved advice predicts of a run into its folder: for the same task, limit and method, usual preset."""
     path, key = saved_at(config.env.key), config.env.key
     if not path.is_file():
         return
     task, predictions = _read(path)
     one = predictions.get(config.agents.method)
-    if one and one.steps_to and task == key and one.preset == config.preset and config.resolved_method.meta in SCRIPTS:
+    is_usual = config.preset == implied_preset({"task": config.env.task}) and config.resolved_method.meta in SCRIPTS
+    if one and one.steps_to and task == key and is_usual:
         write_atomically(folder / FILE, to_json({"task": key, "predictions": {one.method: one.to_dict()}}))
 
 
@@ -143,9 +143,7 @@ def _read(path: Path) -> tuple[str, dict[str, Prediction]]:
     table = read_json(path)
     try:
         found = {
-            str(method): Prediction(
-                str(one["method"]), str(one["preset"]), steps(one["steps_to_50"]), steps(one["steps_to_95"])
-            )
+            str(method): Prediction(str(one["method"]), steps(one["steps_to_50"]), steps(one["steps_to_95"]))
             for method, one in table["predictions"].items()
         }
         return str(table["task"]), found
