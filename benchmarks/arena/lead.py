@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
 
 import numpy as np
 from scipy.stats import spearmanr
 
+from benchmarks.arena.predictions import MILESTONES
 from benchmarks.prediction.rows import arena_runs, task_medians
 
-MILESTONE = "steps_to_50"
 PROPERTIES = ("expected_steps", "random_success", "goals", "kinds", "fewest", "markings", "limit", "actions")
 """Of a task, known before training: columns of play.csv."""
 LEAD = ("tasks", "neither", "HiPPO first", "ratio, lower quartile", "median", "upper quartile")
@@ -19,17 +20,17 @@ MIN_TASKS = 4
 Row = Mapping[str, str]
 
 
-def ratios(rows: Sequence[Row], method: str) -> dict[str, float]:
-    """Return for each task a method's median steps to 50% over HiPPO's, as both were measured.
+def ratios(rows: Sequence[Row], method: str, milestone: str = "steps_to_50") -> dict[str, float]:
+    """Return for each task a method's median steps to a milestone over HiPPO's.
 
     It is ``inf`` if only HiPPO's median run gets there, 0 if only the other's does, and ``nan`` if neither does.
     """
-    own, hippo = (_medians(rows, name) for name in (method, "hippo"))
+    own, hippo = (_medians(rows, name, milestone) for name in (method, "hippo"))
     return {task: _ratio(own[task], hippo[task]) for task in own if task in hippo}
 
 
-def _medians(rows: Sequence[Row], method: str) -> dict[str, float]:
-    runs = arena_runs(rows, method, MILESTONE)
+def _medians(rows: Sequence[Row], method: str, milestone: str) -> dict[str, float]:
+    runs = arena_runs(rows, method, milestone)
     tasks, _, times = task_medians(runs, np.zeros(len(runs)))
     return dict(zip(tasks.tolist(), np.exp(times).tolist(), strict=True))
 
@@ -39,20 +40,21 @@ def _ratio(own: float, hippo: float) -> float:
 
 
 def lead_cells(rows: Sequence[Row], families: Sequence[str]) -> Iterator[list[str]]:
-    """Yield for each family and method: tasks with a ratio, in how many HiPPO is first, quartiles of the ratio."""
+    """Yield for each family, method and milestone: tasks with a ratio, where HiPPO is first, the ratio's quartiles."""
     for family in families:
         own = [row for row in rows if row["family"] == family]
-        for method in dict.fromkeys(row["method"] for row in own if row["method"] != "hippo"):
-            found = np.array([*ratios(own, method).values()])
+        methods = dict.fromkeys(row["method"] for row in own if row["method"] != "hippo")
+        for method, milestone in product(methods, MILESTONES):
+            found = np.array([*ratios(own, method, milestone).values()])
             known = found[~np.isnan(found)]
             if len(known):
                 quartiles = np.quantile(known, [0.25, 0.5, 0.75], method="nearest")
                 counts = len(known), len(found) - len(known), (known > 1).sum()
-                yield [family, method, *map(str, counts), *(f"{one:.2f}" for one in quartiles)]
+                yield [family, method, milestone, *map(str, counts), *(f"{one:.2f}" for one in quartiles)]
 
 
 def property_cells(rows: Sequence[Row], play: Mapping[str, Row], families: Sequence[str]) -> Iterator[list[str]]:
-    """Yield for each family the rank correlation of PPO+Bonus's ratio with each property of a task."""
+    """Yield for each family the rank correlation of PPO+Bonus's ratio, to 50%, with each property of a task."""
     for family in families:
         found = ratios([row for row in rows if row["family"] == family], "ppo-bonus")
         tasks = [task for task, ratio in found.items() if not np.isnan(ratio) and task in play]

@@ -35,14 +35,15 @@ def judge(folder: Path, families: Sequence[str]) -> str:
     horizons = {arena_task(row): float(row["log_samples"]) for row in read("horizon.csv") if not row["error"]}
     with_horizon = {task: values[task] | {HORIZON: one} for task, one in horizons.items() if task in values}
     names = ["family", "method", "milestone"]
-    parts = [
-        markdown_table([*names, *_COLUMNS], [*_predicted(predicted, good, families)]),
-        markdown_table([*names, "runs", *_measures()], [*_measured(values, good, families)]),
-        markdown_table([*names, "runs", *_measures(), HORIZON], [*_measured(with_horizon, good, families)]),
-        markdown_table(["family", "tasks", "not predicted", "why"], [*_outside(predicted, families)]),
-        markdown_table(["family", "steps of", *LEAD], [*lead_cells(good, families)]),
-        markdown_table(["family", "tasks", *PROPERTIES], [*property_cells(good, play, families)]),
-    ]
+    tables = (
+        ([*names, *_COLUMNS], _predicted(predicted, good, families)),
+        ([*names, "runs", *_measures()], _measured(values, good, families)),
+        ([*names, "runs", *_measures(), HORIZON], _measured(with_horizon, good, families)),
+        (["family", "tasks", "not predicted", "why"], _outside(predicted, families)),
+        (["family", "steps of", "milestone", *LEAD], lead_cells(good, families)),
+        (["family", "tasks", *PROPERTIES], property_cells(good, play, families)),
+    )
+    parts = [markdown_table(headings, cells) for headings, rows_of in tables if (cells := [*rows_of])]
     failed = [
         f"failed: {arena_task(row)} {row['method']} {row['seed']}: {row['error']}" for row in rows if row["error"]
     ]
