@@ -162,10 +162,10 @@ def table() -> None:
             if own.empty:
                 line.append("-")
                 continue
-            reached = own.reached.notna().sum()
+            median = own.reached.fillna(np.inf).median()
             speed = (own.steps / own.cpu_seconds).median()
-            steps = f"{own.reached.median() / 1000:.0f}k, " if reached else ""
-            line.append(f"{steps}{reached} of {len(own)}; {own.score.mean():.2f}; {speed:,.0f}")
+            steps = f"{median / 1000:.0f}k, " if np.isfinite(median) else ""
+            line.append(f"{steps}{own.reached.count()} of {len(own)}; {own.score.mean():.2f}; {speed:,.0f}")
         ratio = compared.ratio[name]
         cells.append([*line, "-" if np.isnan(ratio) else f"{ratio:.2f}"])
     print(markdown_table(["task", *METHODS, "ratio"], cells))
