@@ -49,7 +49,9 @@ def main() -> int:
     if given.command == "predict":
         predict_rows(families, given.folder)
     elif given.command == "run":
-        run_rows(plan(families, [*METHODS, *ARMS] if given.arms else METHODS), given.folder, given.processes)
+        methods = [*METHODS, *ARMS] if given.arms else METHODS
+        runs = [one for family in families for one in plan(family.name, [*family.tasks()], methods)]
+        run_rows(runs, given.folder, given.processes)
     else:
         print(judge(given.folder, given.families or [*FAMILIES]))
     return 0

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.arena.families import FAMILIES, Family
+from benchmarks.arena.families import FAMILIES
 from benchmarks.arena.predictions import METHODS, add_rows
 from benchmarks.prediction.play import read_rows
 from hierroom.runs.config.run_name import plain
@@ -56,15 +56,24 @@ class Run:
         return plain("-".join((self.family, self.task, self.method, str(self.seed))))
 
 
-def plan(families: Iterable[Family], methods: Iterable[str] = METHODS) -> list[Run]:
-    """Return all runs of some methods or arms, those of a family together, first those of seed 0 and so on."""
+def plan(family: str, tasks: Sequence[str], methods: Sequence[str] = METHODS) -> list[Run]:
+    """Return all runs of some methods or arms in the tasks of a family, first those of seed 0 and so on."""
     return [
-        Run(family.name, task, method, seed)
-        for family in families
+        Run(family, task, method, seed)
         for seed in range(SEEDS + 1)
-        for n, task in enumerate(family.tasks())
+        for n, task in enumerate(tasks)
         if seed < SEEDS or n % EVERY == 0
         for method in methods
+    ]
+
+
+def whole_families(folder: Path) -> list[str]:
+    """Return the families in which each planned run has a row; fits are made to no others."""
+    predicted = [(row["family"], row["task"]) for row in read_rows(folder / "predictions.csv")]
+    done = {Run(row["family"], row["task"], row["method"], int(row["seed"])) for row in read_rows(folder / "runs.csv")}
+    families = dict.fromkeys(family for family, _ in predicted)
+    return [
+        one for one in families if done.issuperset(plan(one, [task for family, task in predicted if family == one]))
     ]
 
 

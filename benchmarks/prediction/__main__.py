@@ -22,11 +22,11 @@ import numpy as np
 import tyro
 from numpy.typing import NDArray
 
-from benchmarks.arena.families import FAMILIES
+from benchmarks.arena.runs import whole_families
 from benchmarks.prediction.candidates import CANDIDATES
 from benchmarks.prediction.fit import Line, Score, factors, fit, fit_worlds, score
 from benchmarks.prediction.play import RESULTS, config_of, new_tasks
-from benchmarks.prediction.rows import Runs, known_tasks, read_runs, task_medians
+from benchmarks.prediction.rows import ARENA, Runs, known_tasks, read_runs, task_medians
 from hierroom.lab.advise import model
 from hierroom.lab.advise.measures import MEASURES, Known
 from hierroom.lab.advise.outside import OTHER, outside
@@ -97,9 +97,9 @@ def _held_out(runs: Runs, x: NDArray, parts: NDArray[Any], fit_to: Callable[...,
 
 
 def fitted_runs(method: str, milestone: str, known: dict[str, Known], uses: dict[str, str]) -> Runs:
-    """Return the runs of a method that fits are made to: those at home, and in the arena's families."""
+    """Return the runs of a method that fits are made to: those at home, and in families of the arena that are whole."""
     runs = read_runs(method, milestone, known, uses)
-    return runs.where(np.isin(runs.worlds, [*WORLDS, *FAMILIES]))
+    return runs.where(np.isin(runs.worlds, [*WORLDS, *whole_families(ARENA)]))
 
 
 def table(known: dict[str, Known], uses: dict[str, str]) -> Iterator[dict[str, Any]]:

@@ -98,7 +98,7 @@ def test_predictions_go_on_row_by_row_and_a_failure_is_a_row(tmp_path, monkeypat
 
 def test_no_run_without_a_prediction(tmp_path):
     with pytest.raises(InputError, match="commit it before"):
-        runs.run_rows(runs.plan([FAMILIES["workshop"]]), tmp_path)
+        runs.run_rows(runs.plan("workshop", [*FAMILIES["workshop"].tasks()]), tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -123,7 +123,7 @@ def test_a_run_that_fails_is_a_row_and_one_that_was_cut_off_is_none(code, error,
 def test_two_runs_at_a_time_write_all_rows(tmp_path, monkeypatch):
     both = threading.Barrier(2)
     monkeypatch.setattr(runs, "in_process", lambda *_, **identity: {"waited": both.wait()})
-    some = runs.plan([FAMILIES["workshop"]])[:6]
+    some = runs.plan("workshop", [*FAMILIES["workshop"].tasks()])[:6]
     predicted = [{"family": "workshop", "task": task} for task in FAMILIES["workshop"].tasks()]
     write_atomically(tmp_path / "predictions.csv", csv_text(predicted))
     runs.run_rows(some, tmp_path, processes=2)
@@ -142,9 +142,18 @@ def test_a_run_stops_after_three_good_evaluations_in_a_row():
 
 
 def test_plan_has_a_third_seed_of_a_quarter_of_the_tasks():
-    every = runs.plan([FAMILIES["toy_text"]])
+    every = runs.plan("toy_text", [*FAMILIES["toy_text"].tasks()])
     assert len(every) == 3 * (2 * 10 + 3)
     assert len({one.task for one in every if one.seed == 2}) == 3
+
+
+def test_a_family_is_whole_when_each_planned_run_has_a_row(tmp_path):
+    tasks = ["x", "y"]
+    predicted = [{"family": family, "task": task} for family in ("workshop", "toy_text") for task in tasks]
+    done = [vars(one) for one in (*runs.plan("toy_text", tasks), *runs.plan("workshop", tasks)[:-1])]
+    write_atomically(tmp_path / "predictions.csv", csv_text(predicted))
+    write_atomically(tmp_path / "runs.csv", csv_text(done))
+    assert runs.whole_families(tmp_path) == ["toy_text"]
 
 
 def test_runs_are_inside_outside_or_undecided():
