@@ -64,9 +64,11 @@ def property_cells(rows: Sequence[Row], play: Mapping[str, Row], families: Seque
         capped = [min(found[task], 2 * highest) for task in tasks]  # ranks are all that count
         cells = []
         for name in PROPERTIES:
-            values = [float(play[task][name]) for task in tasks]
-            is_constant = len({*values}) == 1 or len({*capped}) == 1
-            cells.append("-" if is_constant else f"{_rank_correlation(values, capped):.2f}")
+            texts = [play[task][name] for task in tasks]  # empty where play did not show it
+            pairs = [(float(text), ratio) for text, ratio in zip(texts, capped, strict=True) if text]
+            is_constant = any(len({*one}) == 1 for one in zip(*pairs, strict=True))
+            is_known = len(pairs) >= MIN_TASKS and not is_constant
+            cells.append(f"{_rank_correlation(*zip(*pairs, strict=True)):.2f}" if is_known else "-")
         yield [family, str(len(tasks)), *cells]
 
 

@@ -210,6 +210,7 @@ def test_ratio_to_hippo_of_each_task_and_what_goes_with_it():
     assert [*lead_cells(rows, ["f"])] == [["f", "ppo-bonus", "steps_to_50", "4", "1", "3", "2.00", "4.00", "4.00"]]
     goals = {"f/a": 2, "f/b": 3, "f/c": 9, "f/d": 1, "f/e": 0}
     play = {task: dict.fromkeys(PROPERTIES, "1") | {"goals": str(n)} for task, n in goals.items()}
+    play["f/a"]["random_success"] = ""
     ((family, tasks, *cells),) = property_cells(rows, play, ["f"])
     assert (family, tasks) == ("f", "4")
     assert dict(zip(PROPERTIES, cells, strict=True)) == dict.fromkeys(PROPERTIES, "-") | {"goals": "1.00"}
