@@ -19,6 +19,7 @@ from benchmarks.arena.runs import ARMS, plan, run_rows
 from benchmarks.arena.verdict import judge
 from benchmarks.prediction.play import RESULTS
 from hierroom.support.cli import run
+from hierroom.support.errors import InputError
 
 FOLDER = RESULTS / "arena"
 
@@ -49,6 +50,8 @@ def main() -> int:
     if given.command == "predict":
         predict_rows(families, given.folder)
     elif given.command == "run":
+        if given.arms and (ours := [family.name for family in families if family.is_ours]):
+            raise InputError(f"arms are for families by others; not for {', '.join(ours)}: see docs/arena.md")
         methods = [*METHODS, *ARMS] if given.arms else METHODS
         runs = [one for family in families for one in plan(family.name, [*family.tasks()], methods)]
         run_rows(runs, given.folder, given.processes)

@@ -32,6 +32,11 @@ class Family:
     install: str = ""
 
     @property
+    def is_ours(self) -> bool:
+        """Whether its worlds are in the package."""
+        return self.name in ("escape_room", "workshop")
+
+    @property
     def is_installed(self) -> bool:
         """Whether its packages are there."""
         return all(find_spec(package) is not None for package in self.packages)
@@ -45,13 +50,18 @@ class Family:
         return {name: one if isinstance(one, dict) else {"task": f"{module}:{name}"} for name, one in tasks.items()}
 
 
-_MINIHACK = ("nle", "minihack", "pkg_resources"), "--no-deps nle minihack 'setuptools<82'"
 _ALL = (
     Family("crafter_symbols", 150_000, 20_000, ("crafter", "numba"), "crafter numba"),
     Family("escape_room", 1_000_000, 1_000_000),
     Family("hierarchycraft", 100_000, 20_000, ("hcraft",), "hcraft"),
     Family("minigrid_levels", 200_000, 20_000, ("minigrid",), "minigrid"),
-    Family("minihack_rooms", 200_000, 15_000, *_MINIHACK),
+    Family(
+        name="minihack_rooms",
+        steps=200_000,
+        play_steps=15_000,
+        packages=("nle", "minihack", "pkg_resources"),
+        install="--no-deps nle minihack 'setuptools<82'",
+    ),
     Family("point_maze", 300_000, 20_000, ("gymnasium_robotics",), "gymnasium-robotics"),
     Family("toy_text", 300_000, 60_000),
     Family("workshop", 1_000_000, 1_000_000),

@@ -13,6 +13,7 @@ import argparse
 import math
 from collections.abc import Callable, Hashable
 from copy import deepcopy
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -80,8 +81,7 @@ STATES: dict[str, Callable[[Any], Hashable]] = {
 
 def measured(family: str, task: str) -> dict[str, Any]:
     """Return the measure of a task, and what it is made of."""
-    module = __import__(f"benchmarks.arena.{family}", fromlist=["TASKS"])
-    one = module.TASKS[task]
+    one = import_module(f"{__package__}.{family}").TASKS[task]
     mdp = enumerate_env(AtTarget(one), STATES[family], max_states=MAX_STATES)
     bound = effective_horizon(mdp, one.max_steps).value
     samples = 2 * math.log(one.max_steps) + bound * math.log(mdp.n_actions)
@@ -91,12 +91,13 @@ def measured(family: str, task: str) -> dict[str, Any]:
 def main() -> int:
     """Run the command."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--families", nargs="+", choices=STATES, default=[*STATES], help="all by default")
+    parser.add_argument("--families", nargs="+", choices=STATES, default=[], help="by default all that are installed")
     parser.add_argument("--out", type=Path, default=ROWS)
     given = parser.parse_args()
     tasks = [
         {"family": family.name, "task": task}
         for family in find_families(given.families)
+        if family.name in STATES
         for task in family.tasks()
         if task not in RANDOM
     ]

@@ -60,12 +60,10 @@ def property_cells(rows: Sequence[Row], play: Mapping[str, Row], families: Seque
         tasks = [task for task, ratio in found.items() if not np.isnan(ratio) and task in play]
         if len(tasks) < MIN_TASKS:
             continue
-        highest = max((found[task] for task in tasks if np.isfinite(found[task])), default=1.0)
-        capped = [min(found[task], 2 * highest) for task in tasks]  # ranks are all that count
         cells = []
         for name in PROPERTIES:
-            texts = [play[task][name] for task in tasks]  # empty where play did not show it
-            pairs = [(float(text), ratio) for text, ratio in zip(texts, capped, strict=True) if text]
+            texts = {task: play[task][name] for task in tasks}
+            pairs = [(float(text), found[task]) for task, text in texts.items() if text]  # empty: play did not show it
             is_constant = any(len({*one}) == 1 for one in zip(*pairs, strict=True))
             is_known = len(pairs) >= MIN_TASKS and not is_constant
             cells.append(f"{_rank_correlation(*zip(*pairs, strict=True)):.2f}" if is_known else "-")

@@ -106,7 +106,7 @@ def train_one(run: Run) -> dict[str, Any]:
 
     family = FAMILIES[run.family]
     entries = dict(family.tasks()[run.task])
-    if run.method == "ppo" and "task" in entries and not str(entries["task"]).startswith("workshop"):
+    if run.method == "ppo" and not family.is_ours:
         entries["reward"] = "benchmarks.arena.runs:target_reward"  # others' rewards are of many kinds
     settings: dict[str, Any] = {"steps": family.steps, "seed": run.seed, **ARMS.get(run.method, {"method": run.method})}
     if run.method == NOT_OBSERVED:

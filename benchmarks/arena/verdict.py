@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.arena.lead import LEAD, PROPERTIES, lead_cells, property_cells
+from benchmarks.arena.lead import LEAD, PROPERTIES, Row, lead_cells, property_cells
 from benchmarks.arena.predictions import METHODS, MILESTONES
 from benchmarks.prediction.candidates import CANDIDATES
 from benchmarks.prediction.fit import concordance, score
@@ -17,7 +17,6 @@ from benchmarks.prediction.rows import Runs, arena_runs, arena_task, known_of
 from hierroom.support.tables import markdown_table
 
 ALL, HORIZON = "all", "effective horizon"
-Row = Mapping[str, str]
 _COLUMNS = ("tasks", "runs", "reached", "rank", "C", "factor", "within 2", "inside", "outside", "undecided", "coverage")
 
 
