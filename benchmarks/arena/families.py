@@ -62,8 +62,8 @@ _ALL = (
         packages=("nle", "minihack", "pkg_resources"),
         install="--no-deps nle minihack 'setuptools<82'",
     ),
-    Family("point_maze", 300_000, 20_000, ("gymnasium_robotics",), "gymnasium-robotics"),
-    Family("toy_text", 300_000, 60_000),
+    Family("point_maze", 300_000, 300_000, ("gymnasium_robotics",), "gymnasium-robotics"),
+    Family("toy_text", 300_000, 600_000),
     Family("workshop", 1_000_000, 1_000_000),
 )
 ORDER_SEED = 73
