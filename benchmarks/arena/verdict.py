@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import t as student_t
 
 from benchmarks.arena.lead import LEAD, PROPERTIES, Row, lead_cells, property_cells
 from benchmarks.arena.predictions import METHODS, MILESTONES
@@ -18,6 +19,9 @@ from hierroom.support.tables import markdown_table
 
 ALL, HORIZON = "all", "effective horizon"
 _COLUMNS = ("tasks", "runs", "reached", "rank", "C", "factor", "within 2", "inside", "outside", "undecided", "coverage")
+_POOLED = ("rank", "C", "factor", "within 2", "coverage")
+MIN_FAMILIES = 3
+"""A mean of fewer families has no interval worth printing."""
 
 
 def judge(folder: Path, families: Sequence[str]) -> str:
@@ -34,8 +38,10 @@ def judge(folder: Path, families: Sequence[str]) -> str:
     horizons = {arena_task(row): float(row["log_samples"]) for row in read("horizon.csv") if not row["error"]}
     with_horizon = {task: values[task] | {HORIZON: one} for task, one in horizons.items() if task in values}
     names = ["family", "method", "milestone"]
+    verdict = [*_predicted(predicted, good, families)]
     tables = (
-        ([*names, *_COLUMNS], _predicted(predicted, good, families)),
+        ([*names, *_COLUMNS], verdict),
+        (["method", "milestone", "families", *_POOLED], pooled_cells(verdict)),
         ([*names, "runs", *_measures()], _measured(values, good, families)),
         ([*names, "runs", *_measures(), HORIZON], _measured(with_horizon, good, families)),
         (["family", "tasks", "not predicted", "why"], _outside(predicted, families)),
@@ -92,6 +98,29 @@ def _predicted(predicted: Mapping[str, Row], rows: Sequence[Row], families: Sequ
         numbers = [scored.rank, scored.concordance, scored.factor, scored.within_2]
         ends = [*map(str, (inside, outside, undecided)), _short(share)]
         yield [*names, *map(str, counts), *map(_short, numbers), *ends]
+
+
+def pooled_cells(verdict: Sequence[Sequence[str]]) -> Iterator[list[str]]:
+    """Yield the mean of the families' figures, each family being one draw, with 90% intervals by Student's t.
+
+    The means of factors are geometric.
+    """
+    names = ("family", "method", "milestone", *_COLUMNS)
+    tables = [dict(zip(names, cells, strict=True)) for cells in verdict if cells[0] != ALL]
+    for method, milestone in dict.fromkeys((one["method"], one["milestone"]) for one in tables):
+        own = [one for one in tables if (one["method"], one["milestone"]) == (method, milestone)]
+        if len(own) >= MIN_FAMILIES:
+            figures = {name: [float(one[name]) for one in own if one[name] != "-"] for name in _POOLED}
+            yield [method, milestone, str(len(own)), *(_mean(one, name == "factor") for name, one in figures.items())]
+
+
+def _mean(figures: Sequence[float], is_factor: bool) -> str:
+    if len(figures) < MIN_FAMILIES:
+        return "-"
+    values = np.log(figures) if is_factor else np.array(figures)
+    half = student_t.ppf(0.95, len(values) - 1) * values.std(ddof=1) / np.sqrt(len(values))
+    middle, low, high = (np.exp(one) if is_factor else one for one in values.mean() + half * np.array([0, -1, 1]))
+    return f"{middle:.2f} [{low:.2f}, {high:.2f}]"
 
 
 def _measures() -> dict[str, Callable[[Row], float]]:

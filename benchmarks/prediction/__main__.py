@@ -6,25 +6,26 @@
     python -m benchmarks.prediction.judge    # these predictions, and the runs that were made afterwards
 
 Two tables of each measure, method and milestone: fitted on all worlds but one and tried on this one, and fitted on each
-home world with tasks left out, ten times a tenth. A third one tries the chosen fits on other levels, which no fit has
-seen. Families of the arena are worlds, as soon as they have runs.
+home world with tasks left out, ten times a tenth. Two of the chosen fits: tried on each world from all others, with the
+kind of interval that ships, and on other levels, which no fit has seen. A family of the arena is a world, as soon as it
+has all its runs.
 """
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 import tyro
-from numpy.typing import NDArray
 
 from benchmarks.arena.runs import whole_families
 from benchmarks.prediction.candidates import CANDIDATES
-from benchmarks.prediction.fit import Line, Score, factors, fit, fit_worlds, score
+from benchmarks.prediction.fit import Score, score
+from benchmarks.prediction.held_out import across, in_one_world, in_other_worlds, within
 from benchmarks.prediction.play import RESULTS, config_of, new_tasks
 from benchmarks.prediction.rows import ARENA, Runs, known_tasks, read_runs, task_medians
 from hierroom.lab.advise import model
@@ -53,9 +54,6 @@ CHOSEN = {
 }
 """The measure of each prediction, chosen after the runs, see docs/advise.md. PPO+Bonus to 95% is left out, as no
 measure carries from one world to the other."""
-FOLDS, SEED = 10, 0
-MANY_WORLDS, LEAST_FACTOR = 6, 4.0
-"""With fewer worlds than that, the least factor of intervals in worlds that have no runs."""
 
 
 @dataclass(frozen=True)
@@ -67,33 +65,6 @@ class Options:
     """
 
     new: bool = False
-
-
-def across(runs: Runs, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return predictions [R] of each world's runs by a fit to all other worlds, and their half intervals."""
-    return _held_out(runs, x, runs.worlds, fit_worlds)
-
-
-def within(runs: Runs, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return predictions [R] of each task's runs by a fit to other tasks of its world, and their half intervals."""
-    predicted, half = np.full((2, len(runs)), np.nan)
-    for world in np.unique(runs.worlds):
-        of_world = runs.worlds == world
-        tasks = np.unique(runs.tasks[of_world])
-        folds = dict(zip(tasks, np.random.default_rng(SEED).permutation(len(tasks)) % FOLDS, strict=True))
-        fold = np.array([folds[task] for task in runs.tasks[of_world]])
-        predicted[of_world], half[of_world] = _held_out(runs.where(of_world), x[of_world], fold, fit)
-    return predicted, half
-
-
-def _held_out(runs: Runs, x: NDArray, parts: NDArray[Any], fit_to: Callable[..., Line]) -> tuple[NDArray, NDArray]:
-    predicted, half = np.full((2, len(runs)), np.nan)
-    for part in np.unique(parts):
-        held = parts == part
-        if not held.all():
-            line = fit_to(runs.where(~held), x[~held])
-            predicted[held], half[held] = line.of(x[held]), model.Z90 * line.sigma
-    return predicted, half
 
 
 def fitted_runs(method: str, milestone: str, known: dict[str, Known], uses: dict[str, str]) -> Runs:
@@ -116,6 +87,20 @@ def table(known: dict[str, Known], uses: dict[str, str]) -> Iterator[dict[str, A
                 yield {"left out": way, "method": method, "milestone": milestone, "measure": name, **rounded(scored)}
 
 
+def worlds_left_out(known: dict[str, Known], uses: dict[str, str]) -> Iterator[dict[str, Any]]:
+    """Yield how the shipped kind of interval does in each world, from all others."""
+    for (method, milestone), name in CHOSEN.items():
+        runs = fitted_runs(method, milestone, known, uses)
+        x = runs.measured(known, MEASURES[name])
+        runs, x = runs.where(np.isfinite(x)), x[np.isfinite(x)]
+        for world in np.unique(runs.worlds):
+            own = runs.worlds == world
+            intercept, slope, _, low, high = in_other_worlds(runs.where(~own), x[~own])
+            predicted = intercept + slope * x[own]
+            scored = score(runs.where(own), predicted, predicted + np.log(low), predicted + np.log(high))
+            yield {"left out": world, "method": method, "milestone": milestone, "measure": name, **rounded(scored)}
+
+
 def rounded(scored: Score) -> dict[str, Any]:
     """Return a score for a table."""
     return {name: value if isinstance(value, int) else f"{value:.3g}" for name, value in scored._asdict().items()}
@@ -132,15 +117,7 @@ def fits(known: dict[str, Known], uses: dict[str, str]) -> Iterator[model.Fit]:
             runs, x = every.where(kept), x[kept]
             if not len(runs):
                 continue
-            if world == OTHER:
-                line = fit_worlds(runs, x)
-                low, high = factors(runs, across(runs, x)[0], runs.worlds)
-                if len(np.unique(runs.worlds)) < MANY_WORLDS:
-                    low, high = min(low, 1 / LEAST_FACTOR), max(high, LEAST_FACTOR)
-            else:
-                line = fit(runs, x)
-                low, high = factors(runs, within(runs, x)[0])
-            numbers = (round(one, 6) for one in (*line, low, high))
+            numbers = (round(one, 6) for one in (in_other_worlds if world == OTHER else in_one_world)(runs, x))
             yield model.Fit(method, milestone, world, name, *numbers, len(np.unique(runs.tasks)), len(runs))
 
 
@@ -224,7 +201,7 @@ def main() -> int:
         print(f"predictions of {len(rows)} tasks are in {FOLDER / 'new.csv'}")
         return 0
     write_model(known, uses)
-    write_and_print([*table(known, uses), *other_levels(known, uses)], "table.csv")
+    write_and_print([*table(known, uses), *worlds_left_out(known, uses), *other_levels(known, uses)], "table.csv")
     return 0
 
 

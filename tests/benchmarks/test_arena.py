@@ -13,7 +13,7 @@ import benchmarks.arena.toy_text
 from benchmarks.arena import crafter_arms, horizon, predictions, runs
 from benchmarks.arena.families import FAMILIES
 from benchmarks.arena.lead import PROPERTIES, lead_cells, property_cells, ratios
-from benchmarks.arena.verdict import judge, verdicts
+from benchmarks.arena.verdict import judge, pooled_cells, verdicts
 from benchmarks.prediction.play import RESULTS, read_rows
 from benchmarks.prediction.rows import Runs
 from hierroom.lab.advise.measures import Known
@@ -183,6 +183,19 @@ def test_judge_says_something_of_two_rows(tmp_path):
     assert "| toy_text | hippo | steps_to_50 | 1 | 1 | 1 | - | - | 1.90 | 1.00 | 1 | 0 | 0 | 1.00 |" in text
     assert "| toy_text | 2 | 1 | 1 x too long |" in text
     assert "failed: toy_text/taxi_1 hippo 1: no display" in text
+
+
+def test_families_are_pooled_as_draws():
+    def cells(family, factor, coverage):
+        return [family, "hippo", "steps_to_50", "8", "20", "19", "-", "0.50", factor, "0.40", "9", "1", "0", coverage]
+
+    verdict = [cells("one", "1.00", "1.00"), cells("two", "2.00", "0.80"), cells("three", "4.00", "0.60")]
+    (pooled,) = pooled_cells([*verdict, cells("all", "9.00", "0.00")])
+    # Student's t with two degrees of freedom is 2.92 at 95%: 0.8 +- 2.92 * 0.2 / sqrt(3), and log 2 * 2.92 / sqrt(3).
+    assert pooled[:5] == ["hippo", "steps_to_50", "3", "-", "0.50 [0.50, 0.50]"]
+    assert pooled[5] == f"2.00 [{2 / 2 ** (2.92 / 3**0.5):.2f}, {2 * 2 ** (2.92 / 3**0.5):.2f}]"
+    assert pooled[7] == f"0.80 [{0.8 - 0.2 * 2.92 / 3**0.5:.2f}, {0.8 + 0.2 * 2.92 / 3**0.5:.2f}]"
+    assert [*pooled_cells(verdict[:2])] == []
 
 
 def test_authors_logs_become_rows_of_their_first_million_steps(tmp_path):
