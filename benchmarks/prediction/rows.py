@@ -72,7 +72,7 @@ def known_tasks() -> tuple[dict[str, Known], dict[str, str]]:
 def known_of(row: Mapping[str, str]) -> Known:
     """Return what a row of random play says of a task."""
     kinds: dict[str, Any] = Known.__annotations__
-    return Known(**{name: (int if kind == "int" else float)(float(row[name])) for name, kind in kinds.items()})
+    return Known(**{name: (int if kind == "int" else float)(float(row[name] or "nan")) for name, kind in kinds.items()})
 
 
 def arena_task(row: Mapping[str, str]) -> str:

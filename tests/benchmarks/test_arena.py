@@ -85,7 +85,7 @@ def test_predictions_go_on_row_by_row_and_a_failure_is_a_row(tmp_path, monkeypat
         seen.append(task)
         if len(seen) == 2:
             raise RuntimeError("broken")
-        return known | {"expected_steps": 4000.0, "limit": 400}
+        return known | {"expected_steps": 4000.0, "limit": 400, "random_success": 0.1}
 
     monkeypatch.setattr(predictions, "played", played)
     for _ in range(2):  # the second time nothing is lacking

@@ -64,6 +64,8 @@ def test_ends_of_intervals_are_in_order(median, high):
         ({"expected_steps": 10_001.0}, "random steps"),
         ({"limit": 199}, "steps of an episode"),
         ({"goals": 21}, "21 goals"),
+        ({"random_success": 0.5}, None),
+        ({"random_success": 0.57}, "succeeds in 57%"),
         ({"fewest": math.nan}, "rules are unknown"),
     ],
 )

@@ -25,6 +25,7 @@ class Known:
         markings: nodes of the marking chain of the rules.
         goals: number of goals on the way to the target.
         limit: steps of an episode.
+        random_success: share of episodes in which random play reaches the target.
     """
 
     expected_steps: float
@@ -34,13 +35,15 @@ class Known:
     markings: float
     goals: int
     limit: int
+    random_success: float = math.nan
 
     @classmethod
     def of(cls, costs: PlayCosts, rules: Rules | GoalGraph | None) -> Known:
         """Return what play and rules show of a task."""
         steps = [goal.steps.value for goal in costs.goals.values()]
         fewest, markings, goals = rule_numbers(rules)
-        return cls(costs.expected_steps.value, sum(steps), len(steps), fewest, markings, goals, costs.limit)
+        numbers = fewest, markings, goals, costs.limit, costs.random_success.value
+        return cls(costs.expected_steps.value, sum(steps), len(steps), *numbers)
 
 
 def rule_numbers(rules: Rules | GoalGraph | None) -> tuple[float, float, int]:
