@@ -83,6 +83,8 @@ class Advice:
             "predictions": {name: one.to_dict() for name, one in self.predictions.items()},
             "costs": costs and {name: vars(goal) for name, goal in costs.goals.items()},
             "expected_steps": costs and costs.expected_steps,
+            "play_steps": costs and costs.steps,
+            "episodes": costs and costs.episodes,
             "random_success": self.random_success,
             "rules": self.rules and self.rules.to_dict(),
             **{name: getattr(self, name) for name in ("method", "steps", "outside", "reason", "model")},
