@@ -33,6 +33,7 @@ from hierroom.support.tables import markdown_table
 ROWS = Path(__file__).parent / "results" / "others.csv"
 LAST = 100
 """Episodes of a mean."""
+RESAMPLES = 10_000
 
 
 @dataclass(frozen=True)
@@ -151,6 +152,18 @@ def ratios(rows: pd.DataFrame) -> pd.DataFrame:
     return steps.assign(ratio=steps.hierroom / others)
 
 
+def interval(rows: pd.DataFrame) -> tuple[float, float]:
+    """Return the 95% interval of one task's ratio over resampled seeds of each method."""
+    random = np.random.default_rng(0)
+    medians = {
+        method: np.median(random.choice(own.reached.fillna(own.steps), (RESAMPLES, len(own))), axis=1)
+        for method, own in rows.groupby("method")
+    }
+    others = np.min([medians[method] for method in ("ppo", "recurrent-ppo") if method in medians], axis=0)
+    low, high = np.quantile(medians["hierroom"] / others, [0.025, 0.975])
+    return float(low), float(high)
+
+
 def table() -> None:
     """Print the table of docs/others.md."""
     rows = pd.read_csv(ROWS)
@@ -167,12 +180,13 @@ def table() -> None:
             steps = f"{median / 1000:.0f}k, " if np.isfinite(median) else ""
             line.append(f"{steps}{own.reached.count()} of {len(own)}; {own.score.mean():.2f}; {speed:,.0f}")
         ratio = compared.ratio[name]
-        cells.append([*line, "-" if np.isnan(ratio) else f"{ratio:.2f}"])
+        ends = "" if np.isnan(ratio) else "[{:.2f}, {:.2f}]".format(*interval(rows[rows.task == name]))
+        cells.append([*line, f"{ratio:.2f} {ends}" if ends else "-"])
     print(markdown_table(["task", *METHODS, "ratio"], cells))
     flat = rows[rows.method != "hippo"]
     learned = compared[flat.groupby("task").reached.max().reindex(compared.index).notna()].dropna(subset="ratio")
     logs = np.log(learned.ratio)
-    resampled = np.random.default_rng(0).choice(logs, (10_000, len(logs))).mean(1)
+    resampled = np.random.default_rng(0).choice(logs, (RESAMPLES, len(logs))).mean(1)
     low, high = np.exp(np.quantile(resampled, [0.025, 0.975]))
     print(f"\ngeometric mean of the ratios of {len(logs)} tasks: {np.exp(logs.mean()):.2f} [{low:.2f}, {high:.2f}]")
 
