@@ -34,6 +34,7 @@ ROWS = Path(__file__).parent / "results" / "others.csv"
 LAST = 100
 """Episodes of a mean."""
 RESAMPLES = 10_000
+OTHERS = ("ppo", "recurrent-ppo")
 
 
 @dataclass(frozen=True)
@@ -148,7 +149,7 @@ def ratios(rows: pd.DataFrame) -> pd.DataFrame:
         index="task", columns="method", values="reached", aggfunc="median", sort=False
     )
     steps = steps.reindex([name for name in TASKS if name in steps.index])
-    others = steps[[method for method in ("ppo", "recurrent-ppo") if method in steps]].min(axis=1)
+    others = steps[[method for method in OTHERS if method in steps]].min(axis=1)
     return steps.assign(ratio=steps.hierroom / others)
 
 
@@ -159,7 +160,7 @@ def interval(rows: pd.DataFrame) -> tuple[float, float]:
         method: np.median(random.choice(own.reached.fillna(own.steps), (RESAMPLES, len(own))), axis=1)
         for method, own in rows.groupby("method")
     }
-    others = np.min([medians[method] for method in ("ppo", "recurrent-ppo") if method in medians], axis=0)
+    others = np.min([medians[method] for method in OTHERS if method in medians], axis=0)
     low, high = np.quantile(medians["hierroom"] / others, [0.025, 0.975])
     return float(low), float(high)
 

@@ -4,6 +4,10 @@ Nobody used this world for the model. The robot turns, drives, and lifts or puts
 a shelf it cannot drive under others. It sees 3 x 3 cells, which of them are shelves that were ordered, and where it is.
 Which shelves are ordered, and where the robot starts, is random in each episode. Three tasks, chosen to be hard to
 predict: an easy one with a generous limit, one with hardly more time than it takes, and a chain of five goals.
+
+    pip install rware==2.0.0
+    python -m hierroom advise --task benchmarks.arena.challenge:hurried
+    python -m hierroom train --task benchmarks.arena.challenge:hurried --steps 200_000 --evaluation-steps 100_000
 """
 
 from itertools import pairwise
@@ -15,8 +19,6 @@ from rware.warehouse import ObservationType, RewardType, Warehouse
 
 import hierroom
 
-STEPS = 200_000
-"""Steps of each run."""
 SMALL = """
 ......
 .xx.x.

@@ -51,9 +51,9 @@ class Family:
 
 
 _ALL = (
-    Family("crafter_symbols", 150_000, 20_000, ("crafter", "numba"), "crafter numba"),
+    Family("crafter_symbols", 150_000, 40_000, ("crafter", "numba"), "crafter numba"),
     Family("escape_room", 1_000_000, 1_000_000),
-    Family("hierarchycraft", 100_000, 20_000, ("hcraft",), "hcraft"),
+    Family("hierarchycraft", 100_000, 40_000, ("hcraft",), "hcraft"),
     Family("minigrid_levels", 200_000, 20_000, ("minigrid",), "minigrid"),
     Family(
         name="minihack_rooms",

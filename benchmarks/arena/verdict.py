@@ -11,6 +11,7 @@ from scipy.stats import t as student_t
 
 from benchmarks.arena.lead import LEAD, PROPERTIES, Row, lead_cells, property_cells
 from benchmarks.arena.predictions import METHODS, MILESTONES
+from benchmarks.arena.runs import whole_families
 from benchmarks.prediction.candidates import CANDIDATES
 from benchmarks.prediction.fit import concordance, score
 from benchmarks.prediction.play import read_rows
@@ -39,9 +40,11 @@ def judge(folder: Path, families: Sequence[str]) -> str:
     with_horizon = {task: values[task] | {HORIZON: one} for task, one in horizons.items() if task in values}
     names = ["family", "method", "milestone"]
     verdict = [*_predicted(predicted, good, families)]
+    finished = whole_families(folder)
+    whole = [cells for cells in verdict if cells[0] in finished]
     tables = (
         ([*names, *_COLUMNS], verdict),
-        (["method", "milestone", "families", *_POOLED], pooled_cells(verdict)),
+        (["method", "milestone", "families", *_POOLED], pooled_cells(whole)),
         ([*names, "runs", *_measures()], _measured(values, good, families)),
         ([*names, "runs", *_measures(), HORIZON], _measured(with_horizon, good, families)),
         (["family", "tasks", "not predicted", "why"], _outside(predicted, families)),
@@ -103,10 +106,10 @@ def _predicted(predicted: Mapping[str, Row], rows: Sequence[Row], families: Sequ
 def pooled_cells(verdict: Sequence[Sequence[str]]) -> Iterator[list[str]]:
     """Yield the mean of the families' figures, each family being one draw, with 90% intervals by Student's t.
 
-    The means of factors are geometric.
+    Means of factors are geometric. `judge` gives it the families that have all their runs.
     """
     names = ("family", "method", "milestone", *_COLUMNS)
-    tables = [dict(zip(names, cells, strict=True)) for cells in verdict if cells[0] != ALL]
+    tables = [dict(zip(names, cells, strict=True)) for cells in verdict]
     for method, milestone in dict.fromkeys((one["method"], one["milestone"]) for one in tables):
         own = [one for one in tables if (one["method"], one["milestone"]) == (method, milestone)]
         if len(own) >= MIN_FAMILIES:

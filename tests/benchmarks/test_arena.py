@@ -190,7 +190,7 @@ def test_families_are_pooled_as_draws():
         return [family, "hippo", "steps_to_50", "8", "20", "19", "-", "0.50", factor, "0.40", "9", "1", "0", coverage]
 
     verdict = [cells("one", "1.00", "1.00"), cells("two", "2.00", "0.80"), cells("three", "4.00", "0.60")]
-    (pooled,) = pooled_cells([*verdict, cells("all", "9.00", "0.00")])
+    (pooled,) = pooled_cells(verdict)
     # Student's t with two degrees of freedom is 2.92 at 95%: 0.8 +- 2.92 * 0.2 / sqrt(3), and log 2 * 2.92 / sqrt(3).
     assert pooled[:5] == ["hippo", "steps_to_50", "3", "-", "0.50 [0.50, 0.50]"]
     assert pooled[5] == f"2.00 [{2 / 2 ** (2.92 / 3**0.5):.2f}, {2 * 2 ** (2.92 / 3**0.5):.2f}]"

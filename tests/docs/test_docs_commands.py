@@ -9,6 +9,7 @@ import pytest
 from doc_pages import PAGES, ROOT, commands
 from fuzz.commands import SMALL_OPTIONS, end_of, train_quietly
 
+from benchmarks.arena.families import FAMILIES
 from hierroom.__main__ import COMMANDS as NAMES_OF_COMMANDS
 
 HEAD = ["python", "-m", "hierroom"]
@@ -25,8 +26,6 @@ OF_TASK = "runs/hippo-fixed-dfs-my_tasks-taxi-seed0-steps300k"
 NAMES = {"RUNS": "runs", "[RUN": "runs/hippo-fixed-dfs-c-seed0", "...]": None}
 NAMES |= {"runs/ppo-my_tasks-taxi-seed0-steps300k": None}
 """Stand-ins for user-chosen names, and their values here."""
-NEEDED = {"minihack": "benchmarks.arena.minihack_rooms"}
-"""Packages that a task of a command needs, which no extra of hierroom installs."""
 
 
 @pytest.fixture(scope="module")
@@ -58,9 +57,9 @@ def test_docs_show_every_command():
 @pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
 def test_command_of_the_docs_succeeds(command, folder, tmp_path, monkeypatch):
-    for package, module in NEEDED.items():
-        if module in command:
-            pytest.importorskip(package)
+    for family in FAMILIES.values():
+        if f"benchmarks.arena.{family.name}:" in command and not family.is_installed:
+            pytest.skip(f"{family.name} is not installed:  pip install {family.install}")
     name, *words = shlex.split(command)[3:]
     place = tmp_path / "folder"
     shutil.copytree(folder, place)
