@@ -1,6 +1,7 @@
 """Stages counted by hand, and against the exact mean of random play in a workshop."""
 
 import time
+from dataclasses import replace
 
 import gymnasium
 import numpy as np
@@ -101,6 +102,20 @@ def test_steps_that_go_back_to_a_state_are_few_and_part_of_the_budget(monkeypatc
     assert 8000 <= costs.steps < 8200
     assert Walk.steps == pytest.approx(costs.steps, abs=50)
     assert np.isfinite(costs.expected_steps.value)
+
+
+def test_expected_steps_count_the_episodes_that_a_limit_ends():
+    at, steps, limit = np.eye(1, 13)[0], 0.0, 20
+    for _ in range(limit):  # the exact walk: at 12 an episode has ended
+        steps += at[:12].sum()
+        moved = np.zeros(13)
+        moved[0], moved[12] = at[0] / 2, at[12]
+        moved[1:] += at[:12] / 2
+        moved[:11] += at[1:12] / 2
+        at = moved
+    costs = measure_costs(EnvConfig(task=replace(walk_task(), max_steps=limit)), play_steps=60_000)
+    assert costs.expected_steps.low < steps / at[12] < costs.expected_steps.high
+    assert steps / at[12] > 2000  # a walk without a limit takes 12 x 13 steps
 
 
 def test_slow_play_ends_in_time(monkeypatch):

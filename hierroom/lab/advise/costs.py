@@ -47,7 +47,7 @@ class PlayCosts:
 
     Args:
         goals: the cost of each kind of goal that was pursued, by name.
-        expected_steps: E, mean steps to the target without an episode limit, see `stages`.
+        expected_steps: E, mean steps to the target, see `stages`; without a limit, unless the task has its own.
         random_success: share of episodes of ``limit`` steps that reach the target, with Wilson's interval.
         episodes: how many these are.
         limit: steps of an episode.

@@ -17,7 +17,7 @@ class Known:
     """Hold the facts known of a task before training; ``nan`` where one is not known.
 
     Args:
-        expected_steps: E, mean random steps to the target without an episode limit.
+        expected_steps: E, mean random steps to the target, see `stages`.
         cost: the sum over kinds of goal of the mean random steps to a given goal of that kind.
         kinds: number of kinds of goal that the script gives: goals of the same kind in the goal set, for which the
             controller can share a skill. In EscapeRooms key, door and exit; elsewhere each goal is a kind.

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hierroom.agents.episode_facts import EpisodeFacts
 from hierroom.agents.player import RandomPlayer
-from hierroom.lab.advise.stages import CUT, DONE, Trials
+from hierroom.lab.advise.stages import DONE, Trials
 from hierroom.meta import FixedDFS, RandomGoals, take_turn
 from hierroom.support.errors import InputError
 from hierroom.support.kernel import compile_clock
@@ -156,7 +156,7 @@ class RandomPlay:
                 kinds = np.bincount(goals.kind_of[self._achieved[env]], minlength=len(goals.kinds))
                 self.trials.leave(env, self.trials.number_of(tuple(kinds.tolist())))
             else:
-                self.trials.leave(env, DONE if step.success[env] else CUT if step.truncated[env] else 0)
+                self.trials.leave(env, DONE if step.success[env] else 0)
                 self._achieved[env] = False
             self._save(self.trials.stage[env], env)
         if self.is_split and self._needs and self._can_return:

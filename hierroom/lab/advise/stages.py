@@ -4,9 +4,9 @@ With n_s trials of stage s that were left, T_s steps in it (unfinished trials in
 
     t_s = T_s / n_s,    P_st = N_st / n_s,    v = e_start + P' v,    E = sum_s v_s t_s,
 
-v_s is how often an episode without a limit is in stage s. The first is the estimate for durations that are cut off at
-times which do not depend on them. The means over trials weighted by v are those of natural play, whatever stages the
-trials started from.
+v_s is how often natural play enters stage s on its way to the target. An episode that ends without it moves to stage 0,
+so that E counts its steps, too. The first is the estimate for durations that are cut off at times which do not depend
+on them. The means over trials weighted by v are those of natural play, whatever stages the trials started from.
 """
 
 from __future__ import annotations
