@@ -4,9 +4,17 @@
     python -m benchmarks.arena.crafter_arms logs FILE...    # rows of the authors' logs, from github.com/danijar/crafter
     python -m benchmarks.arena.crafter_arms table
 
-Symbols are not pixels, and recipes are told: no row can be compared with Crafter's public table. The score is Crafter's
-own, over all training episodes (Hafner 2021, section 4): with s the share of episodes, in percent, that unlock an
-achievement, exp(mean of ln(1 + s)) - 1. A row has the shares themselves.
+Symbols are not pixels, and recipes are told: no row can be compared with Crafter's public table. These rules were
+written before the first run:
+
+- Crafter as it is, with night and hunger, and 10,000 steps at most. All arms see 9 x 7 cells as kinds, the counts of
+  the inventory, where the player faces, sleep and daylight. Goals are the 22 achievements, rules are the recipes of
+  `data.yaml`.
+- Arms: PPO with Crafter's own rewards; PPO+Bonus, with 1 for each achievement that is new in the episode; PPO+Bonus
+  that sees the script's goal; HiPPO with the script, with learned and with random goals; Stable-Baselines3's PPO. Ours
+  have the preset `task`. Each trains a million steps with five seeds, then the best two of ours five million with two.
+- The score is Crafter's own, over all training episodes (Hafner 2021, section 4): with s the share of episodes, in
+  percent, that unlock an achievement, exp(mean of ln(1 + s)) - 1. A row has the shares themselves.
 """
 
 from __future__ import annotations

@@ -120,6 +120,8 @@ def pooled_cells(verdict: Sequence[Sequence[str]]) -> Iterator[list[str]]:
 def _mean(figures: Sequence[float], is_factor: bool) -> str:
     if len(figures) < MIN_FAMILIES:
         return "-"
+    if np.isinf(figures).any():  # a factor, of predictions that called most tasks out of reach and were wrong
+        return "inf"
     values = np.log(figures) if is_factor else np.array(figures)
     half = student_t.ppf(0.95, len(values) - 1) * values.std(ddof=1) / np.sqrt(len(values))
     middle, low, high = (np.exp(one) if is_factor else one for one in values.mean() + half * np.array([0, -1, 1]))

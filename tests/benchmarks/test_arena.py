@@ -196,6 +196,7 @@ def test_families_are_pooled_as_draws():
     assert pooled[5] == f"2.00 [{2 / 2 ** (2.92 / 3**0.5):.2f}, {2 * 2 ** (2.92 / 3**0.5):.2f}]"
     assert pooled[7] == f"0.80 [{0.8 - 0.2 * 2.92 / 3**0.5:.2f}, {0.8 + 0.2 * 2.92 / 3**0.5:.2f}]"
     assert [*pooled_cells(verdict[:2])] == []
+    assert next(pooled_cells([cells("four", "inf", "0.60"), *verdict]))[5] == "inf"
 
 
 def test_authors_logs_become_rows_of_their_first_million_steps(tmp_path):
