@@ -30,7 +30,7 @@ from benchmarks.prediction.play import RESULTS, config_of, new_tasks
 from benchmarks.prediction.rows import ARENA, Runs, known_tasks, read_runs, task_medians
 from hierroom.lab.advise import model
 from hierroom.lab.advise.measures import MEASURES, Known
-from hierroom.lab.advise.outside import OTHER, outside
+from hierroom.lab.advise.outside import MOST_RANDOM_SUCCESS, OTHER, outside
 from hierroom.lab.advise.prediction import predict
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
@@ -68,9 +68,13 @@ class Options:
 
 
 def fitted_runs(method: str, milestone: str, known: dict[str, Known], uses: dict[str, str]) -> Runs:
-    """Return the runs of a method that fits are made to: those at home, and in families of the arena that are whole."""
+    """Return the runs of a method that fits are made to: those at home, and in families of the arena that are whole.
+
+    Tasks that random play wins are left out: nothing remains to be learned there, so that runs show no steps.
+    """
     runs = read_runs(method, milestone, known, uses)
-    return runs.where(np.isin(runs.worlds, [*WORLDS, *whole_families(ARENA)]))
+    is_won = np.array([known[task].random_success > MOST_RANDOM_SUCCESS for task in runs.tasks.tolist()])
+    return runs.where(np.isin(runs.worlds, [*WORLDS, *whole_families(ARENA)]) & ~is_won)
 
 
 def table(known: dict[str, Known], uses: dict[str, str]) -> Iterator[dict[str, Any]]:

@@ -27,6 +27,7 @@ from hierroom.lab.advise.measures import Known
 from hierroom.worlds.env_config import DEFAULT_MAX_STEPS, EnvConfig
 
 FACTOR = 2
+MOST_RANDOM_SUCCESS = 0.5
 OTHER = "other"
 WORKSHOP_LIMIT = 400
 """Steps of an episode in the workshops of the runs."""
@@ -56,7 +57,7 @@ def outside(known: Known, value: float, bounds: Mapping[str, tuple[float, float]
         low, high, found = bounds[name][0] / FACTOR, bounds[name][1] * FACTOR, getattr(known, name)
         if not low <= found <= high:
             return f"{what}: {found:,.0f}, where {low:,.0f} to {high:,.0f} were measured"
-    if known.random_success > 0.5:
+    if known.random_success > MOST_RANDOM_SUCCESS:
         return f"random play succeeds in {known.random_success:.0%} of the episodes, where at most half were measured"
     if known.goals > (most := FACTOR * bounds["goals"][1]):
         return f"{known.goals} goals, where at most {most:,.0f} were measured"
