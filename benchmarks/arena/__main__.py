@@ -30,7 +30,7 @@ def list_families() -> None:
         words = (
             f"{len(family.tasks())} tasks" if family.is_installed else f"not installed:  pip install {family.install}"
         )
-        print(f"{family.name:<16} {family.steps:>9,} steps  {words}")
+        print(f"{family.name:<24} {family.steps:>9,} steps  {words}")
 
 
 def main() -> int:
