@@ -67,7 +67,7 @@ _ALL = (
     Family("workshop", 1_000_000, 1_000_000),
 )
 _ADDED = Family("hierarchycraft_unmasked", 300_000, 100_000, ("hcraft",), "hcraft")
-"""After the runs of hierarchycraft, in which nothing was left to learn."""
+"""Added after the runs of hierarchycraft, in which nothing was left to learn."""
 ORDER_SEED = 73
 """Written before any prediction; `FAMILIES` is in the order that it draws, before what was added."""
 _ORDER = np.random.default_rng(ORDER_SEED).permutation(len(_ALL))

@@ -1,4 +1,4 @@
-"""HierarchyCraft's worlds without the mask of legal actions, and larger: with it random play wins all tasks at once.
+"""HierarchyCraft's worlds without the mask of legal actions, with which random play wins, and with shorter limits.
 
     pip install hcraft
 
